@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monte_carlo.phase_tables import cumulative, s2_grid
 from ..uw_spectral.water.phase import BandPhase
+from ..validation.monte_carlo.phase_tables import cumulative, s2_grid
 
 _NEAREST = 1e-4  # of a ray to the lamp, in 1/c
 _TABLE = 4000

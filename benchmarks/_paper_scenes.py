@@ -11,10 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monzon import (
-    path_radiance_Monzon2024,
-    path_radiance_Monzon2024_corrected,
-)
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
@@ -31,6 +27,10 @@ from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_wat
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein
+from ..validation.monzon import (
+    path_radiance_Monzon2024,
+    path_radiance_Monzon2024_corrected,
+)
 
 SUN_ZENITH, ASYMMETRY = 30.0, 0.8
 CAMERA_ABOVE, FLOOR_REFLECTANCE = 3.0, 0.3

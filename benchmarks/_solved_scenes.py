@@ -10,11 +10,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import BOUNDED, DEFAULT_PHASE, EXACT, SOLVED, SceneSettings
+from ..validation.monzon import path_radiance_Monzon2024_corrected
 from . import baselines, grey_scene
 from ._rays import blender_hits
 

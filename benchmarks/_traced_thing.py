@@ -12,11 +12,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monte_carlo.phase_tables import LOOKUP_CELLS, cone_average, cumulative, s2_grid
-from ..reference.monte_carlo.photons import free_path, half_sine, turned
 from ..uw_spectral.surface.refraction import fresnel_reflectance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
+from ..validation.monte_carlo.phase_tables import LOOKUP_CELLS, cone_average, cumulative, s2_grid
+from ..validation.monte_carlo.photons import free_path, half_sine, turned
 
 Array = NDArray[np.float64]
 

@@ -11,15 +11,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monzon import (
-    path_radiance_Monzon2024,
-    path_radiance_Monzon2024_corrected,
-)
 from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance
 from ..uw_spectral.surface.refraction import fresnel_reflectance
 from ..uw_spectral.transfer.radiance_field import distance_in_water
+from ..validation.monzon import (
+    path_radiance_Monzon2024,
+    path_radiance_Monzon2024_corrected,
+)
 from .grey_scene import Hits
 
 PathRadianceForm = Callable[..., NDArray[np.float64]]

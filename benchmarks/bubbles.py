@@ -15,8 +15,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..reference.bubbles import Population, bubbles
-from ..reference.cloud_photons import GreyPuff, radiance
 from ..scene import stored_settings
 from ..scene.engines import engines
 from ..scene.water import new_clouds, water_body
@@ -28,6 +26,8 @@ from ..uw_spectral.surface.plumes import AIR_COLUMN, plume_depth
 from ..uw_spectral.surface.whitecaps import whitecap_cover_Monahan1980
 from ..uw_spectral.water.bubbles import DIFFRACTED, BubblePhase
 from ..uw_spectral.water.phase import HenyeyGreenstein, PhaseFunction
+from ..validation.bubbles import Population, bubbles
+from ..validation.cloud_photons import GreyPuff, radiance
 from . import clouds, grey_scene
 from .clouds import Case
 

@@ -19,7 +19,6 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..reference.cloud_photons import GreyPuff, radiance
 from ..scene import stored_settings
 from ..scene.engines import engines
 from ..scene.seen import clouds, lamps, volume_grids
@@ -40,6 +39,7 @@ from ..uw_spectral.spectra.spectral_image import replacing, write_png
 from ..uw_spectral.transfer.channels import channels_of_bands
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import parse_phase
+from ..validation.cloud_photons import GreyPuff, radiance
 from . import grey_scene
 from ._against_cycles import own_error
 

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reference.monte_carlo import simulate
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.closed_form.inelastic_light import InelasticLight, solve_inelastic
 from ..uw_spectral.closed_form.light_field import LightField, light_field_of
@@ -43,6 +42,7 @@ from ..uw_spectral.water.kd_inversion import invert_Kd, water_of_chlorophyll
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import BandPhase, FournierForand, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ..validation.monte_carlo import simulate
 
 ROOT = Path(__file__).resolve().parent.parent
 SUN_ZENITH = 30.0

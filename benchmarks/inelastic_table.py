@@ -12,13 +12,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..reference.monte_carlo import (
-    Constituent,
-    InelasticInteraction,
-    MonteCarloResult,
-    bio_optical_medium,
-    simulate,
-)
 from ..uw_spectral.closed_form.inelastic_light import (
     InelasticLight,
     excitation_fields,
@@ -33,6 +26,13 @@ from ..uw_spectral.transfer.radiance_field import under_surface, upwelling_irrad
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import Constituents, named_waters
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
+from ..validation.monte_carlo import (
+    Constituent,
+    InelasticInteraction,
+    MonteCarloResult,
+    bio_optical_medium,
+    simulate,
+)
 from .gutierrez_figures import SUN_ZENITH, column
 from .path_radiance_table import ROOT
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reference.monte_carlo import MonteCarloResult, bio_optical_medium, simulate
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import reduction, srgb_encode
@@ -29,6 +28,7 @@ from ..uw_spectral.water.inelastic_processes import PROCESSES
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ..validation.monte_carlo import MonteCarloResult, bio_optical_medium, simulate
 from .inelastic_table import BANDS, CAMERA, CONE, SUN_ZENITH, column_of, first_order
 from .path_radiance_table import ROOT
 

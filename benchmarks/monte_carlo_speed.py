@@ -7,10 +7,10 @@ import os
 import time
 import tracemalloc
 
-from ..reference.monte_carlo import numba_available, simulate
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import parse_phase
+from ..validation.monte_carlo import numba_available, simulate
 
 PHOTONS = {"numpy": (20_000, 100_000, 400_000), "numba": (20_000, 100_000, 400_000, 1_600_000)}
 

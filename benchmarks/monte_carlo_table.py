@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..reference.monte_carlo import MonteCarloResult, simulate
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
@@ -25,6 +24,7 @@ from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_i
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
+from ..validation.monte_carlo import MonteCarloResult, simulate
 from . import monte_carlo_speed
 from ._canonical import INDEX, canonical_values, phase_of
 from .path_radiance_table import AZIMUTHS, ROOT
@@ -338,7 +338,7 @@ def main(arguments: list[str]) -> None:
     text = """# Monte Carlo
 
 Written by `python3 dev.py run -m benchmarks monte_carlo_table`. The solver is
-`reference.monte_carlo`; `python -m reference --help` lists its options.
+`validation.monte_carlo`; `python -m validation --help` lists its options.
 """
     for name, (heading, measure) in SECTIONS.items():
         measured = measure(photons, threads) if name in wanted else kept.get(heading, "")

@@ -15,10 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reference.monzon import (
-    path_radiance_Monzon2024,
-    path_radiance_Monzon2024_corrected,
-)
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import solve_light_field
 from ..uw_spectral.surface.refraction import in_water_cosine
@@ -26,6 +22,10 @@ from ..uw_spectral.transfer.pixel import Pixel
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import PhaseFunction, parse_phase
+from ..validation.monzon import (
+    path_radiance_Monzon2024,
+    path_radiance_Monzon2024_corrected,
+)
 
 ROOT = Path(__file__).resolve().parent.parent
 WATERS = ("I", "IA", "IB", "II", "3C")

@@ -19,7 +19,6 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
@@ -29,6 +28,7 @@ from ..uw_spectral.spectra.colour_rendering import (
     srgb_rmse,
 )
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
+from ..validation.monzon import path_radiance_Monzon2024_corrected
 from . import baselines, grey_scene
 from ._outside import MET, MISSED, PARTLY
 

@@ -204,7 +204,7 @@ long fetch), Fresnel and Snell at each (`uw_spectral/transfer/rough_surface.py`)
   Mobley's fifth problem needs that ([problems](outside.md#canonical-problems)). Its spread by some
   degrees is in the caustics that are drawn, not in the field.
 - The closed form takes the mean transmittances and the mean internal reflectance. The Monte Carlo
-  solver (`reference.monte_carlo`) keeps a flat surface.
+  solver (`validation.monte_carlo`) keeps a flat surface.
 
 ## Against traced waves
 Rays through a random surface with heights, of Gaussian correlation, that meet it as often as they

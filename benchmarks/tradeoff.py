@@ -33,7 +33,6 @@ import gpu
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reference.monzon import path_radiance_Monzon2024_corrected
 from ..scene.engines import eevee_engine, eevee_settings, engines, exr_output
 from ..scene.engines.band_engine import Opening
 from ..scene.water import frame_water, water_body
@@ -42,6 +41,7 @@ from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from ..uw_spectral.transfer.folded_light import FoldedLight
+from ..validation.monzon import path_radiance_Monzon2024_corrected
 from . import _tradeoff_report, baselines, grey_scene
 from ._fog import add_fog
 from ._rays import blender_hits

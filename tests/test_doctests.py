@@ -15,10 +15,10 @@ import underwater_spectral
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = (
-    "uw_spectral", "reference", "quality", "settings", "datasets", "node_groups", "scene", "jobs",
+    "uw_spectral", "validation", "quality", "settings", "datasets", "node_groups", "scene", "jobs",
     "ui",
 )  # fmt: skip
-BLENDER_FREE = ("uw_spectral", "reference", "quality", "settings", "datasets")
+BLENDER_FREE = ("uw_spectral", "validation", "quality", "settings", "datasets")
 
 
 def _modules(*packages: str) -> list[str]:
@@ -82,7 +82,7 @@ def test_no_module_has_the_name_of_what_its_package_exports(folder):
 # What each package may import besides itself and what everything may.
 _ALLOWED = {
     "uw_spectral": set(),
-    "reference": {"uw_spectral"},
+    "validation": {"uw_spectral"},
     "quality": {"uw_spectral"},
     "settings": {"uw_spectral", "quality"},
     "datasets": {"uw_spectral"},

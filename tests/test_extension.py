@@ -69,7 +69,7 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     tops = {name.split("/")[0] for name in names}
     assert {"blender_manifest.toml", "__init__.py", "uw_spectral", "node_groups", "data"} <= tops
     left_out = (
-        "tests benchmarks reference docs dev.py render_bands.py deadline flamenco out tools "
+        "tests benchmarks validation docs dev.py render_bands.py deadline flamenco out tools "
         "typings .venv"
     )
     assert not tops & set(left_out.split())

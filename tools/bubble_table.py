@@ -14,7 +14,7 @@ if __name__ == "__main__":
 
     load_checkout.load()
 
-from underwater_spectral.reference.bubbles import bubbles, write
+from underwater_spectral.validation.bubbles import bubbles, write
 
 TABLE = Path(__file__).resolve().parent.parent / "data" / "bubble_phase_function.csv"
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.reference.cloud_photons import GreyPuff, radiance
 from underwater_spectral.uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
 from underwater_spectral.uw_spectral.clouds.puff import Puff
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
+from underwater_spectral.validation.cloud_photons import GreyPuff, radiance
 
 SUN = np.array([0.373, 0.0, -0.928])
 SUN /= np.linalg.norm(SUN)

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from underwater_spectral.reference.cloud_photons import GreyPuff, radiance
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
 from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, with_escapes
 from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
@@ -19,6 +18,7 @@ from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.cloud_photons import GreyPuff, radiance
 
 from .test_cloud_light import SIGMA, SUN, VIEWS, _numbers
 

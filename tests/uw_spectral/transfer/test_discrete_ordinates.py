@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import solved_field
-from underwater_spectral.reference.monte_carlo import numba_available, simulate
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.caustics import SUN_RADIUS
@@ -27,6 +26,7 @@ from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
+from underwater_spectral.validation.monte_carlo import numba_available, simulate
 
 DOWN, UP, LEVEL = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
 

@@ -6,11 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.reference.monte_carlo import (
-    InelasticInteraction,
-    numba_available,
-    simulate,
-)
 from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
     excitation_fields,
     solve_inelastic,
@@ -39,6 +34,11 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     energy_matrix,
 )
 from underwater_spectral.uw_spectral.water.phase import Isotropic, parse_phase
+from underwater_spectral.validation.monte_carlo import (
+    InelasticInteraction,
+    numba_available,
+    simulate,
+)
 
 DOWN = (0.0, 0.0, -1.0)
 

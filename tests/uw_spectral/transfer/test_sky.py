@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.reference.monte_carlo import simulate
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
@@ -22,6 +21,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.monte_carlo import simulate
 
 ZENITH, AZIMUTH, INDEX = 60.0, 160.0, 1.34
 TOWARDS_SUN = -sun_travel_direction(ZENITH, AZIMUTH, 1.0)

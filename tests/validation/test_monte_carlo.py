@@ -14,15 +14,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.special import chdtrc
-from underwater_spectral.reference import monte_carlo
-from underwater_spectral.reference.monte_carlo import (
-    Constituent,
-    InelasticInteraction,
-    phase_tables,
-    photons,
-    simulate,
-    solver,
-)
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
@@ -38,6 +29,15 @@ from underwater_spectral.uw_spectral.water.phase import (
     Isotropic,
     PetzoldAverage,
     parse_phase,
+)
+from underwater_spectral.validation import monte_carlo
+from underwater_spectral.validation.monte_carlo import (
+    Constituent,
+    InelasticInteraction,
+    phase_tables,
+    photons,
+    simulate,
+    solver,
 )
 
 ROOT = Path(__file__).resolve().parents[3]

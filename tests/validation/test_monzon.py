@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.reference.monzon import (
+from underwater_spectral.validation.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )

@@ -3,7 +3,7 @@
 The independent truth that the closed forms are judged by. Nothing is
 approximated but by the statistics: any phase function, a flat Fresnel surface,
 a Lambertian floor, scattering that changes the wavelength. numpy suffices;
-with numba the same steps run compiled. ``python -m reference``
+with numba the same steps run compiled. ``python -m validation``
 is its command line.
 """
 

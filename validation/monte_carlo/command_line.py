@@ -1,7 +1,7 @@
 """Command line of the Monte Carlo solver: irradiance with depth as a table, CSV and plot.
 
-python -m reference --water jerlov:II --depths 0,1,2,5,10 --plot II.png
-python -m reference --water case:baltic --inelastic all --range 300,800 --bands 25
+python -m validation --water jerlov:II --depths 0,1,2,5,10 --plot II.png
+python -m validation --water case:baltic --inelastic all --range 300,800 --bands 25
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def main(arguments: list[str] | None = None, out: TextIO | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m reference", description=(__doc__ or "").partition("\n")[0]
+        prog="python -m validation", description=(__doc__ or "").partition("\n")[0]
     )
     add = parser.add_argument
     add(

@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.reference.bubbles import INDEX, TILT_DEG, bubbles
-from underwater_spectral.reference.mie import scattered_by_sphere
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
 from underwater_spectral.uw_spectral.water.bubbles import (
     DIFFRACTED,
     BubblePhase,
     bubble_scattering,
 )
+from underwater_spectral.validation.bubbles import INDEX, TILT_DEG, bubbles
+from underwater_spectral.validation.mie import scattered_by_sphere
 
 
 def test_a_sphere_scatters_as_in_the_book():

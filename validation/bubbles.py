@@ -151,7 +151,7 @@ def write(path: Path, found: Population) -> None:
     """Write the table of a population of bubbles."""
     lines = [
         "# Phase function of clean air bubbles in sea water without what is only diffracted, 1/sr",
-        "# source: Lorenz-Mie series (reference/mie.py, reference/bubbles.py), relative index "
+        "# source: Lorenz-Mie series (validation/mie.py, validation/bubbles.py), relative index "
         f"1 / {INDEX:g}, 550 nm, radii {1e6 * SMALLEST_RADIUS:g} to {1e6 * HINZE_RADIUS:g} um, "
         f"number as r^{SIZE_SLOPE:g}",
         f"# whole: mean cosine {found.asymmetry:.4f}, bb/b {found.backscatter_ratio:.4f}, "
