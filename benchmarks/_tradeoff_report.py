@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing
+from ..validation.colour_errors import srgb_rmse
 from ._tradeoff_scenes import (
     FOG,
     PLAIN,

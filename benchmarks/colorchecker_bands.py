@@ -18,13 +18,10 @@ from ..uw_spectral.spectra._colour import colour_science
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, rec709_to_XYZ, reduction
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
-from ..uw_spectral.spectra.reflectance import (
-    colorchecker_patches,
-    colorchecker_reflectance,
-    round_trip_error,
-)
+from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker_reflectance
 from ..uw_spectral.spectra.sensor import parse_sensor
 from ..uw_spectral.spectra.spectrum import Spectrum
+from ..validation.colour_errors import round_trip_error
 
 SENSORS = ("cie1931", "ARRI D21", "Nikon D7000", "Canon EOS 5D Mark II")
 COUNTS = (3, 4, 6, 8, 12, 16, 32)

@@ -28,13 +28,14 @@ from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
+from ..validation.colour_errors import srgb_rmse
 
 ABOVE_FLOOR = 3.0
 FLOOR_REFLECTANCE = 0.3

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
-from ..uw_spectral.closed_form.inelastic_light import InelasticLight, solve_inelastic
 from ..uw_spectral.closed_form.light_field import LightField, light_field_of
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.bands import Bands
@@ -31,17 +30,17 @@ from ..uw_spectral.surface.refraction import (
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import (
     Constituents,
-    chlorophyll_jerlov,
-    jerlov_chlorophyll,
     named_waters,
     particle_scattering_Gordon1983,
 )
-from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2005, Kd_Lee2013
+from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2013
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
 from ..uw_spectral.water.kd_inversion import invert_Kd, water_of_chlorophyll
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import BandPhase, FournierForand, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ..validation.inelastic_light import InelasticLight, solve_inelastic
+from ..validation.kd import Kd_Lee2005, chlorophyll_jerlov, jerlov_chlorophyll
 from ..validation.monte_carlo import simulate
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -12,11 +12,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..uw_spectral.closed_form.inelastic_light import (
-    InelasticLight,
-    excitation_fields,
-    solve_inelastic,
-)
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
@@ -26,6 +21,7 @@ from ..uw_spectral.transfer.radiance_field import under_surface, upwelling_irrad
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import Constituents, named_waters
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
+from ..validation.inelastic_light import InelasticLight, excitation_fields, solve_inelastic
 from ..validation.monte_carlo import (
     Constituent,
     InelasticInteraction,
@@ -264,7 +260,7 @@ def main(arguments: list[str]) -> None:
 
 Written by `python3 dev.py run -m benchmarks inelastic_table`.
 
-The closed form (`uw_spectral.closed_form.inelastic_light`) against the Monte Carlo: deep
+The closed form (`validation.inelastic_light`) against the Monte Carlo: deep
 water under a flat surface and a clear sky, sun at {SUN_ZENITH:g}°, {len(BANDS)} bands from 300
 to 800 nm for both, {photons} photons per water. The numbers compare the inelastic part
 alone, summed over 400 to 700 nm: difference of the closed form ± standard error of the Monte

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode, srgb_rmse
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.sensor import Sensor, list_sensors, parse_sensor, standard_observer
 from ..uw_spectral.water.bio_optics import Constituents, named_waters
 from ..uw_spectral.water.inelastic_processes import PROCESSES
+from ..validation.colour_errors import srgb_rmse
 from . import _paper_scenes as scenes
 from . import _printed_water as printed
 from . import gutierrez_figures

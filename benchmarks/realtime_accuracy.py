@@ -22,12 +22,9 @@ from numpy.typing import NDArray
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
-from ..uw_spectral.spectra.colour_rendering import (
-    delta_e_CIE2000_images,
-    srgb_encode,
-    srgb_rmse,
-)
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
+from ..validation.colour_errors import srgb_rmse
 from ..validation.monzon import path_radiance_Monzon2024_corrected
 from . import baselines, grey_scene
 from ._outside import MET, MISSED, PARTLY

@@ -8,7 +8,6 @@ stores the last row first: give it ``picture[::-1].ravel()``.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 import re
 from collections.abc import Iterable, Mapping
@@ -197,51 +196,6 @@ def plot_light_left(
         axes.mark(bands)
     axes.curve(heights, _BRIGHT)
     return axes.picture
-
-
-def plot_swatches(
-    colours: ArrayLike, selected: int | None = None, size: tuple[int, int] = (320, 40)
-) -> Picture:
-    """Draw a strip of rounded swatches; transparent between them.
-
-    Parameters
-    ----------
-    colours : array_like, shape (n, 3)
-        Display (sRGB) colours from 0 to 1.
-    selected : int, optional
-        Index of the swatch that gets a bright frame.
-    size : (int, int)
-        Width and height in pixels.
-
-    Raises
-    ------
-    InputError
-        If there is no colour, or the strip is too narrow for them.
-
-    Examples
-    --------
-    >>> plot_swatches([[0.0, 0.2, 0.4]], size=(16, 16))[8, 8].round(2)
-    array([0. , 0.2, 0.4, 1. ], dtype=float32)
-    """
-    swatches = np.clip(np.atleast_2d(np.asarray(colours, dtype=np.float64)), 0.0, 1.0)
-    width, height = size
-    count = len(swatches)
-    if swatches.shape[1:] != (3,) or not count or width < 8 * count or height < 8:
-        raise InputError(
-            f"plot: {count} swatches do not fit into {width} × {height} pixels; give colours of "
-            "three numbers, and 8 pixels for each"
-        )
-    picture = np.zeros((height, width, 4), dtype=np.float32)
-    edges = np.linspace(0, width, count + 1).round().astype(int)
-    for index, (left, right) in enumerate(itertools.pairwise(edges)):
-        swatch = picture[1:-1, left + 1 : right - 1]
-        box = (swatch.shape[1], swatch.shape[0])
-        radius = min(5.0, min(box) / 4)
-        swatch[..., :3] = swatches[index]
-        swatch[..., 3] = _rounded(box, radius)
-        if index == selected:
-            _paint(swatch, _BRIGHT, 1 - _rounded(box, max(radius - 2, 1.0), inset=2.0))
-    return picture
 
 
 @dataclass(frozen=True, eq=False)

@@ -224,11 +224,6 @@ def add(scene: bpy.types.Scene, water: ClosedFormWater, extent: WaterExtent) -> 
     return found
 
 
-def has_closed_form(scene: bpy.types.Scene) -> bool:
-    """Whether the water in a scene is that of :func:`add`."""
-    return marks.part(scene, _BACKGROUND) is not None
-
-
 def set_values(scene: bpy.types.Scene, water: ClosedFormWater) -> None:
     """Give the water in a scene other values; nothing is rebuilt.
 

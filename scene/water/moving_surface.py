@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 
 import bpy
 
 from ...node_groups import realtime_waves, water_surface
 from ...settings.render_plan import RenderPlan, sea_of
 from ...settings.scene_settings import SceneSettings
-from ...uw_spectral.spectra.spectral_image import write_exr
 from ...uw_spectral.surface.caustics import SUN_RADIUS
 from ...uw_spectral.surface.raised_waves import RaisedWaves
 from ...uw_spectral.surface.wave_patterns import WavePatterns
@@ -141,58 +139,3 @@ def move_surface(
     water_surface.write(material, numbers, plan.column.sun_direction.tolist())
     if now.raised is not None:
         raised_surface.follow(scene, now.raised, middle)
-
-
-def bake(
-    scene: bpy.types.Scene,
-    plan_now: Callable[[], RenderPlan],
-    frames: Iterable[int],
-    folder: Path,
-) -> None:
-    """Write the images of every frame, for renders without the extension.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its current frame moves and comes back.
-    plan_now : callable
-        Returns the plan at the scene's current frame.
-    frames : iterable of int
-        Frames to write.
-    folder : Path
-        Gets ``caustics_0001.exr``, ``slopes_0001.exr`` and so on: four 32-bit channels.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written.
-    """
-    before = scene.frame_current
-    for frame in frames:
-        scene.frame_set(frame)
-        now = patterns(scene, plan_now())
-        for name, image in zip(
-            ("caustics", "slopes"), (now.caustics_image(), now.slopes_image()), strict=True
-        ):
-            # Files start at the top, images at the bottom.
-            write_exr(folder / f"{name}_{frame:04d}.exr", image[::-1], ("R", "G", "B", "A"))
-    scene.frame_set(before)
-
-
-def use_baked(scene: bpy.types.Scene, folder: Path, first: int, last: int) -> None:
-    """Let the water in a scene read images of :func:`bake` instead of its own.
-
-    The numbers of the water stay those of the moment; the sequence plays by the frame.
-    """
-    images = marks.images(scene)
-    for image, stem in ((images.caustics, "caustics"), (images.slopes, "slopes")):
-        image.source = "SEQUENCE"
-        image.filepath = str(folder / f"{stem}_{first:04d}.exr")
-        image.colorspace_settings.is_data = True
-        image.alpha_mode = "CHANNEL_PACKED"
-        trees = [*bpy.data.node_groups, *(m.node_tree for m in bpy.data.materials)]
-        for node in (n for tree in trees if tree for n in tree.nodes):
-            if node.bl_idname == "ShaderNodeTexImage" and node.image == image:
-                user = node.image_user
-                user.frame_start, user.frame_duration = first, last - first + 1
-                user.frame_offset, user.use_auto_refresh = first - 1, True

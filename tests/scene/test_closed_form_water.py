@@ -72,7 +72,6 @@ def test_bands_are_the_closed_form_and_leave_no_trace(empty_blender, tmp_path):
     before = _links()
     notes = closed_form_water.add(scene, water, water_body.WaterExtent(100.0, 100.0))
     assert notes == []
-    assert closed_form_water.has_closed_form(scene)
     radiance, where = _expected(water)
     seen = _rendered(tmp_path / "seen.exr")
     inside = np.isin(where, (0, 1))
@@ -88,7 +87,6 @@ def test_bands_are_the_closed_form_and_leave_no_trace(empty_blender, tmp_path):
     wanted = radiance[..., 1:4] * (2.0, 3.0, 4.0) * (1 - 2.0**-11)
     np.testing.assert_allclose(seen[inside], wanted[inside], rtol=5e-3)
     scene_water.remove(scene)
-    assert not closed_form_water.has_closed_form(scene)
     assert not [g.name for g in bpy.data.node_groups]
     assert _links() == before
 

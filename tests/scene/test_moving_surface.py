@@ -133,20 +133,3 @@ def test_options():
     assert (sea.wind_speed, sea.wind_direction, sea.seed, sea.fetch) == (7.0, 90.0, 4, 2000.0)
     with pytest.raises(InputError, match="--wind: 50 is outside 0 to 40"):
         merge(SceneSettings(), parse(["--wind", "50"]))
-
-
-def test_baked_images_are_those_of_the_frames(tmp_path):
-    scene = _scene()
-    plan = make_plan(SceneSettings(surface="waves", **QUICK))
-    moving_surface.bake(scene, lambda: plan, (3, 4), tmp_path)
-    scene.frame_set(4)
-    _add(scene, _water(scene))
-    wanted = _pixels()
-    image = bpy.data.images.load(str(tmp_path / "caustics_0004.exr"))
-    image.colorspace_settings.name = "Non-Color"
-    image.alpha_mode = "CHANNEL_PACKED"
-    found = np.empty(len(image.pixels), np.float32)
-    image.pixels.foreach_get(found)
-    assert found == pytest.approx(wanted, abs=1e-6)
-    moving_surface.use_baked(scene, tmp_path, 3, 4)
-    assert bpy.data.images["UW Caustics"].source == "SEQUENCE"

@@ -10,11 +10,6 @@ import pytest
 from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
-    excitation_fields,
-    reduced,
-    solve_inelastic,
-)
 from underwater_spectral.uw_spectral.closed_form.light_field import LightField, light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import colour_error
@@ -58,6 +53,11 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
 )
 from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.inelastic_light import (
+    excitation_fields,
+    reduced,
+    solve_inelastic,
+)
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"

@@ -8,7 +8,6 @@ from underwater_spectral.ui.plots import (
     plot_coefficients,
     plot_light_left,
     plot_sensor,
-    plot_swatches,
     spectrum_colours,
 )
 from underwater_spectral.uw_spectral.errors import InputError
@@ -104,18 +103,6 @@ def test_spectrum_runs_from_blue_over_green_to_red():
     assert colours.max() <= 1
 
 
-def test_swatches():
-    colours = np.array([[0.0, 0.1, 0.2], [0.9, 0.5, 0.3]])
-    plain, framed = plot_swatches(colours), plot_swatches(colours, 1)
-    for picture in (plain, framed):
-        assert picture.shape == (40, 320, 4)
-        assert picture[20, 80] == pytest.approx([*colours[0], 1])
-        assert picture[20, 240] == pytest.approx([*colours[1], 1])
-        assert picture[0, 0, 3] == picture[20, 160, 3] == 0
-    assert np.array_equal(plain[:, :160], framed[:, :160])
-    assert framed[2, 240, :3].min() > 0.85
-
-
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
@@ -123,8 +110,6 @@ def test_swatches():
         (lambda: plot_coefficients({}, BANDS), "1 to 4 curves"),
         (lambda: plot_coefficients({"a": Spectrum(RANGE, np.zeros(2), "")}, BANDS), "is zero"),
         (lambda: plot_coefficients({"é": Spectrum(RANGE, np.ones(2), "")}, BANDS), "cannot be"),
-        (lambda: plot_swatches(np.zeros((0, 3))), "0 swatches do not fit"),
-        (lambda: plot_swatches(np.zeros((50, 3))), "50 swatches do not fit"),
     ],
 )
 def test_refusals(draw, message):

@@ -354,11 +354,6 @@ def srgb_encode(rgb: ArrayLike) -> NDArray[np.float64]:
     )
 
 
-def srgb_rmse(rgb: ArrayLike, reference: ArrayLike) -> float:
-    """Root mean square difference of two scene-linear images after sRGB encoding."""
-    return float(np.sqrt(np.mean((srgb_encode(rgb) - srgb_encode(reference)) ** 2)))
-
-
 def delta_e_CIE2000_images(rgb: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
     """ΔE2000 per pixel of two scene-linear Rec.709 images, white at (1, 1, 1).
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +13,7 @@ from ..content import constant
 from ..errors import InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
-from .colour_rendering import SensorReduction, delta_e_CIE2000_images
-from .illuminant import Illuminant, band_mean, parse_illuminant
+from .illuminant import band_mean, parse_illuminant
 from .spectral_table import read_spectral_table
 from .spectrum import Spectrum
 
@@ -99,36 +97,6 @@ def emission_basis(bands: Bands) -> NDArray[np.float64]:
     """
     d65 = band_mean(parse_illuminant("d65").direct, bands)
     return constant(uplift_basis(bands) * d65[:, None] / math.pi)
-
-
-@dataclass(frozen=True)
-class RoundTripError:
-    """ΔE2000 of RGB colours after uplift, light and sensor: mean and maximum."""
-
-    mean: float
-    maximum: float
-
-
-def round_trip_error(
-    bands: Bands, illuminant: Illuminant, reduction: SensorReduction, steps: int = 5
-) -> RoundTripError:
-    """How well diffuse RGB colours come back as the colours they were given as.
-
-    Parameters
-    ----------
-    bands : Bands
-    illuminant : Illuminant
-        The light on the surface.
-    reduction : SensorReduction
-        Balanced for that light.
-    steps : int
-        Colours per axis of the regular grid over the RGB cube.
-    """
-    axis = np.linspace(0.0, 1.0, steps)
-    rgb = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
-    radiance = uplift(rgb, bands) * illuminant.total_in(bands) / math.pi
-    error = delta_e_CIE2000_images(reduction.apply(radiance), rgb)
-    return RoundTripError(float(error.mean()), float(error.max()))
 
 
 def reflectance_from_csv(path: str | Path) -> Spectrum:

@@ -19,7 +19,7 @@ from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from .pixel import Pixel, light_from_surface
-from .radiance_field import Beam, Ripples, distance_in_water
+from .radiance_field import Beam, Ripples
 from .sky import BLACK, Sky
 from .sun_beam import SunBeam
 
@@ -27,7 +27,7 @@ _LEAST = 1e-30
 
 
 class SunOnPath(Beam, Protocol):
-    """The direct sun along a path, :class:`.SunBeam` or :class:`LayeredBeam`."""
+    """The direct sun along a path, such as :class:`.SunBeam`."""
 
     @property
     def mu_s(self) -> Operand: ...  # noqa: D102
@@ -47,52 +47,6 @@ class SunOnPath(Beam, Protocol):
     ) -> Operand:
         """Radiance of sunlight scattered once between depth y_o and distance P."""
         ...
-
-
-@dataclass(frozen=True, eq=False)
-class LayeredBeam:
-    """The direct sun in layered water, along one path.
-
-    Attributes
-    ----------
-    c, cp : array
-        Mean extinction of the path, and that without the forward peak, 1/m.
-    E : array
-        Downwelling (horizontal) irradiance just below the surface.
-    mu_s, y_f : float
-        Cosine of the in-water zenith angle; depth of the floor, m.
-    sun : sequence of 3
-        Unit direction the sunlight travels to in the water.
-    near, far : float or array
-        Sunlight scattered once from the path's beginning, and from its end, to the boundary
-        ahead, the peak counted as unscattered.
-    """
-
-    c: Operand
-    cp: Operand
-    E: Operand
-    mu_s: Operand
-    y_f: Operand
-    sun: Sequence[Operand]
-    near: Operand = 0.0
-    far: Operand = 0.0
-
-    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-        """Distance from depth y along w to the surface or the floor, m."""
-        return distance_in_water(y, -w[2], self.y_f, m)
-
-    def scattered_once(
-        self,
-        y_o: Operand,
-        w: Sequence[Operand],
-        P: Operand,
-        m: Mathematics = NUMPY,
-        *,
-        without_peak: bool = False,
-    ) -> Operand:
-        """Radiance of sunlight scattered once on the path; always without the peak."""
-        del y_o, w, without_peak
-        return self.near - m.exp(-self.cp * P) * self.far
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,7 @@
 """Absorption, scattering and phase function of a water from what is in it.
 
 a = Σ a_i and b = Σ b_i over pure water, phytoplankton, CDOM, detritus and
-minerals; the phase function is their b-weighted mixture. Functions named
-``..._Gutierrez2008`` are the forms printed in D. Gutierrez, F. J. Serón,
-A. Muñoz & O. Anson, Comput. Graph. Forum 27, 547 (2008), for comparison only.
+minerals; the phase function is their b-weighted mixture.
 """
 
 from __future__ import annotations
@@ -17,9 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
-from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.spectrum import Spectrum, shipped_table
-from .diffuse_attenuation import Kd490_Morel2007, Kd_Lee2013, chlorophyll_Morel2007
+from .diffuse_attenuation import Kd_Lee2013
 from .optical_properties import Water
 from .phase import (
     BACKSCATTER_RANGE,
@@ -27,7 +24,6 @@ from .phase import (
     EinsteinSmoluchowski,
     FournierForand,
     PhaseFunction,
-    henyey_greenstein,
 )
 from .pure_water import molecular_scattering, pure_water_absorption
 
@@ -524,67 +520,6 @@ def particle_backscatter_Morel2001(chlorophyll: float) -> float:
     """
     logarithm = math.log10(max(chlorophyll, 0.02))
     return max(0.002 + 0.01 * (0.5 - 0.25 * logarithm), _SMALLEST_BACKSCATTER)
-
-
-def jerlov_chlorophyll(water_type: str) -> float:
-    """Chlorophyll, mg/m³, of the case 1 water with the Kd(490) of a Jerlov type.
-
-    For the oceanic types I to III. In coastal types other matter adds to
-    Kd: there it is an upper bound.
-
-    Examples
-    --------
-    >>> round(jerlov_chlorophyll("II"), 2)
-    0.29
-    """
-    return float(chlorophyll_Morel2007(Water.jerlov(water_type).Kd([490.0]))[0])
-
-
-def chlorophyll_jerlov(chlorophyll: float) -> str:
-    """Oceanic Jerlov type whose Kd(490) is closest to a case 1 water's (ratio-wise).
-
-    Examples
-    --------
-    >>> chlorophyll_jerlov(0.3)
-    'II'
-    """
-    Kd = float(Kd490_Morel2007(chlorophyll))
-    oceanic = ("I", "IA", "IB", "II", "III")
-    return min(oceanic, key=lambda t: abs(math.log(Water.jerlov(t).Kd([490.0])[0] / Kd)))
-
-
-def water_Gutierrez2008(constituents: Constituents) -> Water:
-    """Return the water as the paper's equations print it, errors included.
-
-    Smith & Baker's a_w for its Table 1; b_w taken for β_w(90°), thus 16.06
-    times too high. The printed a*(λ) of one phytoplankton species is
-    replaced by Bricaud et al. (1998), its detritus scattering left out.
-    """
-    nm = _WAVELENGTHS
-    parts = constituents.absorptions(nm)
-    parts["water"] = pure_water_absorption(nm, "smith_baker_1981")
-    b = 16.06 * molecular_scattering(nm, "smith_baker_1981_sea")
-    b = b + particle_scattering_Gordon1983(constituents.chlorophyll, nm)
-    name = f"{constituents.described()} as printed in Gutierrez et al. 2008"
-    return Water(
-        Spectrum(nm, np.sum(list(parts.values()), axis=0), f"a of {name}"),
-        Spectrum(nm, b, f"b of {name}"),
-        None,
-        name,
-        "Gutierrez et al., Comput. Graph. Forum 27, 547 (2008)",
-        ("printed form, for comparison only: scattering of water is 16 times too high",),
-    )
-
-
-def isotropic_Gutierrez2008(s2: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Isotropic phase function as printed, 1/π; it integrates to 4."""
-    del m
-    return 0.0 * s2 + 1.0 / math.pi
-
-
-def henyey_greenstein_Gutierrez2008(g: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Henyey-Greenstein as printed, without 1/(4π); it integrates to 4π."""
-    return 4.0 * math.pi * henyey_greenstein(g, s2, m)
 
 
 def _power_law(part: str, chlorophyll: float, wavelengths: ArrayLike) -> NDArray[np.float64]:

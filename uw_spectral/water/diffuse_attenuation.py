@@ -15,46 +15,13 @@ from .pure_water import molecular_scattering, pure_water_absorption
 _KW_490, _CHI_490, _E_490 = 0.0166, 0.07242, 0.68955
 
 
-def Kd_Lee2005(a: ArrayLike, bb: ArrayLike, sun_zenith: float = 30.0) -> NDArray[np.float64]:
-    """Kd between the surface and the depth of 10 % light, from a and bb.
-
-    Parameters
-    ----------
-    a, bb : array_like
-        Absorption and backscattering (molecules and particles), 1/m.
-    sun_zenith : float
-        In air, degrees, 0 to 90.
-
-    Returns
-    -------
-    array
-        Kd in 1/m.
-
-    Raises
-    ------
-    InputError
-        If a coefficient is negative or not finite, or the sun is below the horizon.
-
-    References
-    ----------
-    Z.-P. Lee, K.-P. Du & R. Arnone, J. Geophys. Res. 110, C02016 (2005).
-
-    Examples
-    --------
-    >>> Kd_Lee2005([0.05], [0.003]).round(4)
-    array([0.0662])
-    """
-    a, bb = _checked(sun_zenith, absorption=a, backscattering=bb)
-    return (1 + 0.005 * sun_zenith) * a + 4.18 * (1 - 0.52 * np.exp(-10.8 * a)) * bb
-
-
 def Kd_Lee2013(
     a: ArrayLike, bb: ArrayLike, bb_molecular: ArrayLike, sun_zenith: float = 30.0
 ) -> NDArray[np.float64]:
     """Kd between the surface and the depth of 10 % light, from a, bb and the molecules' part.
 
-    Of the two it is the better one in clear water, where :func:`Kd_Lee2005`, which takes light
-    scattered back by molecules for that of particles, is up to 8 % too high.
+    In clear water better than Lee et al. (2005), who take light scattered back by molecules for
+    that of particles: up to 8 % too high there.
 
     Parameters
     ----------
@@ -82,12 +49,21 @@ def Kd_Lee2013(
     >>> Kd_Lee2013([0.05, 0.05], [0.003, 0.003], [0.0, 0.003]).round(4)
     array([0.0664, 0.064 ])
     """
-    a, bb, molecular = _checked(sun_zenith, absorption=a, backscattering=bb, molecular=bb_molecular)
+    a, bb, molecular = checked_coefficients(
+        sun_zenith, absorption=a, backscattering=bb, molecular=bb_molecular
+    )
     strength = 4.259 * (1 - 0.52 * np.exp(-10.8 * a))
     return (1 + 0.005 * sun_zenith) * a + strength * (bb - 0.265 * molecular)
 
 
-def _checked(sun_zenith: float, **coefficients: ArrayLike) -> list[NDArray[np.float64]]:
+def checked_coefficients(sun_zenith: float, **coefficients: ArrayLike) -> list[NDArray[np.float64]]:
+    """Return coefficients in 1/m as arrays, each finite and not negative.
+
+    Raises
+    ------
+    InputError
+        Names the one that is not, or a sun below the horizon.
+    """
     if not 0 <= sun_zenith <= 90:
         raise InputError(f"Kd: the sun zenith must be 0 to 90 degrees, got {sun_zenith:g}")
     arrays = [np.asarray(values, dtype=np.float64) for values in coefficients.values()]

@@ -20,7 +20,6 @@ from ..spectra.bands import Bands
 from ..spectra.spectrum import shipped_table
 from .bio_optics import Constituents
 from .phase import EinsteinSmoluchowski, Isotropic, PhaseFunction
-from .pure_water import pure_water_absorption
 
 PROCESSES = ("raman", "chlorophyll", "cdom")
 RAMAN_PHASE = EinsteinSmoluchowski(0.53)
@@ -120,14 +119,6 @@ def raman_coefficient(wavelengths: ArrayLike) -> NDArray[np.float64]:
     """
     nm = _checked(wavelengths)
     return _RAMAN_488 * (488.0 / nm) ** _RAMAN_EXPONENT
-
-
-def raman_coefficient_Gutierrez2008(wavelengths: ArrayLike) -> NDArray[np.float64]:
-    """Raman coefficient as the paper has it, the absorption of water: far too strong.
-
-    For comparison only; 300 to 800 nm.
-    """
-    return pure_water_absorption(wavelengths)
 
 
 def raman_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float64]:

@@ -14,7 +14,6 @@ from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     luminance,
     reduction,
     srgb_encode,
-    srgb_rmse,
 )
 from underwater_spectral.uw_spectral.spectra.illuminant import parse_illuminant
 from underwater_spectral.uw_spectral.spectra.reflectance import (
@@ -22,11 +21,11 @@ from underwater_spectral.uw_spectral.spectra.reflectance import (
     colorchecker_reflectance,
     emission_basis,
     parse_reflectance,
-    round_trip_error,
     uplift,
     uplift_basis,
 )
 from underwater_spectral.uw_spectral.spectra.sensor import list_sensors, parse_sensor
+from underwater_spectral.validation.colour_errors import round_trip_error, srgb_rmse
 
 BANDS = Bands.uniform(35, 380.0, 730.0)
 FINE = Bands.uniform(200, 380.0, 780.0)

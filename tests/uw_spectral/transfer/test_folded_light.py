@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import USUAL_BANDS, SceneSettings
+from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.transfer.channel_pixel import (
@@ -21,9 +22,9 @@ from underwater_spectral.uw_spectral.transfer.channel_pixel import (
 )
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
 from underwater_spectral.uw_spectral.transfer.folded_light import RATES, Shades, fold
+from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
 from underwater_spectral.uw_spectral.transfer.radiance_table import SHADED_STREAMS, tabulate
 from underwater_spectral.uw_spectral.transfer.solved_ray import (
-    LayeredBeam,
     PathShade,
     SolvedWater,
 )
@@ -36,6 +37,31 @@ pytestmark = pytest.mark.filterwarnings(
 PIXELS = 10_000
 FLOOR = 12.0
 FROM_SUN = math.cos(math.radians(15.0))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LayeredBeam:
+    """The direct sun in layered water along one path, by its mean extinctions.
+
+    ``near`` and ``far`` are sunlight scattered once from the path's beginning, and from its end,
+    to the boundary ahead, the peak counted as unscattered.
+    """
+
+    c: object
+    cp: object
+    E: object
+    mu_s: float
+    y_f: float
+    sun: object
+    near: object = 0.0
+    far: object = 0.0
+
+    def boundary(self, y, w, m=NUMPY):
+        return distance_in_water(y, -w[2], self.y_f, m)
+
+    def scattered_once(self, y_o, w, P, m=NUMPY, *, without_peak=False):
+        del y_o, w, without_peak
+        return self.near - m.exp(-self.cp * P) * self.far
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

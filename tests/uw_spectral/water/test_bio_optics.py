@@ -9,19 +9,20 @@ import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.bio_optics import (
     Constituents,
-    chlorophyll_jerlov,
-    henyey_greenstein_Gutierrez2008,
-    isotropic_Gutierrez2008,
-    jerlov_chlorophyll,
     named_water,
     named_waters,
     parse_constituents,
-    water_Gutierrez2008,
 )
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
     pure_water_absorption,
 )
+from underwater_spectral.validation.gutierrez import (
+    henyey_greenstein_Gutierrez2008,
+    isotropic_Gutierrez2008,
+    water_Gutierrez2008,
+)
+from underwater_spectral.validation.kd import chlorophyll_jerlov, jerlov_chlorophyll
 
 NM = np.arange(400.0, 701.0, 25.0)
 

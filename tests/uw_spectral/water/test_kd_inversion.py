@@ -12,7 +12,6 @@ from underwater_spectral.uw_spectral.imaging import Description, WaterDescriptio
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
 from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd490_Morel2007,
-    Kd_Lee2005,
     Kd_Lee2013,
     Kd_Morel2001,
     chlorophyll_Morel2007,
@@ -29,6 +28,7 @@ from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
     pure_water_absorption,
 )
+from underwater_spectral.validation.kd import Kd_Lee2005
 
 NM = np.arange(400.0, 701.0, 25.0)
 

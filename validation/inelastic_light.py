@@ -2,8 +2,7 @@
 
 The elastic light field drives the processes: the source in each emission band is a
 sum of exponentials of depth, and so are the irradiances and the path radiance that
-follow. Like :mod:`.closed_form.closed_form` the per-pixel formulas are plain arithmetic over a
-:class:`.Mathematics`.
+follow. The per-pixel formulas are plain arithmetic over a :class:`.Mathematics`.
 """
 
 from __future__ import annotations
@@ -17,17 +16,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..spectra.bands import Bands
-from ..surface.refraction import fresnel_reflectance
-from ..transfer.path_integral import attenuated_path
-from ..transfer.radiance_field import end_of_path
-from ..transfer.water_column import WaterColumn
-from ..water.inelastic_processes import InelasticProcess, energy_matrix
-from ..water.phase import BandPhase
-from .light_field import DEEPEST_FLOOR, LightField, light_field_of, solve_light_field
-from .path_field import PathField
+from ..uw_spectral.closed_form.light_field import (
+    DEEPEST_FLOOR,
+    LightField,
+    light_field_of,
+    solve_light_field,
+)
+from ..uw_spectral.closed_form.path_field import PathField
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.surface.refraction import fresnel_reflectance
+from ..uw_spectral.transfer.path_integral import attenuated_path
+from ..uw_spectral.transfer.radiance_field import end_of_path
+from ..uw_spectral.transfer.water_column import WaterColumn
+from ..uw_spectral.water.inelastic_processes import InelasticProcess, energy_matrix
+from ..uw_spectral.water.phase import BandPhase
 
 _RESONANCE = 1e-3
 _SHORT = 3e-4  # optical length below which a path counts as one of this length
@@ -156,7 +160,7 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..uw_spectral.water.phase import parse_phase
     >>> column = WaterColumn(Bands.uniform(1), 0.9, 0.1, 0.0, 1.0, (0, 0, -1), 1.0,
     ...                      math.inf, 0.0, "flat", 1.34)
     >>> fields = excitation_fields(column, parse_phase("hg:0.8").for_bands([0.1]))

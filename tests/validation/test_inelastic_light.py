@@ -10,11 +10,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import expn
-from underwater_spectral.uw_spectral.closed_form.inelastic_light import (
-    excitation_fields,
-    reduced,
-    solve_inelastic,
-)
 from underwater_spectral.uw_spectral.closed_form.light_field import (
     light_field_of,
     solve_light_field,
@@ -35,11 +30,16 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     inelastic_processes,
     parse_processes,
     raman_coefficient,
-    raman_coefficient_Gutierrez2008,
     raman_emission,
     raman_process,
 )
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.gutierrez import raman_coefficient_Gutierrez2008
+from underwater_spectral.validation.inelastic_light import (
+    excitation_fields,
+    reduced,
+    solve_inelastic,
+)
 
 FINE = np.arange(400.0, 1000.0, 0.05)
 WIDE, TABLES = Bands.uniform(110, 300, 850), Bands.uniform(100, 300, 800)
