@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,19 +14,28 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.lamps.emission import colour_of_blackbody
 from ...uw_spectral.lamps.ies import Photometry, parse_ies, read_ies
+from ..materials import socket_rules
 
 type Array = NDArray[np.float64]
 
 WATTS_PER_CANDELA = 0.0706650768394
 """Blender's value of an IES texture per candela: 4π over 177.83 lm/W."""
-_DEEPEST = 32  # nodes in a row
-_PRODUCTS: dict[str, Callable[[Array, Array], Array]] = {
+_NUMBERED = re.compile(r"^\d+_")  # what Blender puts before the names of nodes it inlines
+_OPERATIONS: dict[str, Callable[..., Array]] = {
     "MULTIPLY": operator.mul,
     "ADD": operator.add,
     "SUBTRACT": operator.sub,
+    "DIVIDE": lambda a, b: np.divide(a, b, out=np.zeros(3), where=b != 0.0),
+    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
+    "ABSOLUTE": np.abs,
+    "SQRT": lambda a: np.sqrt(np.maximum(a, 0.0)),
     "MINIMUM": np.minimum,
     "MAXIMUM": np.maximum,
+    "DARKEN": np.minimum,
+    "LIGHTEN": np.maximum,
+    "MIX": lambda _, b: b,
 }
+"""Of Math and of Mix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +70,11 @@ def nodes_of(light: bpy.types.Light) -> LampNodes:
     InputError
         If a photometric file cannot be used.
     """
-    tree = light.node_tree
-    if tree is None:
+    if light.node_tree is None:
         return LampNodes()
-    outputs = [n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputLight"]
-    output = next((n for n in outputs if n.is_active_output), None)
+    # Groups, zones, reroutes and what is muted are gone in it; it lives as long as its owner.
+    inlined = light.inline_shader_nodes()
+    output = inlined.node_tree.get_output_node("CYCLES")
     if output is None:
         return LampNodes(np.zeros(3))
     reader = _Reader(light)
@@ -74,76 +84,89 @@ def nodes_of(light: bpy.types.Light) -> LampNodes:
 
 @dataclass
 class _Reader:
-    """Follows the nodes of one lamp."""
+    """Follows the nodes of one lamp, as Cycles does: EEVEE leaves them out."""
 
     light: bpy.types.Light
     photometry: Photometry | None = None
     unheeded: list[str] = field(default_factory=list)
-    depth: int = 0
 
     def shader(self, socket: bpy.types.NodeSocket) -> Array:
         """Light that arrives at a shader's input."""
-        source = _source(socket)
+        source = socket_rules.source(socket)
         if source is None:
             return np.zeros(3)
         node = source.node
-        if node.bl_idname == "ShaderNodeEmission" and not node.mute:
-            return self.value(node.inputs["Color"]) * self.value(node.inputs["Strength"])
-        if node.bl_idname in ("ShaderNodeAddShader", "ShaderNodeMixShader") and not node.mute:
+        if source.type != "SHADER":  # Blender takes it for an Emission
+            return np.maximum(self._output(node, source), 0.0)
+        if node.bl_idname == "ShaderNodeEmission":
+            colour = np.maximum(self.value(node.inputs["Color"]), 0.0)
+            return colour * self.value(node.inputs["Strength"])
+        if node.bl_idname in ("ShaderNodeAddShader", "ShaderNodeMixShader"):
             one, other = (self._apart(self.shader, i) for i in node.inputs if i.type == "SHADER")
             if node.bl_idname == "ShaderNodeAddShader":
                 return one + other
-            share = self._apart(self.value, node.inputs[0])
+            share = np.clip(self._still(node.inputs[0]), *socket_rules.limits(node.inputs[0]))
             return one + share * (other - one)
         return self._unknown(node)
 
     def value(self, socket: bpy.types.NodeSocket) -> Array:
         """What a colour or a number gets."""
-        source = _source(socket)
+        source = socket_rules.source(socket)
         if source is None:
             return _constant(socket)
-        if self.depth > _DEEPEST:
-            return self._unknown(source.node)
-        self.depth += 1
-        try:
-            return self._output(source.node, source)
-        finally:
-            self.depth -= 1
+        found = self._output(source.node, source)
+        if socket.type != "VALUE":
+            return found
+        return np.full(3, socket_rules.as_number(found, source.type))
 
     def _output(self, node: bpy.types.Node, source: bpy.types.NodeSocket) -> Array:
         kind, inputs = node.bl_idname, node.inputs
-        if node.mute:
-            return self._unknown(node)
         if kind in ("ShaderNodeRGB", "ShaderNodeValue"):
             return _constant(source)
         if kind == "ShaderNodeBlackbody" and not inputs[0].is_linked:
             return colour_of_blackbody(float(inputs[0].default_value))
         if kind == "ShaderNodeLightFalloff":
             if source.name != "Quadratic" or np.any(_constant(inputs["Smooth"])):
-                self.unheeded.append(node.name)
+                self._unknown(node)
             return self.value(inputs["Strength"])
         if kind == "ShaderNodeTexIES" and not inputs["Vector"].is_linked and not self.photometry:
             self.photometry = self._read(node)
             highest = float(self.photometry.mean_candela.max())
             return self.value(inputs["Strength"]) * (highest * WATTS_PER_CANDELA)
-        if kind in ("ShaderNodeMath", "ShaderNodeMix"):
-            return self._product(node)
+        if kind == "ShaderNodeMath":
+            shown = [i for i in inputs if not i.is_unavailable]
+            return self._operation(node, node.operation, shown, np.ones(3), clamp=node.use_clamp)
+        if kind in ("ShaderNodeMix", "ShaderNodeMixRGB"):
+            return self._mixed(node)
         return self._unknown(node)
 
-    def _product(self, node: bpy.types.Node) -> Array:
-        """Of two constants; an IES texture may be multiplied."""
+    def _mixed(self, node: bpy.types.Node) -> Array:
         shown = [i for i in node.inputs if not i.is_unavailable]
-        if node.bl_idname == "ShaderNodeMath":
-            name, share, pair = node.operation, np.ones(3), shown[:2]
-        else:
-            name, pair = getattr(node, "blend_type", "MIX"), shown[1:3]
-            share = self._apart(self.value, shown[0])
-        follow = self.value if name == "MULTIPLY" and np.all(share == 1.0) else self._still
-        if len(pair) < 2 or name not in (*_PRODUCTS, "MIX"):
+        share, newer = self._still(shown[0]), node.bl_idname == "ShaderNodeMix"
+        if not newer or node.clamp_factor:
+            share = np.clip(share, 0.0, 1.0)
+        colours = not newer or node.data_type == "RGBA"
+        clamp = colours and (node.clamp_result if newer else node.use_clamp)
+        name = node.blend_type if colours else "MIX"
+        return self._operation(node, name, shown[1:3], share, clamp=clamp)
+
+    def _operation(
+        self,
+        node: bpy.types.Node,
+        name: str,
+        sockets: list[bpy.types.NodeSocket],
+        share: Array,
+        *,
+        clamp: bool,
+    ) -> Array:
+        """Of constants; an IES texture may be multiplied."""
+        if name not in _OPERATIONS:
             return self._unknown(node)
-        one, other = (follow(i) for i in pair)
-        changed = other if name == "MIX" else _PRODUCTS[name](one, other)
-        return one + share * (changed - one)
+        whole = name == "MULTIPLY" and np.all(share == 1.0) and not clamp
+        given = [(self.value if whole else self._still)(i) for i in sockets]
+        changed = _OPERATIONS[name](*given)
+        found = given[0] + share * (changed - given[0])
+        return np.clip(found, 0.0, 1.0) if clamp else found
 
     def _still(self, socket: bpy.types.NodeSocket) -> Array:
         return self._apart(self.value, socket)
@@ -167,20 +190,8 @@ class _Reader:
         return read_ies(Path(bpy.path.abspath(node.filepath, library=self.light.library)))
 
     def _unknown(self, node: bpy.types.Node) -> Array:
-        self.unheeded.append(node.name)
+        self.unheeded.append(_NUMBERED.sub("", node.name))
         return np.ones(3)
-
-
-def _source(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    """Output that an input gets its value from, reroutes followed."""
-    for _ in range(_DEEPEST):
-        links = [link for link in socket.links if link.is_valid and not link.is_muted]
-        if not links:
-            return None
-        if links[0].from_node.bl_idname != "NodeReroute":
-            return links[0].from_socket
-        socket = links[0].from_node.inputs[0]
-    return None
 
 
 def _constant(socket: bpy.types.NodeSocket) -> Array:

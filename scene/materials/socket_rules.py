@@ -1,0 +1,86 @@
+"""What Blender makes of what a socket gets: which link counts, how it converts, where it clamps."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+from mathutils import Color
+from numpy.typing import NDArray
+
+_SHARE, _POSITIVE = (0.0, 1.0), (0.0, math.inf)
+_NUMBERS = {
+    "Factor": _SHARE,
+    "Metallic": _SHARE,
+    "Alpha": _SHARE,
+    "Transmission Weight": _SHARE,
+    "Coat Weight": _SHARE,
+    "Roughness": _SHARE,
+    "Coat Roughness": _SHARE,
+    "Specular IOR Level": _POSITIVE,
+    "Strength": _POSITIVE,
+}
+_UNLIMITED = {"Emission Color"}
+_COLOUR, _VECTOR = "RGBA", "VECTOR"
+_DEEPEST = 1024  # links in a row; Blender refuses circles, not for every input
+
+
+def source(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
+    """Return the output that an input gets its value from; None if it has its own.
+
+    Reroutes are followed, and muted nodes as they pass on; what ends there without a value leaves
+    an input its own, as in EEVEE and Cycles.
+    """
+    for _ in range(_DEEPEST):
+        links = [k for k in socket.links if k.is_valid and not k.is_muted]
+        links = [k for k in links if not k.from_socket.is_unavailable]
+        if not links:
+            return None
+        node, output = links[0].from_node, links[0].from_socket
+        if node.bl_idname == "NodeReroute":
+            socket = node.inputs[0]
+        elif node.mute:
+            passed = [k.from_socket for k in node.internal_links if k.to_socket == output]
+            if not passed:
+                return None
+            socket = passed[0]
+        else:
+            return output
+    return None
+
+
+def limits(socket: bpy.types.NodeSocket) -> tuple[float, float]:
+    """Least and greatest value of an input of a shader node that EEVEE heeds.
+
+    Of EEVEE 5.2; Cycles has the same but for Emission's strength, which may be negative there.
+    """
+    if socket.type == _COLOUR and socket.name not in _UNLIMITED:
+        return _POSITIVE
+    return _NUMBERS.get(socket.name, (-math.inf, math.inf))
+
+
+def as_number(value: NDArray[np.float64], kind: str) -> float:
+    """Return what a number gets of a value of a kind of socket, shape (3,).
+
+    Of a colour it is the luminance, by the primaries that the file works in, as in Cycles; EEVEE
+    keeps those of Rec.709. Of a vector it is the mean.
+
+    Examples
+    --------
+    >>> round(as_number(np.array([0.0, 1.0, 0.0]), "RGBA"), 3)
+    0.715
+    """
+    if kind == _COLOUR:
+        return float(luminance_weights() @ value)
+    return float(np.mean(value)) if kind == _VECTOR else float(value[0])
+
+
+def luminance_weights() -> NDArray[np.float64]:
+    """Luminance of red, green and blue in the colour space that the file works in, (3,)."""
+    return np.array([Color(row).from_scene_linear_to_xyz_d65()[1] for row in np.eye(3).tolist()])
+
+
+def output_of(tree: bpy.types.ShaderNodeTree, engine: str) -> bpy.types.Node | None:
+    """Return the material output that an engine draws; ``engine`` as Blender calls it."""
+    return tree.get_output_node("CYCLES" if engine == "CYCLES" else "EEVEE")
