@@ -174,6 +174,7 @@ def main() -> None:
         python = set_up()
         run(python, "-m", "ruff", "check", ".")
         run(python, "-m", "ruff", "format", "--check", ".")
+        run(python, "tools/unused_code.py")
         # Its warnings are modules that only Blender has.
         run(python, "-m", "basedpyright", "--level", "error")
         # What the wheel holds, as its oldest Python has it.

@@ -13,12 +13,24 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.spectra.spectrum import Spectrum
-from ..uw_spectral.water.bio_optics import Constituents, particle_scattering_Gordon1983
+from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import henyey_greenstein
 from ..uw_spectral.water.pure_water import molecular_scattering, pure_water_absorption
 
 _WAVELENGTHS = np.arange(300.0, 800.1, 2.5)
+
+
+def particle_scattering_Gordon1983(
+    chlorophyll: float, wavelengths: ArrayLike
+) -> NDArray[np.float64]:
+    """Scattering of particles, 0.30 C^0.62 (550/λ), 1/m, as Gutierrez et al. (2008) print it.
+
+    H. R. Gordon & A. Morel, Lecture Notes 4, Springer (1983); the factor ranges from 0.12 to
+    0.45 in nature.
+    """
+    nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+    return 0.30 * chlorophyll**0.62 * 550.0 / nm
 
 
 def water_Gutierrez2008(constituents: Constituents) -> Water:

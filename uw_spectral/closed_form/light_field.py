@@ -103,14 +103,6 @@ class LightField:
         """Downwelling irradiance at depth y, direct sun included."""
         return self.E0(y, m) / 4.0 + self.F(y, m) / 2.0 + self.E * m.exp(-self.ks * y)
 
-    def Ed_gradient(self, y: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Derivative of :meth:`Ed` by depth."""
-        down, up = self._diffuse(y, m)
-        sun = self.ks * m.exp(-self.ks * y)
-        mean = self.k * (up - down) - self.A * sun
-        net = -self.k * self.h * (down + up) - self.B * sun
-        return mean / 4.0 + net / 2.0 - self.E * sun
-
     def Eu(self, y: Operand, m: Mathematics = NUMPY) -> Operand:
         """Upwelling irradiance at depth y, of the two streams.
 

@@ -10,7 +10,7 @@ from .light_field import LightField
 
 
 class PathField:
-    """A :class:`.RadianceField` that is known by the radiance of its paths."""
+    """A radiance field that is known by the radiance of its paths."""
 
     field: LightField
 

@@ -346,13 +346,6 @@ class WaveComponents:
         lost = self.slope_variance - low.slope_variance
         return self._only(kept, shorter=self.shorter + np.maximum(lost, 0))
 
-    def strongest(self, count: int) -> WaveComponents:
-        """Keep the components of largest amplitude, e.g. for a displaced mesh."""
-        if count >= len(self):
-            return self
-        kept = np.sort(np.argsort(-self.amplitude, kind="stable")[:count])
-        return self._only(kept)
-
     def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
         """Elevation of the surface at points, m.
 

@@ -7,8 +7,7 @@ surface at distance P gets
 
 the water on the way, the surface itself, and the undisturbed light from beyond it that is
 scattered forward into the pixel. Open water is the same with the water's own boundary at
-its end. Light of changed wavelength is a second such sum. The components have names; a
-renderer draws those it is asked for, and pays for no others.
+its end. The components have names; a renderer draws those it is asked for, and pays for no others.
 """
 
 from __future__ import annotations
@@ -61,8 +60,6 @@ class Pixel:
         Radiance of the undisturbed water from there on.
     m : Mathematics
         Elementary functions.
-    changed : Pixel, optional
-        The light of changed wavelength in the same pixel.
     coverage : float or array
         Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
     beyond : float or array
@@ -82,7 +79,6 @@ class Pixel:
     L_end: Operand
     L_beyond: Operand
     m: Mathematics = NUMPY
-    changed: Pixel | None = None
     coverage: Operand = 1.0
     beyond: Operand = 1.0
     lamps: Operand = 0.0
@@ -117,20 +113,9 @@ class Pixel:
         return self.water.single_scattering(self.y_o, self.w, self.P, self.m) * self.coverage
 
     @functools.cached_property
-    def multiple_scattering(self) -> Operand:
-        """The rest of the light of the path."""
-        return self.path - self.single_scattering
-
-    @functools.cached_property
-    def inelastic(self) -> Operand:
-        """Light of changed wavelength."""
-        return 0.0 if self.changed is None else self.changed.total
-
-    @functools.cached_property
     def total(self) -> Operand:
         """Sum of the components."""
-        elastic = self.path + self.direct + self.forward_scattered + self.lamps
-        return elastic if self.changed is None else elastic + self.inelastic
+        return self.path + self.direct + self.forward_scattered + self.lamps
 
 
 @dataclass(frozen=True, eq=False)

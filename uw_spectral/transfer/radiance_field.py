@@ -85,20 +85,6 @@ class PathLight(Protocol):
         ...
 
 
-class RadianceField(PathLight, Radiant, Protocol):
-    """Light of one process (elastic, inelastic) in undisturbed plane-parallel water."""
-
-    def boundary(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-        """Distance from depth y along w to the surface or the floor, m."""
-        ...
-
-    def boundary_radiance(
-        self, w: Sequence[Operand], L_surface: Operand = 0.0, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Radiance that surface or floor, whichever lies ahead, send against w."""
-        ...
-
-
 def end_of_path(
     y_o: Operand, w: Sequence[Operand], P: Operand, y_f: Operand, m: Mathematics = NUMPY
 ) -> tuple[Operand, Operand]:
@@ -135,7 +121,7 @@ def upwelling_irradiance(
     Parameters
     ----------
     radiance : callable
-        At depth y along w: :meth:`RadianceField.radiance`.
+        At depth y along w.
     y : float or array
         Depth, m; an array has a last axis of 1 for the bands.
 

@@ -496,18 +496,6 @@ def particle_scattering_Loisel1998(
     return at_550 * (nm / 550.0) ** exponent
 
 
-def particle_scattering_Gordon1983(
-    chlorophyll: float, wavelengths: ArrayLike
-) -> NDArray[np.float64]:
-    """Scattering of particles, 0.30 C^0.62 (550/λ), 1/m, as Gutierrez et al. (2008) print it.
-
-    H. R. Gordon & A. Morel, Lecture Notes 4, Springer (1983); the factor ranges from 0.12 to
-    0.45 in nature.
-    """
-    nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
-    return 0.30 * chlorophyll**0.62 * 550.0 / nm
-
-
 def particle_backscatter_Morel2001(chlorophyll: float) -> float:
     """bb/b at 550 nm of the particles of a case 1 water (Morel & Maritorena 2001).
 

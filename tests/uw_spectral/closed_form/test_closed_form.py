@@ -146,8 +146,7 @@ def test_pixel_joins_object_and_background():
 def test_components_add_up_and_are_what_their_names_say():
     water, w = _water(0.05, 0.2, r=0.2), _view(0.3)
     pixel = UndisturbedWater(water, Sky(0.1)).surface(5.0, 5.6, w, 2.0, 0.7, coverage=0.6)
-    parts = ("direct", "forward_scattered", "single_scattering", "multiple_scattering", "inelastic")
-    whole = sum(getattr(pixel, name) for name in parts)
+    whole = pixel.direct + pixel.forward_scattered + pixel.path
     np.testing.assert_allclose(pixel.total, whole, rtol=1e-12)
     np.testing.assert_allclose(pixel.direct, 0.7 * np.exp(-0.25 * 2.0))
     np.testing.assert_allclose(pixel.transmittance, np.exp(-0.25 * 2.0))

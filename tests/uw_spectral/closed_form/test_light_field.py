@@ -124,13 +124,3 @@ def test_any_water_gives_finite_irradiance(c, albedo, g, mu_s, y_f, r, R, share)
 def test_bad_input(change, message):
     with pytest.raises(InputError, match=message):
         _field(**change)
-
-
-def test_gradient_is_the_slope_of_the_irradiance():
-    field = solve_light_field(
-        [0.05, 0.3], [0.4, 0.05], [0.9, 0.8], [0.82, 0.64], [1.0, 1.0], 0.8, E_sky=0.2, R=0.48,
-        r=0.3, y_f=9.0,
-    )  # fmt: skip
-    y, step = np.array([[0.5], [4.0], [8.9]]), 1e-4
-    slope = (field.Ed(y + step) - field.Ed(y - step)) / (2 * step)
-    np.testing.assert_allclose(field.Ed_gradient(y), slope, rtol=1e-6)
