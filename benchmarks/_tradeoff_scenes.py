@@ -103,7 +103,7 @@ _NO_FLOOR_TERM = f"{USUAL}, no floor term"
 _NO_SURFACE = f"{USUAL}, no surface"
 _CALM = f"{USUAL}, flat surface"
 _ELASTIC = f"{USUAL}, no inelastic light"
-_LIGHT = (f"{USUAL}, closed form", f"{USUAL}, no single scattering")
+_LIGHT = (f"{USUAL}, no single scattering",)
 _SHAFTS = [
     _realtime(f"{USUAL}, shafts", {"shafts": True}),
     *(
@@ -115,8 +115,7 @@ _TERMS = [
     *_SHAFTS,
     _realtime(_NO_SHADOWS, {"diffuse_shadows": False}),
     _realtime(_BLIND, blocking=False),
-    _realtime(_LIGHT[0], {"field": "closed-form"}),
-    _realtime(_LIGHT[1], single=False),
+    _realtime(_LIGHT[0], single=False),
     _realtime(_NO_FLOOR_TERM, floor_term=False),
     _realtime(_NO_SURFACE, {"surface": "none"}),
     _realtime(_CALM, {"surface": "flat"}),

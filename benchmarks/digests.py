@@ -69,7 +69,6 @@ _CASES = {
     "camera": _Case({"surface": "flat", "sensor": "Nikon D7000", "water": "jerlov:III"}),
     "from above": _Case({"surface": "flat", "sky": "clear"}, with_="air"),
     "half under waves": _Case({"surface": "waves", "wave_resolution": 32}, with_="air"),
-    "closed form": _Case({"surface": "flat", "field": "closed-form", "diffuse_shadows": False}),
     "bands": _Case({"surface": "flat", "bands": 3}, BANDS),
     "bands, everything": _Case(
         {"surface": "waves", "wave_resolution": 32, "bands": 3, "diffuse_shadows": True},

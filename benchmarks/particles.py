@@ -80,7 +80,7 @@ class Look:
         return render_plan.make_plan(SceneSettings(**{**usual, **self.changes}))
 
 
-_DAY: dict[str, float | str] = {"snow_of_water": 4.0, "plankton": 10.0, "field": "closed-form"}
+_DAY: dict[str, float | str] = {"snow_of_water": 4.0, "plankton": 10.0}
 _NIGHT: dict[str, float | str] = {"sunlight": 0.0, "snow_of_water": 1.0, "silt": 300.0}
 LOOKS = (
     Look("real time, by day: snow and plankton before a dark rock", "realtime", False, _DAY),

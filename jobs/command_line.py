@@ -53,6 +53,8 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
     for name, section in SECTIONS.items():
         _add_settings(result.add_argument_group(section.title, section.text), name)
     _add_work(result)
+    # Of scripts from when there was another.
+    result.add_argument("--field", choices=["solved"], help=argparse.SUPPRESS)
     _add_splitting(result)
     _add_data_sets(result)
     result.add_argument("--list-sensors", action="store_true", default=False)

@@ -27,7 +27,6 @@ BANDS, REALTIME = "bands", "realtime"
 USUAL_BANDS: dict[Mode, int] = {m.mode: m.usual_bands for m in DRAWN}
 """Bands of each mode where the settings leave their number open."""
 EQUAL, OPTIMISED = "equal", "optimised"
-SOLVED, CLOSED_FORM = "solved", "closed-form"
 BOUNDED, EXACT = "bounded", "exact"
 DEFAULT_PHASE = "mixture"
 CONSTITUENTS = "constituents"
@@ -900,18 +899,6 @@ class SceneSettings:
         engine="cycles",
         who="researcher",
     )
-    field: str = _setting(
-        SOLVED,
-        "Light field",
-        "Light that is scattered many times",
-        "quality",
-        choices={
-            SOLVED: ("Solved", "Solved once per water and looked up; everything combines with it"),
-            CLOSED_FORM: ("Closed form", "By formula, as published; combines with little"),
-        },
-        engine="eevee",
-        who="researcher",
-    )
     shafts: bool = _setting(
         False,
         "Shafts of light",
@@ -923,8 +910,7 @@ class SceneSettings:
         True,
         "Diffuse shadows",
         "Shade all light that is not direct sun, on objects and in the water between them, and let "
-        "objects block what shines past them, so that dark ones are dark; in closed form, on "
-        "objects only and from above",
+        "objects block what shines past them, so that dark ones are dark",
         "quality",
         engine="eevee",
     )
@@ -954,9 +940,8 @@ class SceneSettings:
         """Return the settings with the mode's number of bands, if they leave it open."""
         if self.bands:
             return self
-        # Placed bands are few by purpose, and those of the closed form cost the shader.
-        free = self.band_placement == EQUAL and self.field != CLOSED_FORM
-        return replace(self, bands=USUAL_BANDS[mode if free else BANDS])
+        # Placed bands are few by purpose.
+        return replace(self, bands=USUAL_BANDS[mode if self.band_placement == EQUAL else BANDS])
 
     def in_effect(self, engine: str) -> dict[str, str | float | bool]:
         """Return the settings that play a part in pictures of an engine, by name."""

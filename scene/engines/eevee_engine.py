@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from ...datasets.layer_file import FrameLayers
 from ...quality import methods
 from ...settings.render_plan import RenderPlan
-from ...settings.scene_settings import CLOSED_FORM
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
@@ -27,7 +26,7 @@ from ..water import continued_seabed, frame_water, moving_surface, realtime, sce
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent
-from . import closed_form_engine, eevee_settings, mirrored_picture
+from . import eevee_settings, mirrored_picture
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_layers import EeveeLayers, depth_map
 from .exr_output import write_float_exr
@@ -213,9 +212,7 @@ def band_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
 
 
 def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
-    """Return the bands of each pass that is a part of the picture: one, but in closed form."""
-    if plan.settings.field == CLOSED_FORM:
-        return closed_form_engine.picture_passes_of(plan)
+    """Return the bands of each pass that is a part of the picture: one."""
     return [tuple(range(len(plan.bands)))]
 
 
@@ -308,8 +305,6 @@ def _warm_up(scene: bpy.types.Scene) -> None:
 def _open_bands(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
-    if opening.plan.settings.field == CLOSED_FORM:
-        return closed_form_engine.closed_form(scene, camera, opening, by_band=True)
     return eevee_bands(
         scene, camera, opening.plan, opening.extent, opening.depth,
         froxels=opening.froxels, eyes=opening.eyes, kept=opening.kept,
@@ -319,8 +314,6 @@ def _open_bands(
 def _open_realtime(
     scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
 ) -> contextlib.AbstractContextManager[BandEngine]:
-    if opening.plan.settings.field == CLOSED_FORM:
-        return closed_form_engine.closed_form(scene, camera, opening, by_band=False)
     return eevee_realtime(
         scene, camera, opening.plan, opening.extent, opening.depth,
         froxels=opening.froxels, eyes=opening.eyes, kept=opening.kept,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan, forget_files, plan_of, quiet
-from ...settings.scene_settings import BY_PICTURE, CLOSED_FORM, NO_FLOOR, REALTIME, SceneSettings
+from ...settings.scene_settings import BY_PICTURE, NO_FLOOR, REALTIME, SceneSettings
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
@@ -105,8 +105,6 @@ def add(scene: bpy.types.Scene) -> list[str]:
     if scene.camera is not None:
         notes += moving_surface.limits(scene.camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)
-    if chosen.field == CLOSED_FORM:
-        notes.append("the viewport shows the solved field; only renders take the closed form")
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
     session[_KINDS] = _kinds(scene)

@@ -162,12 +162,6 @@ def test_what_was_drawn_in_haste_is_packed_at_rest():
     assert not image.is_dirty
 
 
-def test_that_the_viewport_knows_no_closed_form_is_said():
-    scene = _scene()
-    scene.underwater.field = "closed-form"
-    assert any("closed form" in note for note in live.add(scene))
-
-
 def test_what_begins_to_glow_gets_other_nodes():
     scene = _scene()
     live.add(scene)

@@ -93,7 +93,7 @@ def test_choices_are_those_of_the_optics():
         "water_source": JERLOV_SOURCES, "surface": SURFACES, "sky": SKIES,
         "irradiance": ("auto", "below", "above"), "white_balance": WHITE_BALANCES, "tone": TONES,
         "contrast": CONTRASTS, "band_placement": ("equal", "optimised"),
-        "forward_peak": ("bounded", "exact"), "field": ("solved", "closed-form"),
+        "forward_peak": ("bounded", "exact"),
         "port_glass": tuple(GLASSES), "raw": ("none", *RAW_FILES),
     }  # fmt: skip
 
@@ -256,8 +256,8 @@ def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     assert ("chlorophyll" in shown) == (water == "constituents")
     assert ("denoise" in shown) == (quality == "REFERENCE")
     assert ("forward_peak" in shown) == (quality == "REFERENCE")
-    switches = {"field", "shafts", "diffuse_shadows"} & set(shown)
-    assert len(switches) == (0 if quality == "REFERENCE" else 3)
+    switches = {"shafts", "diffuse_shadows"} & set(shown)
+    assert len(switches) == (0 if quality == "REFERENCE" else 2)
 
 
 def test_the_manual_has_a_row_for_every_panel():
