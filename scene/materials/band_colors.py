@@ -29,7 +29,7 @@ from .inserted import (
     trees_but,
     value_curves,
 )
-from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, nodes_that
+from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, makes_closure, nodes_that
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
@@ -205,8 +205,7 @@ def _colours(
 ) -> Iterator[tuple[bpy.types.Node, bpy.types.NodeSocket]]:
     """Yield the inputs of a tree's shaders that nothing was put before yet."""
     for node in list(tree.nodes):
-        shades = any(output.type == "SHADER" for output in node.outputs)
-        if node.bl_idname == "ShaderNodeGroup" or MARK in node or not shades:
+        if MARK in node or not makes_closure(node):
             continue
         yield from (
             (node, socket) for socket in node.inputs if not has_inserted(socket, uplift.READ)

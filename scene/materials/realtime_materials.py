@@ -12,8 +12,9 @@ mix and add it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
@@ -28,7 +29,15 @@ from ...uw_spectral.transfer.closures import (
 from ...uw_spectral.transfer.facets import specular_index
 from .. import contents
 from ..animation import curves
-from . import band_colors, bare_colours, matte_fallbacks, refractive_indices, wet_colours
+from . import (
+    band_colors,
+    bare_colours,
+    inlined_shaders,
+    matte_fallbacks,
+    refractive_indices,
+    socket_rules,
+    wet_colours,
+)
 from .inserted import is_idle, new_node, own_input, put_before
 from .shader_nodes import (
     CLEAR,
@@ -41,6 +50,7 @@ from .shader_nodes import (
     REFRACTS,
     SHADER_NODES,
     ShaderNode,
+    makes_closure,
     nodes_that,
 )
 
@@ -68,6 +78,7 @@ _OUTPUTS = {
     "coat_roughness": "UW Coat Roughness",
     "coat_index": "UW Coat Index",
 }
+_OURS = tuple(f"{name} " for name in (*_OUTPUTS.values(), "UW Normal", "UW Coat Normal"))
 _GREY, _DARKEST = 0.5, 1e-3
 _LEAST_FACETS = 1e-6
 _CLEAR_REFLECTS = 0.02  # about, of light from all sides, by which clear facets count beside others
@@ -75,12 +86,16 @@ _MATTE = "mirrors; in real time it throws back the water's light as a matte thin
 
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
 _HIDDEN = "is clear; in real time it mirrors lamps if its render method is Blended"
+_CHANGED = (
+    "changes by nodes what Shader to RGB tells of its light; real time measures it under a white "
+    "sun of strength 1 and has the rest of the light as if nothing were changed"
+)
 _ROUND = "is anisotropic; in real time its highlights of lamps are round"
 _EMITTING, _KEPT = nodes_that(EMITS), nodes_that(REFLECTS, EMITS, PASSES)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
 _TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
 _READ = uplift.READ | {uplift.FILTER}
-_IMAGE = "ShaderNodeTexImage"
+_IMAGE, _MEASURING = "ShaderNodeTexImage", "ShaderNodeShaderToRGB"
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
 
 
@@ -114,6 +129,9 @@ class _Closure:
     normal: NodeValue | None = None
     coat_normal: NodeValue | None = None
 
+    def times(self, factor: Operand) -> _Closure:
+        return replace(self, **{name: getattr(self, name) * factor for name in _OUTPUTS})
+
     def combined(self, other: _Closure, join: Callable[[Operand, Operand], Operand]) -> _Closure:
         joined = {name: join(getattr(self, name), getattr(other, name)) for name in _OUTPUTS}
         normals = self.normal or other.normal, self.coat_normal or other.coat_normal
@@ -137,15 +155,11 @@ class _Walk:
 
     def closure(self, socket: bpy.types.NodeSocket) -> _Closure:
         """Return what arrives at a shader input."""
-        links = [link for link in socket.links if link.is_valid and not link.is_muted]
-        return self._of(links[0].from_node, links[0].from_socket) if links else _Closure()
+        source = socket_rules.source(socket)
+        return _Closure() if source is None else self._of(source.node, source)
 
     def _of(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
         kind, shaders = node.bl_idname, [i for i in node.inputs if i.type == "SHADER"]
-        if kind == "NodeReroute":
-            return self.closure(node.inputs[0])
-        if node.mute:
-            return self.closure(shaders[0]) if shaders else _Closure()
         if kind == "ShaderNodeMixShader":
             share = self._value(node.inputs[0])
             first, second = (self.closure(s) for s in shaders)
@@ -153,8 +167,8 @@ class _Walk:
         if kind == "ShaderNodeAddShader":
             first, second = (self.closure(s) for s in shaders)
             return first.combined(second, lambda a, b: a + b)
-        if kind == "ShaderNodeGroup" and node.node_tree is not None:
-            return self._group(node, output)
+        if kind == "ShaderNodeGroup":
+            return _Closure() if node.node_tree is None else self._group(node, output)
         if kind == PRINCIPLED:
             return self._principled(node)
         known, normal = SHADER_NODES.get(kind), self._normal(node)
@@ -168,9 +182,9 @@ class _Walk:
     def _known(self, node: bpy.types.Node, known: ShaderNode, normal: NodeValue | None) -> _Closure:
         if known.approximate:
             self._note(known.approximate)
-        colour, mirrored = self._value(node.inputs[known.colour]), {}
         if known.does == EMITS:
-            return _Closure(emission=colour * self._value(node.inputs["Strength"]))
+            return self._glow(node.inputs[known.colour], node.inputs["Strength"])
+        colour, mirrored = self._value(node.inputs[known.colour]), {}
         if known.does == PASSES:
             return _Closure(transmittance=colour)
         facets = self._facets(node, known.facets, colour)
@@ -190,6 +204,17 @@ class _Walk:
         return _Closure(
             colour, behind=behind, highlight=highlight, normal=normal, **mirrored, **facets
         )
+
+    def _glow(self, colour: bpy.types.NodeSocket, strength: bpy.types.NodeSocket) -> _Closure:
+        """Return what is emitted: of light that Shader to RGB tells, what has thrown it back."""
+        own, factor = own_input(colour), self._value(strength)
+        lit = socket_rules.before(own, _MEASURING)
+        if lit is None:
+            return _Closure(emission=0.0 if _is_zero(factor) else self._value(colour) * factor)
+        nearest = socket_rules.source(own)
+        if nearest is not None and nearest.node != lit:
+            self._note(_CHANGED)
+        return replace(self.closure(lit.inputs[0]).times(factor), transmittance=0.0)
 
     def _mirrored(self, colour: Operand, roughness: bpy.types.NodeSocket) -> dict[str, Operand]:
         """Return what of a closure mirrors the water, and how roughly."""
@@ -254,8 +279,7 @@ class _Walk:
         geometry = self.graph.node("ShaderNodeNewGeometry").outputs
         for name in (realtime_highlights.NORMAL, realtime_highlights.TANGENT):
             if name in group.inputs:
-                links = [link for link in node.inputs[name].links if not link.is_muted]
-                source = links[0].from_socket if links else geometry[name]
+                source = socket_rules.source(node.inputs[name]) or geometry[name]
                 self.tree.links.new(source, group.inputs[name])
         for name in realtime_highlights.NUMBERS[kind]:
             self.graph.assign(self._value(node.inputs[name]), group.inputs[name])
@@ -277,47 +301,60 @@ class _Walk:
             transmittance = transmittance + alpha * passing * left
         if not is_idle(self.tree, node, "Anisotropic"):
             self._note(_ANISOTROPIC)
-        strength = self._value(inputs["Emission Strength"])
-        glow = 0.0 if _is_zero(strength) else self._value(inputs["Emission Color"]) * strength
+        glow = self._glow(inputs["Emission Color"], inputs["Emission Strength"])
         coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])
         if not _is_zero(coat) and isinstance(tint, NodeValue):
-            base = base * (1.0 + coat * (tint - 1.0))
+            through = 1.0 + coat * (tint - 1.0)
+            base, glow = base * through, glow.times(through)
         facets = self._principled_facets(node, base, alpha, metallic, passing)
         colour = base * (alpha * (1.0 - passing))
         if not _is_zero(metallic):
             facets |= self._mirrored(colour * metallic, inputs["Roughness"])
         normals = self._normal(node), self._normal(node, "Coat Normal")
-        return _Closure(
-            colour, glow * alpha, transmittance, normal=normals[0], coat_normal=normals[1],
+        own = _Closure(
+            colour, transmittance=transmittance, normal=normals[0], coat_normal=normals[1],
             **facets,
         )  # fmt: skip
+        return own.combined(glow.times(alpha), lambda a, b: a + b)
 
     def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> _Closure:
         group = node.node_tree
         if not group.is_editable:
             self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
             return _Closure(colour=_GREY)
-        if not any(_is_ours(item) for item in _interface_outputs(group)):
-            _open_group(group, output.name, self)
-        return _Closure(
-            **{
-                quantity: self.graph.term(node.outputs[name])
-                for quantity, name in _OUTPUTS.items()
-                if name in node.outputs
-            }
-        )
+        names = self._names(output)
+        if names["colour"] not in node.outputs:
+            _open_group(group, output.identifier, names, self)
+        found = {q: self.graph.term(node.outputs[n]) for q, n in names.items() if n in node.outputs}
+        return _Closure(**found)
+
+    def _names(self, shader: bpy.types.NodeSocket) -> dict[str, str]:
+        """Names of the outputs for what a shader of a group is, in a closed body or not."""
+        end = f"{shader.identifier}{' closed' if self.closed else ''}"
+        names = _OUTPUTS | {"normal": "UW Normal", "coat_normal": "UW Coat Normal"}
+        return {quantity: f"{name} {end}" for quantity, name in names.items()}
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
-        socket = own_input(socket, but=_READ)
-        links = [link for link in socket.links if not link.is_muted]
-        if links:
-            source = self.graph.term(_alpha_beside_colour(links[0].from_socket))
-            return source if socket.type != "VALUE" or source.size == 1 else _mean(source)
-        if not _is_animated(self.tree, socket):
-            values = np.atleast_1d(socket.default_value)[:3]
-            if np.all(values == 0.0) or np.all(values == 1.0):
-                return float(values[0])
+        own, limits = own_input(socket, but=_READ), socket_rules.limits(socket)
+        source = socket_rules.source(own)
+        if source is not None:
+            return _limited(self._of_type(_alpha_beside_colour(source), socket.type), limits)
+        values, still = np.atleast_1d(own.default_value)[:3], not _is_animated(self.tree, own)
+        if still and (np.all(values == 0.0) or np.all(values == 1.0)):
+            return float(values[0])
+        constant = self._constant(own)
+        inside = bool(np.all((values >= limits[0]) & (values <= limits[1])))
+        return constant if still and inside else _limited(constant, limits)
+
+    def _of_type(self, source: bpy.types.NodeSocket, kind: str) -> NodeValue:
+        """Return what a socket of a kind gets of an output: a node converts it as Blender does."""
+        found = self.graph.term(source)
+        if kind != "VALUE" or found.size == 1:
+            return found
+        return self.graph.operation("ADD", (NodeValue(self.graph, source, 1), 0.0))
+
+    def _constant(self, socket: bpy.types.NodeSocket) -> NodeValue:
         one = socket.type == "VALUE"
         constant = self.graph.node("ShaderNodeValue" if one else "ShaderNodeCombineXYZ")
         constant[SOURCE] = [socket.node.name, socket.identifier]
@@ -335,14 +372,13 @@ class _Walk:
 
     def _wet_value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return an index against what is around a thing: what arrives where it is used."""
-        links = [link for link in socket.links if not link.is_muted]
-        return self.graph.term(links[0].from_socket) if links else self._value(socket)
+        source = socket_rules.source(socket)
+        return self._value(socket) if source is None else self._of_type(source, socket.type)
 
     def _normal(self, node: bpy.types.Node, name: str = "Normal") -> NodeValue | None:
         socket = node.inputs.get(name)
-        if socket is None or all(link.is_muted for link in socket.links):
-            return None
-        return self.graph.term(socket.links[0].from_socket)
+        source = None if socket is None else socket_rules.source(socket)
+        return None if source is None else self.graph.term(source)
 
     def _note(self, text: str) -> None:
         self.notes.append(f"{self.name} {text}")
@@ -430,13 +466,14 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     list of str
         What could not be treated, one line each.
     """
-    notes: list[str] = []
+    notes = inlined_shaders.insert(materials)
     bare_colours.insert(materials)
     refractive_indices.insert(materials)
     wet_colours.insert(materials)
     matte_fallbacks.insert(materials)
     if surfaces.clear is not None:
         band_colors.filter_clear(materials, surfaces.clear)
+    kept = _kept(materials, surfaces)
     for material in materials:
         if not material.is_editable:
             notes.append(
@@ -453,13 +490,17 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         dithered = material.surface_render_method == "DITHERED"
         walk = _Walk(material.node_tree, name, notes, surfaces, closed, dithered)
         band_colors.darken(material.node_tree, surfaces.is_apart)
-        if surfaces.fluorescent is not None and material.name in surfaces.fluorescing:
-            _insert(walk, material, output, surfaces.fluorescent)
-        elif surfaces.keeping is not None and _keeps(material.node_tree):
+        if material in kept:
             measured = band_colors.is_measured(material) or material == surfaces.floor
             _keep(walk, material, output, surfaces.keeping, measured=measured)
-        else:
-            _insert(walk, material, output, surfaces.lit)
+            continue
+        notes += [
+            f"{name} is lit otherwise than wet ones with the same group {group.name!r}; remove the "
+            "water and add it again"
+            for group in filter(_has_sunlight, _groups_of_shaders(material.node_tree))
+        ]
+        fluoresces = surfaces.fluorescent is not None and material.name in surfaces.fluorescing
+        _insert(walk, material, output, surfaces.fluorescent if fluoresces else surfaces.lit)
     return list(dict.fromkeys(notes))
 
 
@@ -481,12 +522,43 @@ def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
         )
 
 
-def _keeps(tree: bpy.types.ShaderNodeTree) -> bool:
-    """Whether all closures of a tree can be lit as they are."""
-    trees = {tree, *(t for t in contents.inner_groups([tree]) if MARK not in t)}
-    return all(each.is_editable for each in trees) and all(
-        _keepable(each, node) for each in trees for node in each.nodes
-    )
+def _kept(materials: Iterable[bpy.types.Material], surfaces: Surfaces) -> set[bpy.types.Material]:
+    """Return the materials whose closures can all be lit as they are.
+
+    Of those that share a group of shaders all are, or none: it has the colours of one way.
+    """
+    groups = {m: _groups_of_shaders(m.node_tree) for m in materials if m.is_editable}
+    kept = {
+        m
+        for m, inner in groups.items()
+        if surfaces.keeping is not None
+        and (surfaces.fluorescent is None or m.name not in surfaces.fluorescing)
+        and all(_keepable(tree, node) for tree in {m.node_tree, *inner} for node in tree.nodes)
+        and not any(map(_is_lit_first, inner))
+    }
+    while True:
+        others = set().union(*(inner for m, inner in groups.items() if m not in kept))
+        fallen = {m for m in kept if groups[m] & others}
+        if not fallen:
+            return kept
+        kept -= fallen
+
+
+def _groups_of_shaders(tree: bpy.types.ShaderNodeTree) -> set[bpy.types.NodeTree]:
+    return {
+        group
+        for group in contents.inner_groups([tree])
+        if MARK not in group and any(map(makes_closure, group.nodes))
+    }
+
+
+def _has_sunlight(group: bpy.types.NodeTree) -> bool:
+    return any(_SUNLIGHT in node for node in group.nodes)
+
+
+def _is_lit_first(group: bpy.types.NodeTree) -> bool:
+    """Whether wet materials use a group whose closures were not kept."""
+    return not _has_sunlight(group) and any(map(_is_ours, _interface_outputs(group)))
 
 
 def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
@@ -882,23 +954,22 @@ def _held(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
 
 
 def _open_group(
-    group: bpy.types.ShaderNodeTree,
-    shader: str,
-    outer: _Walk,
+    group: bpy.types.ShaderNodeTree, shader: str, names: Mapping[str, str], outer: _Walk
 ) -> None:
-    """Give a group outputs for the colour, emission and transmittance of its shader."""
-    outputs = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
-    if not outputs:
+    """Give a group outputs for what one of its shaders is."""
+    ends = [n for n in group.nodes if n.bl_idname == "NodeGroupOutput" and n.is_active_output]
+    if not ends:
         return
-    name = f"group {group.name!r}"
-    walk = _Walk(group, name, outer.notes, outer.surfaces, outer.closed, outer.dithered)
-    closure = walk.closure(outputs[0].inputs[shader])
-    for quantity, name in _OUTPUTS.items():
+    owner = f"group {group.name!r}"
+    walk = _Walk(group, owner, outer.notes, outer.surfaces, outer.closed, outer.dithered)
+    closure = walk.closure(next(i for i in ends[0].inputs if i.identifier == shader))
+    for quantity, name in names.items():
         value = getattr(closure, quantity)
-        if quantity != "colour" and _is_zero(value):
+        if value is None or (quantity != "colour" and _is_zero(value)):
             continue
-        group.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketColor")
-        walk.graph.assign(value, outputs[0].inputs[name])
+        kind = "NodeSocketVector" if "normal" in quantity else "NodeSocketColor"
+        group.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+        walk.graph.assign(value, ends[0].inputs[name])
 
 
 def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
@@ -960,7 +1031,13 @@ def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTr
 
 
 def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
-    return item.name in _OUTPUTS.values()
+    return item.name.startswith(_OURS)
+
+
+def _limited(value: Operand, limits: tuple[float, float]) -> Operand:
+    least, most = limits
+    value = value if least == -math.inf else NODES.maximum(value, least)
+    return value if most == math.inf else NODES.minimum(value, most)
 
 
 def _is_zero(value: object) -> bool:

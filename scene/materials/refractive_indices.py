@@ -14,7 +14,7 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..stored_materials import is_filled_with_air
 from .inserted import has_inserted, is_idle, is_inserted, new_node, own_trees, put_before, take_out
-from .shader_nodes import PRINCIPLED
+from .shader_nodes import PRINCIPLED, makes_closure
 
 _KINDS = {
     "IOR": uplift.INDEX,
@@ -58,10 +58,7 @@ def follow(material: bpy.types.Material) -> None:
 
 def _insert_into_tree(tree: bpy.types.NodeTree) -> None:
     for node in list(tree.nodes):
-        shades = any(output.type == "SHADER" for output in node.outputs)
-        if MARK in node or not (shades or node.bl_idname == _FRESNEL):
-            continue
-        if node.bl_idname == "ShaderNodeGroup":
+        if MARK in node or not (makes_closure(node) or node.bl_idname == _FRESNEL):
             continue
         for socket in list(node.inputs):
             kind = _KINDS.get(socket.name)

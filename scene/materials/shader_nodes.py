@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import bpy
+
 from ...node_groups import realtime_highlights
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
@@ -99,3 +101,10 @@ def nodes_that(*do: str) -> set[str]:
     ['ShaderNodeBsdfRayPortal', 'ShaderNodeBsdfTransparent', 'ShaderNodeHoldout']
     """
     return {name for name, node in SHADER_NODES.items() if node.does in do}
+
+
+def makes_closure(node: bpy.types.Node) -> bool:
+    """Whether a node is where a closure comes from, and not a group, a zone or a mixture."""
+    shaders = [socket for socket in (*node.inputs, *node.outputs) if socket.type == "SHADER"]
+    own = node.bl_idname.startswith("ShaderNode") and node.bl_idname != "ShaderNodeGroup"
+    return own and bool(shaders) and all(socket.is_output for socket in shaders)

@@ -50,6 +50,20 @@ def source(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
     return None
 
 
+def before(socket: bpy.types.NodeSocket, kind: str) -> bpy.types.Node | None:
+    """Return a node of a kind that an input depends on, in the same tree; the nearest."""
+    waiting, seen = [socket], set()
+    while waiting:
+        found = source(waiting.pop(0))
+        if found is None or found.node in seen:
+            continue
+        if found.node.bl_idname == kind:
+            return found.node
+        seen.add(found.node)
+        waiting += list(found.node.inputs)
+    return None
+
+
 def limits(socket: bpy.types.NodeSocket) -> tuple[float, float]:
     """Least and greatest value of an input of a shader node that EEVEE heeds.
 

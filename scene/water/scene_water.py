@@ -27,6 +27,7 @@ from ..materials import (
     bare_surfaces,
     clear_shadows,
     hidden_above,
+    inlined_shaders,
     realtime_materials,
 )
 from ..rendered import is_hidden_by_animation
@@ -351,6 +352,7 @@ def _let_go() -> None:
     clear_shadows.remove(wet)
     realtime_materials.remove(lit)
     bare_colours.remove(wet)
+    inlined_shaders.remove(wet)
     stay = set().union(*lit.values()) if lit else ()
     apparent_places.give_back(stay)
     hidden_above.give_back(stay)

@@ -5,10 +5,21 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene.engines import exr_output
+from underwater_spectral.node_groups import attributes, realtime_surface
+from underwater_spectral.scene.engines import eevee_settings, exr_output
+from underwater_spectral.scene.materials import (
+    band_colors,
+    bare_colours,
+    inlined_shaders,
+    realtime_materials,
+)
+from underwater_spectral.scene.materials.inserted import has_inserted
 from underwater_spectral.scene.seen.lamp_nodes import nodes_of
-from underwater_spectral.tests.scene import scenes
+from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.water import frame_water, realtime, water_body
+from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 _PALE = (0.9, 0.6, 0.2)
 
@@ -221,3 +232,250 @@ def test_lamps_read_their_nodes_as_cycles_does(wall, tmp_path, space):
         if found.unheeded or not np.allclose(found.factor, wanted, rtol=0.02, atol=2e-3):
             wrong[name] = found.factor.round(3), wanted.round(3), found.unheeded
     assert not wrong, wrong
+
+
+_ACROSS, _PIXELS = 8, 4
+
+
+def _principled(tree, *fed, **values):
+    """A shader that glows and reflects; what is fed comes by links."""
+    node = tree.nodes.new("ShaderNodeBsdfPrincipled")
+    given = {
+        "Base Color": (0.5, 0.3, 0.2, 1.0),
+        "Specular IOR Level": 0.0,
+        "Emission Strength": 0.5,
+    }
+    for name, value in (given | {k.replace("_", " "): v for k, v in values.items()}).items():
+        node.inputs[name].default_value = value
+    for name, value in fed:
+        tree.links.new(_number(tree, value), node.inputs[name])
+    return node.outputs[0]
+
+
+_TINT = {"Coat_Tint": (0.4, 0.6, 0.5, 1.0), "Coat_IOR": 1.0}
+_LIMITED = {"Alpha": (1.5, 1.0, -0.5, 0.0), "Coat Weight": (3.0, 1.0, -1.0, 0.0)}
+
+
+def _repeated(tree):
+    """Three times the same on top."""
+    first, last = (tree.nodes.new(f"GeometryNodeRepeat{end}") for end in ("Input", "Output"))
+    first.pair_with_output(last)
+    for item in list(last.repeat_items):
+        last.repeat_items.remove(item)
+    last.repeat_items.new("SHADER", "sum")
+    last.repeat_items.new("RGBA", "colour")
+    first.inputs["Iterations"].default_value = 3
+    first.inputs["colour"].default_value = (0.1, 0.2, 0.3, 1.0)
+    tree.links.new(first.outputs["colour"], last.inputs["colour"])
+    more = _glow(tree, 1.0, first.outputs["colour"])
+    both = _node(tree, "ShaderNodeAddShader", first.outputs["sum"], more)
+    tree.links.new(both, last.inputs["sum"])
+    return last.outputs["sum"]
+
+
+def _called(tree):
+    """A closure zone, evaluated."""
+    first, last = (tree.nodes.new(f"NodeClosure{end}") for end in ("Input", "Output"))
+    first.pair_with_output(last)
+    last.input_items.new("RGBA", "colour")
+    last.output_items.new("SHADER", "shader")
+    tree.links.new(_glow(tree, 0.5, first.outputs["colour"]), last.inputs["shader"])
+    call = tree.nodes.new("NodeEvaluateClosure")
+    call.input_items.new("RGBA", "colour")
+    call.output_items.new("SHADER", "shader")
+    tree.links.new(last.outputs[0], call.inputs[0])
+    call.inputs["colour"].default_value = (*_PALE, 1.0)
+    return call.outputs["shader"]
+
+
+def _bundled(tree):
+    into, out = tree.nodes.new("NodeCombineBundle"), tree.nodes.new("NodeSeparateBundle")
+    into.bundle_items.new("SHADER", "shader")
+    out.bundle_items.new("SHADER", "shader")
+    tree.links.new(_glow(tree, 0.5, _PALE), into.inputs[0])
+    tree.links.new(into.outputs[0], out.inputs[0])
+    return out.outputs[0]
+
+
+def _chosen(tree):
+    menu = tree.nodes.new("GeometryNodeMenuSwitch")
+    menu.data_type = "SHADER"
+    for place, colour in enumerate((_PALE, (0.1, 0.7, 0.4))):
+        tree.links.new(_glow(tree, 0.5, colour), menu.inputs[place + 1])
+    menu.inputs[0].default_value = menu.enum_items[1].name
+    return menu.outputs[0]
+
+
+_ZONES = {"repeat": _repeated, "closure": _called, "bundle": _bundled, "menu": _chosen}
+
+
+def _tiles(scene, made):
+    """Put tiles with materials side by side, before a camera that looks straight down at them."""
+    rows = -(-len(made) // _ACROSS)
+    for place, make in enumerate(made):
+        row, column = divmod(place, _ACROSS)
+        material, tree, output = scenes._material("tile")
+        tree.links.new(make(tree), output.inputs["Surface"])
+        where = column - _ACROSS / 2 + 0.5, rows / 2 - 0.5 - row, 0.0
+        bpy.ops.mesh.primitive_plane_add(size=1.0, location=where)
+        bpy.context.object.data.materials.append(material)
+    scene.camera = scenes.add_camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0))
+    scene.camera.data.type, scene.camera.data.ortho_scale = "ORTHO", max(_ACROSS, rows)
+    render = scene.render
+    render.resolution_x, render.resolution_y = _ACROSS * _PIXELS, rows * _PIXELS
+    render.filter_size, scene.eevee.taa_render_samples = 0.0, 4
+    render.engine, scene.cycles.samples = "BLENDER_EEVEE", 64
+    return [item.data.materials[0] for item in scene.objects if item.type == "MESH"]
+
+
+def _seen(scene, path):
+    """Colours of the tiles, (n, 3)."""
+    exr_output.write_float_exr(scene, path)
+    picture = read_exr(path)[0].astype(float)
+    cells = picture.reshape(-1, _PIXELS, _ACROSS, _PIXELS, picture.shape[-1])[:, 1:-1, :, 1:-1, :3]
+    return cells.mean(axis=(1, 3)).reshape(-1, 3)
+
+
+def _shown(name):
+    """A stand-in for the water: what it is told of a shader, and nothing else."""
+    group = bpy.data.node_groups.new("told", "ShaderNodeTree")
+    for each in (realtime_surface.LIT, realtime_surface.COLOR, realtime_surface.EMITTED):
+        group.interface.new_socket(each, in_out="INPUT", socket_type="NodeSocketColor")
+    group.interface.new_socket("Coverage", in_out="INPUT", socket_type="NodeSocketFloat")
+    group.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
+    group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    told = group.nodes.new("NodeGroupInput").outputs[name]
+    end = group.nodes.new("NodeGroupOutput")
+    group.links.new(_glow(group, 1.0, told), end.inputs[0])
+    return realtime_materials.Surfaces(group)
+
+
+def test_real_time_is_told_of_materials_what_eevee_draws(empty_blender, tmp_path):
+    limits = [
+        (lambda t, n=name, v=value: _principled(t, (n, v), **_TINT))
+        for name, values in _LIMITED.items() for value in values
+    ]  # fmt: skip
+    negative = lambda t: _node(  # noqa: E731
+        t, "ShaderNodeAddShader", _principled(t, Emission_Strength=-0.2), _glow(t, 0.6)
+    )
+    negative_light = lambda t: _node(  # noqa: E731
+        t, "ShaderNodeAddShader", _glow(t, -0.2), _glow(t, 0.6)
+    )
+    made = [*_SHADERS.values(), *_ZONES.values(), negative, negative_light, *limits]
+    materials = _tiles(empty_blender, made)
+    wanted = _seen(empty_blender, tmp_path / "a.exr")[: len(made)]
+    realtime_materials.insert(materials, _shown(realtime_surface.EMITTED))
+    found = _seen(empty_blender, tmp_path / "a.exr")[: len(made)]
+    names = [*_SHADERS, *_ZONES, "negative", "negative light"] + [f"limit {i}" for i in range(99)]
+    wrong = {
+        name: (a.round(3), b.round(3))
+        for name, a, b in zip(names, found, wanted, strict=False)
+        if not np.allclose(a, b, rtol=0.02, atol=2e-3)
+    }
+    assert not wrong, wrong
+    realtime_materials.remove({})
+    inlined_shaders.remove([])
+    assert _seen(empty_blender, tmp_path / "a.exr")[: len(made)] == pytest.approx(wanted, abs=1e-3)
+
+
+def test_cycles_draws_what_zones_hand_on(empty_blender, tmp_path):
+    """Where bands are the channels, the groups of the water change nothing."""
+    scene, made = empty_blender, [*_SHADERS.values(), *_ZONES.values()]
+    materials = _tiles(scene, made)
+    scene.render.engine = "CYCLES"
+    wanted = _seen(scene, tmp_path / "a.exr")[: len(made)]
+    layer = scene.view_layers[0]
+    for basis in (attributes.REFLECTANCE_BASIS, attributes.EMISSION_BASIS):
+        for name, weights in zip(basis, np.eye(3).tolist(), strict=True):
+            layer[name] = weights
+    bare_colours.insert(materials)
+    assert band_colors.insert(materials) == []
+    found = _seen(scene, tmp_path / "a.exr")[: len(made)]
+    assert found == pytest.approx(wanted, rel=0.03, abs=0.01)
+    zones = [n for m in materials for n in m.node_tree.nodes if n.bl_idname.startswith("Geometry")]
+    assert zones
+    assert not [n for n in zones for i in n.inputs if has_inserted(i)]
+    band_colors.remove([])
+    bare_colours.remove([])
+    assert _seen(scene, tmp_path / "a.exr")[: len(made)] == pytest.approx(wanted, rel=1e-5)
+
+
+_MANY = {"red": (0.6, 0.1, 0.1), "green": (0.1, 0.5, 0.1)}
+
+
+def test_each_shader_of_a_group_is_read(empty_blender, tmp_path):
+    group = _group(
+        *(
+            lambda g, given, c=c: _node(
+                g, "ShaderNodeAddShader", _node(g, "ShaderNodeBsdfDiffuse", (*c, 1.0)),
+                _glow(g, given[0], c),
+            )
+            for c in _MANY.values()
+        ),
+        inputs=[("NodeSocketFloat", 0.5)],
+    )  # fmt: skip
+    made = [
+        lambda t, o=o, s=s: _in_group(t, group, s, output=o) for o in (1, 0) for s in (0.2, 1.0)
+    ]
+    materials = _tiles(empty_blender, made)
+    realtime_materials.insert(materials, _shown(realtime_surface.EMITTED))
+    green, red = np.array(_MANY["green"]), np.array(_MANY["red"])
+    wanted = [green * 0.2, green, red * 0.2, red]
+    found = _seen(empty_blender, tmp_path / "a.exr")[:4]
+    assert found == pytest.approx(np.array(wanted), rel=0.02, abs=2e-3)
+    realtime_materials.remove({})
+    assert [o.name for o in materials[0].node_tree.nodes[-1].outputs] == ["out 0", "out 1"]
+
+
+def _diffuse(tree, colour=_PALE):
+    return _node(tree, "ShaderNodeBsdfDiffuse", (*colour, 1.0))
+
+
+def _told_of_light(tree, strength=1.0):
+    return _glow(tree, strength, _node(tree, "ShaderNodeShaderToRGB", _diffuse(tree)))
+
+
+def test_materials_that_share_a_group_of_shaders_are_lit_one_way(empty_blender):
+    group = bpy.data.node_groups.new("water", "ShaderNodeTree")
+    surfaces = realtime_materials.Surfaces(group, keeping=group)
+    for own, expected in ((False, 0), (True, 1)):
+        shared = [_group(lambda g, _: _diffuse(g)) for _ in range(2)]
+        made = (
+            lambda t, g=shared[0]: _in_group(t, g),
+            lambda t, g=shared[own]: _node(
+                t, "ShaderNodeAddShader", _in_group(t, g), _node(t, "ShaderNodeBsdfGlass")
+            ),
+        )
+        materials = _tiles(empty_blender, made)[-2:]
+        assert len(realtime_materials._kept(materials, surfaces)) == expected
+
+
+@pytest.mark.slow
+def test_opaque_things_are_as_bright_however_they_are_expressed(empty_blender, tmp_path):
+    """In water; a group that a clear material shares is lit first, for both."""
+    scene, shared = empty_blender, _group(lambda g, _: _diffuse(g))
+    made = {
+        "plain": _diffuse,
+        "of a shared group": lambda t: _in_group(t, shared),
+        "beside glass": lambda t: _node(
+            t, "ShaderNodeMixShader", 0.0, _in_group(t, shared), _node(t, "ShaderNodeBsdfGlass")
+        ),
+        "told of its light": _told_of_light,
+        "told of half": lambda t: _told_of_light(t, 0.5),
+        "half": lambda t: _diffuse(t, [0.5 * part for part in _PALE]),
+    }
+    materials = _tiles(scene, list(made.values()))
+    for item in scene.objects:
+        item.location.z -= 8.0
+    bpy.context.view_layer.update()
+    column = columns.grey_column(0.05, 0.02)
+    seen = Snapshot(kinds=realtime_materials.kinds(materials))
+    phase = parse_phase("hg:0.5").for_bands(np.ones(3))
+    water = frame_water.realtime_water(column, phase, 3.0, np.eye(3), seen=seen)
+    realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
+    with eevee_settings.realtime_settings(scene, scene.camera, samples=4, water=water):
+        found = dict(zip(made, _seen(scene, tmp_path / "a.exr"), strict=False))
+    assert found["plain"].min() > 0.01
+    for name in ("of a shared group", "beside glass", "told of its light"):
+        assert found[name] == pytest.approx(found["plain"], rel=0.02), name
+    assert found["told of half"] == pytest.approx(found["half"], rel=0.02)
