@@ -70,7 +70,9 @@ _WATER = "Water"
 def _basis_group(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
     tree = _group(name, COLOR_INPUT)
     graph = Graph(tree)
-    rgb = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
+    # Cycles takes what is negative for black, of each channel before they are mixed to bands.
+    given = NODES.maximum(graph.term(graph.node("NodeGroupInput").outputs[0]), 0.0)
+    rgb = graph.components(given)
     red, green, blue = (vector_of_view_layer(graph, attribute) for attribute in basis)
     total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
     graph.assign(total, graph.node("NodeGroupOutput").inputs[0])
@@ -122,7 +124,7 @@ def _sunlit(name: str, *, measured: bool) -> bpy.types.ShaderNodeTree:
         total = given[MEASURED_INPUT]
     else:
         red, green, blue = (given[column] for column in COLUMNS)
-        rgb = graph.components(given[COLOR_INPUT])
+        rgb = graph.components(NODES.maximum(given[COLOR_INPUT], 0.0))
         total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
     total = total / NODES.maximum(given[SHARE], _LEAST)
     graph.assign(total, graph.node("NodeGroupOutput").inputs[0])

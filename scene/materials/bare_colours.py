@@ -1,8 +1,11 @@
-"""Colours that are linked straight into a surface get the Emission that Blender takes them for."""
+"""Colours that are linked straight into a surface get the Emission that Blender takes them for.
+
+So do surfaces that get nothing, which Blender draws black.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 
 import bpy
 
@@ -12,27 +15,43 @@ _OURS = "uw_emits"
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 
 
-def insert(materials: Iterable[bpy.types.Material]) -> None:
+def insert(materials: Collection[bpy.types.Material]) -> None:
     """Put an Emission node between such colours and what takes shaders."""
-    for tree in own_trees(materials):
+    trees = own_trees(materials)
+    for tree in trees:
         for socket in list(bare(tree)):
             link = socket.links[0]
-            active = tree.nodes.active
-            node = tree.nodes.new("ShaderNodeEmission")
-            tree.nodes.active = active
-            node[_OURS], node.select, node.hide = True, False, True
-            node.location = (socket.node.location.x - 200.0, socket.node.location.y)
             source, muted = link.from_socket, link.is_muted
+            node = _node(tree, "ShaderNodeEmission", socket.node)
             tree.links.new(source, node.inputs["Color"])
             tree.links.new(node.outputs[0], socket).is_muted = muted
+    for tree in {material.node_tree for material in materials} & trees:
+        output = tree.get_output_node("EEVEE") or _node(tree, "ShaderNodeOutputMaterial")
+        if not any(output.inputs[name].is_linked for name in ("Surface", "Volume")):
+            black = _node(tree, "ShaderNodeEmission", output)
+            black.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+            black.inputs["Strength"].default_value = 0.0
+            tree.links.new(black.outputs[0], output.inputs["Surface"])
+
+
+def _node(
+    tree: bpy.types.NodeTree, kind: str, before: bpy.types.Node | None = None
+) -> bpy.types.Node:
+    active = tree.nodes.active
+    node = tree.nodes.new(kind)
+    tree.nodes.active = active
+    node[_OURS], node.select, node.hide = True, False, True
+    if before is not None:
+        node.location = (before.location.x - 200.0, before.location.y)
+    return node
 
 
 def remove(kept: Collection[bpy.types.Material]) -> None:
     """Undo :func:`insert`, but for some materials and groups in them."""
     for tree in trees_but(kept):
         for node in [n for n in tree.nodes if _OURS in n]:
-            source = node.inputs["Color"].links[0].from_socket
-            for link in list(node.outputs[0].links):
+            source = next((k.from_socket for k in node.inputs[0].links), None)
+            for link in [k for output in node.outputs for k in output.links if source]:
                 tree.links.new(source, link.to_socket).is_muted = link.is_muted
             tree.nodes.remove(node)
 

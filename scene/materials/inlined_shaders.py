@@ -17,6 +17,7 @@ _STANDS = (
     "material {!r} hands shaders through zones, menus, bundles or into groups, and is animated: "
     "real time draws it as it was when the water was added; lead its shader past them"
 )
+_MEASURING = "ShaderNodeShaderToRGB"
 _PASSING = {"NodeReroute", "NodeGroupOutput"}
 
 
@@ -62,9 +63,10 @@ def remove(kept: Collection[bpy.types.Material]) -> None:
 
 def _needed(tree: bpy.types.ShaderNodeTree) -> bool:
     """Whether a shader goes through something else than groups' outputs and mixtures."""
-    return any(
+    inner = contents.inner_groups([tree])
+    return any(n.bl_idname == _MEASURING for group in inner for n in group.nodes) or any(
         socket.type == "SHADER" and socket.is_linked
-        for each in (tree, *contents.inner_groups([tree]))
+        for each in (tree, *inner)
         for node in each.nodes
         if not node.bl_idname.startswith("ShaderNode") and node.bl_idname not in _PASSING
         for socket in (*node.inputs, *node.outputs)

@@ -150,8 +150,12 @@ class _Walk:
     dithered: bool = False
     graph: Graph = field(init=False)
 
+    measures: bool = field(init=False)
+
     def __post_init__(self) -> None:
         self.graph = Graph(self.tree)
+        own = (node for node in self.tree.nodes if MARK not in node)
+        self.measures = any(node.bl_idname == _MEASURING for node in own)
 
     def closure(self, socket: bpy.types.NodeSocket) -> _Closure:
         """Return what arrives at a shader input."""
@@ -339,6 +343,8 @@ class _Walk:
         own, limits = own_input(socket, but=_READ), socket_rules.limits(socket)
         source = socket_rules.source(own)
         if source is not None:
+            if self.measures and socket_rules.before(own, _MEASURING) is not None:
+                self._note(_CHANGED)
             return _limited(self._of_type(_alpha_beside_colour(source), socket.type), limits)
         values, still = np.atleast_1d(own.default_value)[:3], not _is_animated(self.tree, own)
         if still and (np.all(values == 0.0) or np.all(values == 1.0)):
@@ -636,7 +642,7 @@ def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weigh
         return node.bl_idname in always
     socket = node.inputs[weight]
     # What may change while a job runs counts from its beginning: its nodes stay.
-    return socket.is_linked or socket.default_value > 0.0 or _is_animated(tree, socket)
+    return socket.is_linked or socket.default_value != 0.0 or _is_animated(tree, socket)
 
 
 def is_dry(material: bpy.types.Material) -> bool:

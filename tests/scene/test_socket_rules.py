@@ -479,3 +479,42 @@ def test_opaque_things_are_as_bright_however_they_are_expressed(empty_blender, t
     for name in ("of a shared group", "beside glass", "told of its light"):
         assert found[name] == pytest.approx(found["plain"], rel=0.02), name
     assert found["told of half"] == pytest.approx(found["half"], rel=0.02)
+
+
+def test_what_gets_no_shader_is_black_in_the_water_and_stays_so(empty_blender, tmp_path):
+    """Dry, EEVEE draws it black; without a shader there is nothing to put water before."""
+    scene = empty_blender
+    materials = _tiles(scene, [_diffuse, _diffuse, _diffuse])
+    trees = [material.node_tree for material in materials]
+    trees[1].nodes.remove(trees[1].nodes["Diffuse BSDF"])
+    trees[2].nodes.clear()
+    names = [[node.name for node in tree.nodes] for tree in trees]
+    assert _seen(scene, tmp_path / "a.exr")[1:3] == pytest.approx(0.0)
+    surfaces = _shown(realtime_surface.COLOR)
+    emission = next(n for n in surfaces.lit.nodes if n.bl_idname == "ShaderNodeEmission")
+    veil = _node(surfaces.lit, "ShaderNodeAddShader", emission.outputs[0], _glow(surfaces.lit, 0.1))
+    end = next(n for n in surfaces.lit.nodes if n.bl_idname == "NodeGroupOutput")
+    surfaces.lit.links.new(veil, end.inputs[0])
+    realtime_materials.insert(materials, surfaces)
+    assert _seen(scene, tmp_path / "a.exr")[1:3] == pytest.approx(0.1, rel=0.01)
+    realtime_materials.remove({})
+    bare_colours.remove([])
+    assert [[node.name for node in tree.nodes] for tree in trees] == names
+
+
+def _changed_in_a_group(tree):
+    def lit(group, _):
+        told = _node(group, "ShaderNodeShaderToRGB", _diffuse(group))
+        return _node(group, "ShaderNodeGamma", told, 1.0)
+
+    return _glow(tree, 1.0, _in_group(tree, _group(lit)))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"), [(_told_of_light, False), (_changed_in_a_group, True)], ids=["plain", "group"]
+)
+def test_light_that_is_told_is_no_glow(empty_blender, tmp_path, make, said):
+    materials = _tiles(empty_blender, [make])
+    notes = realtime_materials.insert(materials, _shown(realtime_surface.EMITTED))
+    assert any("Shader to RGB" in note for note in notes) == said
+    assert _seen(empty_blender, tmp_path / "a.exr")[0] == pytest.approx(0.0)
