@@ -25,7 +25,7 @@ _SEED = 1
 _SMALLEST = 1e-20
 _ENOUGH = 64  # triangles that are all looked at
 _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
-_DEEPEST = 14  # halvings of a triangle's edges
+_DEEPEST = 48  # halvings of a triangle's edges, of which only what is near costs
 
 Array = NDArray[np.float64]
 

@@ -245,6 +245,24 @@ def test_shade_reaches_down_to_a_camera_below_a_thing():
     assert -8.5 < grids[1].lower[2] < -7.0
 
 
+@pytest.mark.parametrize("cuts", [1, 64])
+def test_a_larger_seabed_changes_nothing(cuts):
+    """From 3 km on, the ground below a roof had holes."""
+    scene, found = _under_a_slab(), []
+    bpy.data.objects.remove(bpy.data.objects["sand"])
+    for size in (60.0, 1000.0, 4000.0, 20_000.0):
+        bpy.ops.mesh.primitive_grid_add(
+            x_subdivisions=cuts, y_subdivisions=cuts, size=size, location=(0.0, 0.0, -8.1)
+        )
+        around = look_around(scene, scene.camera, 0.1)
+        found.append((around.ground, *around.under_things()))
+        bpy.data.objects.remove(bpy.context.object)
+    ground, voxels, grid = found[0]
+    for other, larger, cells in found[1:]:
+        assert (other, cells) == (ground, grid)
+        np.testing.assert_array_equal(larger.number, voxels.number)
+
+
 def test_removal_leaves_no_trace_of_shade():
     scene = _under_a_slab()
     before = snapshot.snapshot()
