@@ -20,7 +20,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
-from ..seen import cameras, lamps, waterline
+from ..seen import cameras, enclosed_places, lamps, waterline
 from ..temporary import render_settings
 from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
@@ -73,10 +73,7 @@ def eevee_bands(
 
     first_pass = part_of(water_of(plan, depth), passes[0], scale_of(plan, depth))
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
-        notes += continued_seabed.notes(plan, kept.ground)
-        notes += mirrored_picture.notes(camera, plan, eyes)
-        notes += mirrored_picture.notes_of_air(scene, camera, plan, eyes)
-        notes += moving_surface.limits(camera, plan.settings, eyes, eevee=True)
+        notes += _limits(scene, camera, plan, eyes, kept, first_pass)
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
             water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
@@ -137,10 +134,7 @@ def eevee_realtime(
 
     first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
-        notes += continued_seabed.notes(plan, kept.ground)
-        notes += mirrored_picture.notes(camera, plan, eyes)
-        notes += mirrored_picture.notes_of_air(scene, camera, plan, eyes)
-        notes += moving_surface.limits(camera, plan.settings, eyes, eevee=True)
+        notes += _limits(scene, camera, plan, eyes, kept, first)
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water, white = water_of(now, camera_depth)
@@ -163,6 +157,24 @@ def eevee_realtime(
             return render
 
         yield BandEngine(picture_passes_of(plan), notes, frame, lambda path: depth_map(scene, path))
+
+
+def _limits(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    kept: Kept,
+    first: frame_water.RealtimeWater,
+) -> list[str]:
+    """Return what is not drawn as it is, a line each."""
+    return [
+        *continued_seabed.notes(plan, kept.ground),
+        *mirrored_picture.notes(camera, plan, eyes),
+        *mirrored_picture.notes_of_air(scene, camera, plan, eyes),
+        *moving_surface.limits(camera, plan.settings, eyes, eevee=True),
+        *enclosed_places.notes(scene, camera, first.seen.shade, kept.looked),
+    ]
 
 
 def _white_light(

@@ -22,7 +22,7 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, marks, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, realtime_materials, wet_colours
-from ..seen import clouds, lamps
+from ..seen import clouds, enclosed_places, lamps
 from ..session import SESSION
 from ..water import continued_seabed, frame_water, metering, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
@@ -102,6 +102,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes = realtime.add_realtime(scene, water, extent)
     known = _state.known[scene.session_uid]
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
+    notes += enclosed_places.notes(scene, scene.camera, known.table, known.kept.looked)
     if scene.camera is not None:
         notes += moving_surface.limits(scene.camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +27,7 @@ _DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, 
 _BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
+_Value = TypeVar("_Value", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -315,15 +317,15 @@ def _means(values: Array, which: NDArray[np.intp], counts: NDArray[np.intp]) -> 
     return np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
 
 
-def grown(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Full voxels and all their neighbours, across edges and corners too."""
+def grown(values: NDArray[_Value]) -> NDArray[_Value]:
+    """Largest value, as of full voxels, of each and all its neighbours, across corners too."""
     for axis in range(3):
-        lines = np.moveaxis(full, axis, 0)
+        lines = np.moveaxis(values, axis, 0)
         wider = lines.copy()
-        wider[1:] |= lines[:-1]
-        wider[:-1] |= lines[1:]
-        full = np.moveaxis(wider, 0, axis)
-    return full
+        np.maximum(wider[1:], lines[:-1], out=wider[1:])
+        np.maximum(wider[:-1], lines[1:], out=wider[:-1])
+        values = np.moveaxis(wider, 0, axis)
+    return values
 
 
 def _beside(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
