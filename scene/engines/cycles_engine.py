@@ -29,6 +29,7 @@ from ..water import (
     moving_surface,
     particles,
     scene_water,
+    volume_stack,
 )
 from ..water.cycles_phase import cycles_phases
 from ..water.pass_values import PassValues
@@ -73,7 +74,6 @@ def cycles_bands(
         return kept.look(scene, camera, now.column, eyes).ground if continues else None
 
     ground = ground_of(plan)
-    first = continued_seabed.over(plan, ground)
     notes = cycles_water.add_water(
         scene, plan.column, cycles_phases(plan), extent, lamps, above=above,
         dry=mirrored_eye.may_rise(scene, len(eyes)), own_seabed=continues,
@@ -87,9 +87,8 @@ def cycles_bands(
         notes.append(cloud_volumes.LAYERS)
     notes += continued_seabed.notes(plan, ground)
     notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
-    light, layers = first.emission(), None
-    if light is not None:
-        layers = inelastic_layers.add_layers(scene, light, first.column.floor_depth, extent)
+    more = inelastic_layers.MOST_ABOVE if chosen.inelastic else 0
+    notes += volume_stack.notes(scene, [cameras.eye_of(camera), *eyes], more)
     try:
         with cycles_settings.reference_settings(
             scene,
@@ -107,17 +106,17 @@ def cycles_bands(
                 cycles_water.place(scene, now.column, seabed)
                 cycles_water.shape_lamps(scene, plan_lamps(scene, now))
                 now = continued_seabed.over(now, ground)
-                moving_surface.move_surface(scene, now, cameras.eye_of(camera))
+                eye = cameras.eye_of(camera)
+                moving_surface.move_surface(scene, now, eye)
                 floating = particles.particles_of(now.settings, now.column)
                 particles.bring(scene, floating, lambda m: band_colors.insert([m]))
                 values = PassValues.of_plan(now, scene)
                 values = values.with_values(cloud_volumes.values(scene, now))
-                light = now.emission()
-                if layers is not None and light is not None:
-                    values = values.with_values(
-                        inelastic_layers.emission(light, now.column.floor_depth, layers)
+                values = values.with_values(
+                    inelastic_layers.bring(
+                        scene, now.emission(), now.column.floor_depth, extent, -eye[2]
                     )
-
+                )
                 raised = moving_surface.heights(scene, now.settings)
                 split = above and waterline.splits(scene, camera, raised)
                 # Rays begin at the glass where the waterline is on it, or at the port.

@@ -19,14 +19,21 @@ from ...node_groups import attributes
 from ...node_groups.data_blocks import new_material, vector_of_view_layer
 from ...node_groups.water_volume import volume_coefficients
 from ...uw_spectral.transfer.discrete_ordinates import Emission
+from .. import marks
 from . import scene_water
 from .water_body import WaterExtent, box
 
 NAME = "UW Layer"
-# A layer is as thick as the strongest band takes to change by this share, within limits.
-_CHANGE = 0.2
-_THINNEST, _MOST = 0.1, 64
-# Below, layers leave this share of the emission of the brightest depth to the last of them.
+_LAYER = "uw_layer"
+"""Mark of objects that are layers: their number."""
+# A layer is as thick as the strongest band takes to change by this share, more where that makes too
+# many: the sooner, the farther it is from the camera.
+_CHANGE, _GROWTH, _THINNEST = 0.2, 0.05, 0.1
+_COARSER = 1.1
+# Cycles looks up from a camera for the volumes that it is in, and finds 64 faces at most: with 33
+# layers above it, it is wrong. The others are left to the water, clouds and the scene's own.
+MOST_ABOVE, _MOST = 24, 48
+# Below, layers leave this share of the emission at the camera to the last of them.
 _DARKEST = 1e-4
 _APART = 1e-3  # gap in m between layers, or Cycles would count their faces as one
 
@@ -35,51 +42,85 @@ def _attribute(layer: int) -> str:
     return f"{attributes.PREFIX}inelastic_{layer}"
 
 
-def boundaries(light: Emission, floor_depth: float, bottom: float) -> NDArray[np.float64]:
-    """Depths in m at which layers meet, from the surface to the bottom of the water."""
-    bottom = min(bottom, floor_depth)
-    edges = [0.0]
-    total = float(light.at([0.0], floor_depth).sum())
-    while edges[-1] < bottom and len(edges) < _MOST:
-        y = edges[-1]
+def boundaries(
+    light: Emission, floor_depth: float, bottom: float, depth: float
+) -> NDArray[np.float64]:
+    """Depths in m at which layers meet, from the surface to the bottom of the water.
+
+    They are finest about the depth of a camera, which is in the middle of one.
+    """
+    bottom, coarser = min(bottom, floor_depth), 1.0
+    while True:
+        edges = _boundaries(light, floor_depth, bottom, depth, coarser)
+        if len(edges) <= _MOST and (edges < depth).sum() <= MOST_ABOVE:
+            return edges
+        coarser *= _COARSER
+
+
+def _boundaries(
+    light: Emission, floor_depth: float, bottom: float, depth: float, coarser: float
+) -> NDArray[np.float64]:
+    def thin(y: float) -> tuple[float, float]:
+        """Emission, and how thick a layer may be."""
         here, below = light.at([y, y + _THINNEST], floor_depth).sum(axis=1).tolist()
-        if here < _DARKEST * total:
-            break
         rate = abs(math.log(max(below, 1e-300) / max(here, 1e-300))) / _THINNEST
-        edges.append(min(y + max(_CHANGE / max(rate, 1e-9), _THINNEST), bottom))
-    if edges[-1] < bottom:
-        edges.append(bottom)
+        return here, max(coarser * _CHANGE / max(rate, 1e-9), _THINNEST)
+
+    at_camera, own = thin(min(depth, bottom))
+    edges = [0.0]
+    while edges[-1] < bottom:
+        y = edges[-1]
+        here, thickness = thin(y)
+        if y > depth and here < _DARKEST * at_camera:
+            edges.append(bottom)
+            break
+        step = min(coarser * thickness, thickness + _GROWTH * abs(y - depth))
+        edges.append(min(y + step, bottom))
+    if own / 2.0 < depth < bottom - own / 2.0:
+        others = [y for y in edges if abs(y - depth) > own or y in (0.0, bottom)]
+        edges = sorted({*others, depth - own / 2.0, depth + own / 2.0})
     return np.array(edges)
 
 
-def add_layers(
-    scene: bpy.types.Scene, light: Emission, floor_depth: float, extent: WaterExtent
-) -> NDArray[np.float64]:
-    """Add emitting layers to the water in a scene; they leave with it.
+def bring(
+    scene: bpy.types.Scene,
+    light: Emission | None,
+    floor_depth: float,
+    extent: WaterExtent,
+    depth: float,
+) -> dict[str, NDArray[np.float64]]:
+    """Put the emitting layers of a frame into the water of a scene; they leave with it.
 
     Parameters
     ----------
     scene : Scene
         Its water is there already.
-    light : Emission
-        Of the first frame: it decides how thick the layers are.
+    light : Emission or None
+        Without it there are none.
     floor_depth : float
         Of the column that it is emitted in, m.
     extent : WaterExtent
         Size of the water.
+    depth : float
+        Of the camera, m.
 
     Returns
     -------
-    array
-        Depths at which the layers meet, for :func:`emission`.
+    dict
+        Radiance per metre of every layer and band, by view-layer property.
     """
-    edges = boundaries(light, floor_depth, extent.bottom)
+    for item in [item for item in marks.objects(scene) if _LAYER in item]:
+        bpy.data.batch_remove([item, item.data, *item.data.materials])
+    if light is None:
+        return {}
+    edges = boundaries(light, floor_depth, extent.bottom, max(depth, 0.0))
     for layer, (upper, lower) in enumerate(itertools.pairwise(edges)):
         inside = WaterExtent(extent.half_width - _APART, float(lower) - _APART)
         item = box(f"{NAME} {layer}", inside, float(upper) + _APART)
+        item[_LAYER] = layer
         item.data.materials.append(_material(layer))
         scene_water.link(scene, item)
-    return edges
+    return emission(light, floor_depth, edges)
 
 
 def emission(
