@@ -34,7 +34,8 @@ def notes(scene: bpy.types.Scene, eyes: Sequence[Sequence[float]], more: int = 0
     if len(items) + more <= _MOST:
         return []
     corners = [[x.matrix_world @ Vector(corner) for corner in x.bound_box] for x in items]
-    low, high = (np.array([end(c, axis=0) for c in corners]) for end in (np.min, np.max))
+    low = np.array([np.min(c, axis=0) for c in corners])
+    high = np.array([np.max(c, axis=0) for c in corners])
     above = low.copy()
     above[:, 2] = -np.inf
     places = np.array([eye[:3] for eye in eyes], np.float64).reshape(-1, 3)
