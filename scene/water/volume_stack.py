@@ -33,9 +33,8 @@ def notes(scene: bpy.types.Scene, eyes: Sequence[Sequence[float]], more: int = 0
     items = [item for item in ever_rendered(scene) if _is_volume(item)]
     if len(items) + more <= _MOST:
         return []
-    corners = [[x.matrix_world @ Vector(corner) for corner in x.bound_box] for x in items]
-    low = np.array([np.min(c, axis=0) for c in corners])
-    high = np.array([np.max(c, axis=0) for c in corners])
+    corners = np.array([[x.matrix_world @ Vector(c) for c in x.bound_box] for x in items], np.float64)
+    low, high = corners.min(axis=1), corners.max(axis=1)
     above = low.copy()
     above[:, 2] = -np.inf
     places = np.array([eye[:3] for eye in eyes], np.float64).reshape(-1, 3)
