@@ -5,27 +5,31 @@ So do surfaces that get nothing, which Blender draws black.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 import bpy
 
+from ...node_groups.node_mathematics import MARK
 from .inserted import own_trees, trees_but
 
 _OURS = "uw_emits"
 _JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 
 
-def insert(materials: Collection[bpy.types.Material]) -> None:
+def insert(materials: Iterable[bpy.types.Material]) -> None:
     """Put an Emission node between such colours and what takes shaders."""
-    trees = own_trees(materials)
-    for tree in trees:
+    for tree in own_trees(materials):
         for socket in list(bare(tree)):
             link = socket.links[0]
             source, muted = link.from_socket, link.is_muted
             node = _node(tree, "ShaderNodeEmission", socket.node)
             tree.links.new(source, node.inputs["Color"])
             tree.links.new(node.outputs[0], socket).is_muted = muted
-    for tree in {material.node_tree for material in materials} & trees:
+
+
+def blacken(materials: Iterable[bpy.types.Material]) -> None:
+    """Give EEVEE's surfaces that get nothing a shader that emits nothing."""
+    for tree in [m.node_tree for m in materials if m.is_editable and MARK not in m]:
         output = tree.get_output_node("EEVEE") or _node(tree, "ShaderNodeOutputMaterial")
         if not any(output.inputs[name].is_linked for name in ("Surface", "Volume")):
             black = _node(tree, "ShaderNodeEmission", output)

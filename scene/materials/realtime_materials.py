@@ -474,6 +474,7 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     """
     notes = inlined_shaders.insert(materials)
     bare_colours.insert(materials)
+    bare_colours.blacken(materials)
     refractive_indices.insert(materials)
     wet_colours.insert(materials)
     matte_fallbacks.insert(materials)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import bpy
 import numpy as np
 import pytest
@@ -518,3 +520,15 @@ def test_light_that_is_told_is_no_glow(empty_blender, tmp_path, make, said):
     notes = realtime_materials.insert(materials, _shown(realtime_surface.EMITTED))
     assert any("Shader to RGB" in note for note in notes) == said
     assert _seen(empty_blender, tmp_path / "a.exr")[0] == pytest.approx(0.0)
+
+
+def test_a_group_is_read_for_closed_bodies_and_for_sheets(empty_blender):
+    """Light comes into a body through one wall and out through another."""
+    group = _group(lambda g, _: _node(g, "ShaderNodeBsdfTranslucent", (*_PALE, 1.0)))
+    materials = _tiles(empty_blender, [lambda t: _in_group(t, group)] * 2)
+    surfaces = dataclasses.replace(_shown(realtime_surface.COLOR), closed=materials[:1])
+    realtime_materials.insert(materials, surfaces)
+    links = ([k.from_socket.name for k in m.node_tree.links] for m in materials)
+    read = [{name for name in names if "UW Behind" in name} for names in links]
+    assert all(read)
+    assert not read[0] & read[1]
