@@ -11,6 +11,7 @@ import itertools
 import json
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -25,6 +26,7 @@ from .axes import Array
 from .pose_sets import GivenPoses, RandomPoses, RoomForPoses, ScenePath, timed_poses
 from .quantities import Value, generator
 from .specification import AIR, AMOUNTS, CONSTITUENTS, CameraRig, DataSetCamera, DataSetSpec
+from .trajectory_files import nanoseconds
 from .view import SPLITS, Split
 
 _WAVES = ("wind_speed", "wind_direction", "fetch", "wave_seed")
@@ -56,7 +58,7 @@ class PlannedView:
         The same for all views of a pose.
     repeat : int
         Which of the pictures that differ by their noise.
-    time : float, optional
+    time : Fraction, optional
         s; of a pose on a way.
     """
 
@@ -71,7 +73,7 @@ class PlannedView:
     noise_seed: int
     split: Split
     repeat: int = 0
-    time: float | None = None
+    time: Fraction | None = None
 
     @property
     def in_air(self) -> bool:
@@ -92,7 +94,8 @@ class PlannedView:
             "noise_seed": self.noise_seed,
             "split": self.split,
             "repeat": self.repeat,
-            "time_s": self.time,
+            "time_s": None if self.time is None else float(self.time),
+            "time_ns": None if self.time is None else nanoseconds(self.time),
         }
 
 
@@ -153,13 +156,13 @@ def write_plan(path: Path, views: Sequence[PlannedView]) -> None:
 class _Pose:
     """A pose, the set that it is of, and its time in s where that is a way.
 
-    ``timed`` is whether the time tells it from others: a camera that is moved by hand may wait.
+    ``told_by`` is the time where that tells it from others: a camera moved by hand may wait.
     """
 
     pose_set: str
     matrix: Array
-    time: float | None = None
-    timed: bool = False
+    time: Fraction | None = None
+    told_by: tuple[float, ...] = ()
 
 
 def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[_Pose]:
@@ -182,7 +185,8 @@ def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[_Pose]:
                         "thing or below the ground; move the poses, or hide what is around all of "
                         "them in the viewport"
                     )
-                yield _Pose(pose_set.name, pose, time, isinstance(pose_set, GivenPoses))
+                told_by = (float(time),) if isinstance(pose_set, GivenPoses) else ()
+                yield _Pose(pose_set.name, pose, time, told_by)
 
 
 def _crossed(spec: DataSetSpec, choices: Sequence[tuple[Value, ...]]) -> Iterator[dict[str, Value]]:
@@ -244,7 +248,7 @@ def _of_pose(
                 lowered,
                 asdict(rig),
                 [spec.seed, repeat],
-                *([pose.time] if pose.timed else []),
+                *pose.told_by,
             ]
             text = json.dumps(content, sort_keys=True)
             for location, digest in digests.items():

@@ -11,7 +11,7 @@ from .axes import Array
 from .files import make_folder, place_file, write_text
 from .set_files import SetFiles
 from .trajectories import Trajectory, between_cameras, matrices, trajectories
-from .trajectory_files import euroc_rows, nanoseconds
+from .trajectory_files import NANOSECONDS, euroc_rows
 from .view import DataSetView
 
 
@@ -30,9 +30,9 @@ def write_euroc_sequences(files: SetFiles) -> None:
             make_folder(of_camera / "data")
             rows = ["#timestamp [ns],filename"]
             for time, view in zip(way.times, views, strict=True):
-                name = f"{nanoseconds(time):019d}{view.image.suffix}"
+                name = f"{time:019d}{view.image.suffix}"
                 place_file(view.image, of_camera / "data" / name)
-                rows.append(f"{nanoseconds(time):019d},{name}")
+                rows.append(f"{time:019d},{name}")
             write_text(of_camera / "data.csv", "\n".join(rows) + "\n")
             write_text(of_camera / "sensor.yaml", _sensor(way, views, first))
         states = make_folder(folder / "state_groundtruth_estimate0")
@@ -63,8 +63,8 @@ def _sensor(way: Trajectory, views: Sequence[DataSetView], first: Sequence[DataS
     return "\n".join(lines) + "\n"
 
 
-def _rate(times: Sequence[float]) -> float:
-    return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
+def _rate(times: Sequence[int]) -> float:
+    return NANOSECONDS * (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
 
 
 def _matrix(pose: Array) -> list[str]:

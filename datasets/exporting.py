@@ -31,6 +31,8 @@ from .set_files import RenderedView, SetFiles, Shapes, no_note, no_shapes
 from .specification import DataSetSpec
 from .view import DataSetView, SeenInstance
 
+_LATER = ("pose_set", "repeat", "time_s", "time_ns")  # which an earlier version's index may lack
+
 IMAGE, INSTANCE = "I", "instance"
 """Layers that are read."""
 
@@ -136,8 +138,7 @@ def _view(
         "pose": view.record["pose"],
         "camera": view.record["camera"]["name"],
         "group": view.group,
-        # An index of an earlier version lacks some of these.
-        **{k: view.record[k] for k in ("pose_set", "repeat", "time_s") if k in view.record},
+        **{k: view.record[k] for k in _LATER if k in view.record},
         **({"housing": housing} if housing is not None else {}),
         "settings": view.record["settings"],
         "rig": view.record["rig"],

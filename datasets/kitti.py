@@ -8,7 +8,7 @@ from .camera import PinholeCamera
 from .files import make_folder, place_file, write_text
 from .set_files import SetFiles
 from .trajectories import baseline, matrices, trajectories
-from .trajectory_files import kitti_rows
+from .trajectory_files import NANOSECONDS, kitti_rows
 
 LEFT, RIGHT = 2, 3
 """Numbers of the colour cameras; 0 and 1 are the same in grey, and have no pictures here."""
@@ -38,9 +38,8 @@ def write_kitti_sequences(files: SetFiles) -> None:
             for camera in range(4)
         ]
         write_text(folder / "calib.txt", "\n".join(rows) + "\n")
-        write_text(
-            folder / "times.txt", "".join(f"{time - way.times[0]:.9e}\n" for time in way.times)
-        )
+        since = [(time - way.times[0]) / NANOSECONDS for time in way.times]
+        write_text(folder / "times.txt", "".join(f"{time:.15e}\n" for time in since))
         write_text(poses / f"{number:02d}.txt", kitti_rows(matrices(left)))
         names.append(f"{number:02d},{way.name}")
     write_text(root / "sequences.csv", "\n".join(names) + "\n")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Protocol
 
@@ -204,11 +205,11 @@ WayPoses = Orbit | Transect | GivenPoses
 PoseSet = WayPoses | RandomPoses | ScenePath
 
 
-def timed_poses(poses: WayPoses) -> Iterator[tuple[float, Array]]:
-    """Yield the poses of a way, each after its time in s."""
+def timed_poses(poses: WayPoses) -> Iterator[tuple[Fraction, Array]]:
+    """Yield the poses of a way, each after its exact time in s."""
     times = poses.given.times if isinstance(poses, GivenPoses) else None
     for number, pose in enumerate(poses.poses()):
-        yield (number / poses.rate if times is None else times[number]), pose
+        yield (Fraction(number) / Fraction(poses.rate) if times is None else times[number]), pose
 
 
 def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0) -> Array:

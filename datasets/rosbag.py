@@ -13,7 +13,7 @@ from .camera_info import MODEL, CameraInfo, camera_infos
 from .files import make_folder, plain_name
 from .set_files import SetFiles, shown_pixels
 from .trajectories import Trajectory, trajectories
-from .trajectory_files import NANOSECONDS, nanoseconds
+from .trajectory_files import NANOSECONDS
 
 WORLD = "world"
 _BAG = 9  # version of the bag's own description
@@ -48,10 +48,10 @@ def _write(files: SetFiles, way: Trajectory, infos: dict[str, CameraInfo], folde
     with Writer(folder, version=_BAG) as bag:
         connections: dict[str, Any] = {}
 
-        def tell(topic: str, kind: str, time: float, message: Any) -> None:  # noqa: ANN401
+        def tell(topic: str, kind: str, time: int, message: Any) -> None:  # noqa: ANN401
             if topic not in connections:
                 connections[topic] = bag.add_connection(topic, kind, typestore=types)
-            bag.write(connections[topic], nanoseconds(time), types.serialize_cdr(message, kind))
+            bag.write(connections[topic], time, types.serialize_cdr(message, kind))
 
         made = _Messages(types.types)
         for place, time in enumerate(way.times):
@@ -96,8 +96,8 @@ class _Messages:
         package, name = kind.split("/")
         return self._types[f"{package}/msg/{name}"](*values, **named)
 
-    def header(self, time: float, frame: str) -> Any:  # noqa: ANN401
-        seconds, rest = divmod(nanoseconds(time), int(NANOSECONDS))
+    def header(self, time: int, frame: str) -> Any:  # noqa: ANN401
+        seconds, rest = divmod(time, NANOSECONDS)
         return self._new(
             "std_msgs/Header",
             stamp=self._new("builtin_interfaces/Time", sec=seconds, nanosec=rest),
@@ -124,7 +124,7 @@ class _Messages:
             r=np.eye(3).ravel(), p=info.P.ravel(), binning_x=0, binning_y=0, roi=region,
         )  # fmt: skip
 
-    def transform(self, time: float, frame: str, pose: Array) -> Any:  # noqa: ANN401
+    def transform(self, time: int, frame: str, pose: Array) -> Any:  # noqa: ANN401
         x, y, z = pose[:3, 3].tolist()
         place = self._new("geometry_msgs/Vector3", x=x, y=y, z=z)
         moved = self._new(
@@ -136,7 +136,7 @@ class _Messages:
         )  # fmt: skip
         return self._new("tf2_msgs/TFMessage", transforms=[one])
 
-    def odometry(self, time: float, frame: str, pose: Array) -> Any:  # noqa: ANN401
+    def odometry(self, time: int, frame: str, pose: Array) -> Any:  # noqa: ANN401
         x, y, z = pose[:3, 3].tolist()
         place = self._new("geometry_msgs/Point", x=x, y=y, z=z)
         there = self._new("geometry_msgs/Pose", position=place, orientation=self._rotation(pose))

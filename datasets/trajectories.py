@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 from types import MappingProxyType
 
@@ -12,6 +13,7 @@ import numpy as np
 from ..uw_spectral.errors import InputError
 from .axes import Array, inverse, turned
 from .files import plain_name
+from .trajectory_files import nanoseconds
 from .view import DataSetView
 
 _LEVEL = 1e-6  # m, and of a rotation: what two cameras side by side may differ by
@@ -27,15 +29,15 @@ class Trajectory:
         Of a folder.
     poses : tuple of int
         Numbers of the poses; those that are not rendered are missing.
-    times : tuple of float
-        s.
+    times : tuple of int
+        ns.
     cameras : mapping
         The views of each camera, one a pose.
     """
 
     name: str
     poses: tuple[int, ...]
-    times: tuple[float, ...]
+    times: tuple[int, ...]
     cameras: Mapping[str, tuple[DataSetView, ...]]
 
     @property
@@ -143,9 +145,15 @@ def _way(name: str, cameras: Mapping[str, Mapping[int, DataSetView]]) -> Traject
     return Trajectory(
         name,
         tuple(poses),
-        tuple(float(first[pose].metadata["time_s"]) for pose in poses),
+        tuple(_time(first[pose]) for pose in poses),
         MappingProxyType({n: tuple(seen[pose] for pose in poses) for n, seen in cameras.items()}),
     )
+
+
+def _time(view: DataSetView) -> int:
+    """Return the time of a view, ns; sets of earlier versions have seconds alone."""
+    of_view = view.metadata
+    return of_view.get("time_ns", nanoseconds(Fraction(of_view["time_s"])))
 
 
 def matrices(views: Sequence[DataSetView]) -> list[Array]:

@@ -8,7 +8,7 @@ from ..uw_spectral.spectra.spectral_image import write_codes
 from .files import make_folder, place_file, plain_name, write_text
 from .set_files import SetFiles
 from .trajectories import matrices, trajectories
-from .trajectory_files import tum_rows
+from .trajectory_files import seconds, tum_rows
 
 DEPTH_SCALE = 5000
 """Codes of depth in a metre."""
@@ -31,14 +31,14 @@ def write_tum_sequences(files: SetFiles) -> None:
             for kind in lists:
                 make_folder(folder / kind)
             for time, view in zip(way.times, views, strict=True):
-                rgb = f"rgb/{time:.6f}{view.image.suffix}"
+                rgb = f"rgb/{seconds(time)}{view.image.suffix}"
                 place_file(view.image, folder / rgb)
                 codes = files.planar_depth(view).astype(np.float64) * DEPTH_SCALE
                 codes = np.where(codes > _MOST, 0.0, np.minimum(codes, _MOST))
-                depth = f"depth/{time:.6f}.png"
+                depth = f"depth/{seconds(time)}.png"
                 write_codes(folder / depth, np.round(codes).astype(np.uint16))
                 for kind, path in (("rgb", rgb), ("depth", depth)):
-                    lists[kind].append(f"{time:.6f} {path}")
+                    lists[kind].append(f"{seconds(time)} {path}")
             for kind, rows in lists.items():
                 write_text(folder / f"{kind}.txt", "\n".join(("# timestamp filename", *rows, "")))
             write_text(folder / "groundtruth.txt", tum_rows(matrices(views), way.times))

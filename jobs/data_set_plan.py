@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -195,7 +196,7 @@ def _way(path: ScenePath, scene: bpy.types.Scene) -> TimedPoses:
         scene.frame_set(frame)
         poses.append(pose_of(camera))
     scene.frame_set(now)
-    return TimedPoses(tuple(poses), tuple((frame - first) * seconds for frame in frames))
+    return TimedPoses(tuple(poses), tuple(Fraction((frame - first) * seconds) for frame in frames))
 
 
 def _room(scene: bpy.types.Scene, held: int) -> Room:

@@ -6,6 +6,8 @@ import csv
 import dataclasses
 import json
 from collections.abc import Callable
+from decimal import Decimal
+from pathlib import Path
 
 import cv2
 import h5py
@@ -588,11 +590,49 @@ def test_views_that_are_not_rendered_break_no_way(files):
     (way, _) = trajectories(some, "tum")
     assert way.poses == (0, 1, 3, 4)
     assert list(way.steps) == [(0, 1), (2, 3)]
-    assert way.times == (0.0, 0.1, 0.3, 0.4)
+    assert way.times == (0, 100_000_000, 300_000_000, 400_000_000)
     old = dict(files.views[0].metadata)
     del old["time_s"]
     with pytest.raises(InputError, match="has no time, as planned by an earlier version"):
         trajectories([dataclasses.replace(files.views[0], metadata=old)], "tum")
+
+
+def test_formats_have_times_to_the_nanosecond(files, tmp_path):
+    start, step = 1403636579763555585, 50_000_001
+    times = [start + step * number for number in range(5)]
+    views = [
+        dataclasses.replace(
+            view, metadata={**view.metadata, "time_ns": times[view.metadata["pose"]]}
+        )
+        for view in files.views
+    ]
+    timed = dataclasses.replace(files, views=views, folder=tmp_path)
+    for name in ("tum", "euroc", "kitti", "rosbag2"):
+        FORMATS[name].write(timed)
+
+    def stamps(path: Path, separator: str, scale: int = 1) -> list[int]:
+        lines = path.read_text().splitlines()
+        words = [line.split(separator) for line in lines if not line.startswith("#")]
+        assert all(
+            word[1].rpartition("/")[2].startswith(word[0])
+            for word in words
+            if word[1].endswith("png")
+        )
+        return [int(Decimal(word[0]) * scale) for word in words]
+
+    mav0, tum = tmp_path / "euroc" / WAY / "mav0", tmp_path / "tum" / WAY / "left"
+    assert stamps(mav0 / "cam1" / "data.csv", ",") == times
+    assert stamps(mav0 / "state_groundtruth_estimate0" / "data.csv", ",") == times
+    for name in ("rgb.txt", "depth.txt", "groundtruth.txt"):
+        assert stamps(tum / name, " ", 10**9) == times
+    since = np.loadtxt(next((tmp_path / "kitti" / "sequences").glob("*/times.txt")))
+    assert [round(float(x) * 1e9) for x in since] == [time - start for time in times]
+    with AnyReader([tmp_path / "rosbag2" / WAY]) as reader:
+        odometry = [x for x in reader.connections if x.topic == "/odometry"]
+        found = list(reader.messages(connections=odometry))
+        assert [stamp for _, stamp, _ in found] == times
+        heads = [reader.deserialize(raw, x.msgtype).header.stamp for x, _, raw in found]
+        assert [head.sec * 10**9 + head.nanosec for head in heads] == times
 
 
 def test_ways_of_several_depths_and_repeats_have_names_of_their_own(files):

@@ -24,6 +24,7 @@ from underwater_spectral.datasets.trajectory_files import (
     READERS,
     euroc_rows,
     kitti_rows,
+    nanoseconds,
     read_euroc,
     read_kitti,
     tum_rows,
@@ -32,6 +33,7 @@ from underwater_spectral.uw_spectral.errors import InputError
 
 SPEC = Path(__file__).with_name("reef.toml")
 TIMES = tuple(1403636579.25 + 0.05 * n for n in range(9))
+STAMPS = [round(time * 1e9) for time in TIMES]  # ns
 BODY = placed(rotation([0.7, 0.1, -0.2, 0.67]), (0.05, -0.02, 0.01))
 CLOSE = 1e-6  # m, and of the rotation's elements
 
@@ -59,7 +61,7 @@ def test_quaternions_and_rotations_undo_each_other():
 
 def test_evo_reads_tum_as_it_was_written(tmp_path):
     path = tmp_path / "a.txt"
-    path.write_text(tum_rows(way(), TIMES))
+    path.write_text(tum_rows(way(), STAMPS))
     found = file_interface.read_tum_trajectory_file(path)
     assert found.timestamps == pytest.approx(TIMES, abs=1e-6)
     assert same(of_evo(found), way())
@@ -68,7 +70,7 @@ def test_evo_reads_tum_as_it_was_written(tmp_path):
 
 def test_evo_reads_euroc_as_it_was_written(tmp_path):
     path = tmp_path / "data.csv"
-    path.write_text(euroc_rows(way(), TIMES))
+    path.write_text(euroc_rows(way(), STAMPS))
     found = file_interface.read_euroc_csv_trajectory(path)
     assert found.timestamps == pytest.approx(TIMES, abs=1e-6)
     assert same(of_evo(found), way())
@@ -118,18 +120,49 @@ def test_ways_that_evo_wrote_are_poses_of_a_set(kind, tmp_path):
     content |= {"water": {"name": "air"}, "camera": content["camera"][:1], "rig": []}
     views = enumerate_views(parse_spec(content, tmp_path))
     assert same([view.camera_to_world for view in views], way()[::2])
-    steps = np.diff([view.time for view in views])
+    steps = np.diff([float(view.time) for view in views])
     assert steps == pytest.approx(np.full(4, 0.05 if kind == "kitti" else 0.1), abs=1e-6)
     again = tmp_path / "again.txt"
-    again.write_text(tum_rows([v.camera_to_world for v in views], [v.time for v in views]))
+    again.write_text(
+        tum_rows([v.camera_to_world for v in views], [nanoseconds(v.time) for v in views])
+    )
     found = file_interface.read_tum_trajectory_file(again)
     assert same(of_evo(found), way()[::2])
+
+
+EXACT = (1403636579763555585, 1403636579763555586, 1403636579963555713)
+"""ns; a float tells only the last from the others."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "written"),
+    [
+        ("euroc", "{},0,0,0,1,0,0,0"),
+        ("euroc", "{}.0, 0, 0, 0, 1, 0, 0, 0"),
+        ("euroc", "{}e0,0,0,0,1,0,0,0"),
+        ("tum", "{}e-9 0 0 0 0 0 0 1"),
+        ("tum", "0.{}e10 0 0 0 0 0 0 1"),
+    ],
+)
+def test_times_are_kept_to_the_nanosecond(kind, written, tmp_path):
+    path = tmp_path / "way.txt"
+    path.write_text("\n".join(map(written.format, EXACT)))
+    found = READERS[kind](path)
+    assert tuple(nanoseconds(time) for time in found.times) == EXACT
+    path.write_text(euroc_rows(found.poses, EXACT))
+    assert READERS["euroc"](path).times == found.times
+    path.write_text(tum_rows(found.poses, EXACT))
+    assert READERS["tum"](path).times == found.times
+    content = tomllib.loads(SPEC.read_text()) | {"scene": {"depth": 0}, "rig": []}
+    content |= {"poses": [{"kind": "tum", "file": "way.txt"}], "water": {"name": "air"}}
+    views = enumerate_views(parse_spec(content | {"camera": content["camera"][:1]}, tmp_path))
+    assert tuple(view.record()["time_ns"] for view in views) == EXACT
 
 
 def test_the_camera_may_be_beside_the_body(tmp_path):
     path = tmp_path / "data.csv"
     bodies = [turned(pose) @ inverse(BODY) for pose in way()]
-    path.write_text(euroc_rows([turned(body) for body in bodies], TIMES))
+    path.write_text(euroc_rows([turned(body) for body in bodies], STAMPS))
     assert same(read_euroc(path, BODY).poses, way())
     content = tomllib.loads(SPEC.read_text())
     given = {"kind": "euroc", "file": "data.csv", "camera_in_body": BODY.ravel().tolist()}
@@ -147,7 +180,7 @@ def test_poses_with_few_digits_are_rotations(tmp_path):
 
 def test_a_camera_that_waits_has_a_view_each_time(tmp_path):
     poses = [way()[0]] * 3
-    (tmp_path / "way.txt").write_text(tum_rows(poses, TIMES[:3]))
+    (tmp_path / "way.txt").write_text(tum_rows(poses, STAMPS[:3]))
     content = tomllib.loads(SPEC.read_text()) | {"water": {"name": "air"}, "rig": []}
     content |= {"poses": [{"kind": "tum", "file": "way.txt"}], "camera": content["camera"][:1]}
     assert len({view.name for view in enumerate_views(parse_spec(content, tmp_path))}) == 3
@@ -159,7 +192,9 @@ def test_a_camera_that_waits_has_a_view_each_time(tmp_path):
         ("tum", "# nothing\n", "holds no pose"),
         ("tum", "1 2 3 4 0 0 0\n", "line 1: .* should be time tx ty tz qx qy qz qw"),
         ("tum", "# a\n1 2 3 4 0 0 0 x\n", "line 2"),
-        ("tum", "1 2 3 4 0 0 0 1\n1 2 3 4 0 0 0 1\n", "line 2: time 1.0 s is not after 1.0 s"),
+        ("tum", "1 2 3 4 0 0 0 1\n1 2 3 4 0 0 0 1\n", "line 2: time 1.000000 s is not after 1.0"),
+        ("tum", "1403636579763555584 0 0 0 0 0 0 1\n", "time 1.40364e.18 s is no date before 2038"),
+        ("tum", "1e-999999999 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", "line 2: time 0.000000 s is not"),
         ("tum", "1 0 0 0 2 0 0 0\n", "the order of its numbers another"),
         ("euroc", "1,2,3\n", r"line 1: .* should be time \[ns\]"),
         ("kitti", "1 0 0 0 0 2 0 0 0 0 1 0\n", "scales or mirrors"),
