@@ -14,10 +14,10 @@ from ..uw_spectral.lamps.ies import read_ies
 from ..uw_spectral.lamps.profile import profile_from_csv
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.spectra.reflectance import reflectance_from_csv
+from ..uw_spectral.spectra.seabass import is_seabass
 from ..uw_spectral.spectra.sensor import parse_sensor
-from ..uw_spectral.spectra.spectrum import read_text
+from ..uw_spectral.spectra.spectrum import read_text, table_text
 from ..uw_spectral.water import measured
-from ..uw_spectral.water.seabass import is_seabass
 
 _IES = ".ies"
 
@@ -67,7 +67,7 @@ FILE_KINDS = {
         reflectance_from_csv, "floor_reflectance",
     ),
     "light": FileKind(
-        "Light above the Water", "wavelength_nm, irradiance", ("irradiance",),
+        "Light above the Water", "wavelength_nm, irradiance; or SeaBASS with es", ("irradiance",),
         lambda path: parse_illuminant(f"file:{path}"), "illuminant",
     ),
     "spectrum": FileKind(
@@ -114,19 +114,17 @@ def _meant(path: Path) -> tuple[str, ...]:
         return ("profile",)
     text = read_text(path)
     if suffix == ".sb" or is_seabass(text):
-        return ("water",)
-    lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
-    header = next(lines, "")
+        return ("water", "light")
+    names = table_text(text, str(path)).names
     if suffix == ".json" and any(f'"{part}"' in text for part in ("port", "lens", "camera")):
         return ("housing",)
-    if suffix == ".json" or (suffix != ".csv" and "," not in header):
+    if suffix == ".json" or (suffix != ".csv" and len(names) < 2):
         return ("sensor",)
-    names = {name.strip() for name in header.split(",")}
-    meant = tuple(name for name, kind in FILE_KINDS.items() if names & set(kind.columns))
+    meant = tuple(name for name, kind in FILE_KINDS.items() if set(names) & set(kind.columns))
     if not meant:
         known = "; ".join(f"{kind.label}: {kind.text}" for kind in FILE_KINDS.values())
         raise InputError(
-            f"{path}: its columns {printable(header)!r} tell nothing that a scene can use. Name "
-            f"them as one of these does. {known}"
+            f"{path}: its columns {printable(', '.join(names))!r} tell nothing that a scene can "
+            f"use. Name them as one of these does. {known}"
         )
     return meant

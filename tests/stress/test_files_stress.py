@@ -84,7 +84,7 @@ NO_TEXT = {
 }
 # What no reader may take; the rest may be read if every number in it is sound.
 REFUSED = {
-    "empty", "blank", "mark only", "UTF-16", "Latin-1", "no rows", "semicolons", "other columns",
+    "empty", "blank", "mark only", "UTF-16", "Latin-1", "no rows", "other columns",
     "ragged", "long cell", "long quote", "huge numbers", "nothing but text", *NO_TEXT,
 }  # fmt: skip
 

@@ -1,9 +1,10 @@
-"""Photometric files of lamps: IES LM-63, type C."""
+"""Photometric files of lamps: IES LM-63."""
 
 from __future__ import annotations
 
 import functools
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,15 +16,24 @@ from ..errors import InputError, printable
 from ..spectra.spectrum import read_text
 from .profile import TableProfile
 
-_TYPE_C = 1
+_C, _B, _A = 1, 2, 3  # photometric types
+_TILT = re.compile(r"\s*TILT\s*=", re.IGNORECASE)
 _HEADER = (
     "number of lamps", "lumens per lamp", "candela multiplier", "number of vertical angles",
     "number of horizontal angles", "photometric type", "unit", "width", "length", "height",
-    "ballast factor", "future use", "input watts",
+    "ballast factor", "ballast-lamp photometric factor", "input watts",
 )  # fmt: skip
 _MOST_ANGLES = 3600
-_TURNS = (0.0, 90.0, 180.0, 360.0)
-"""Last horizontal angle: one plane for all, quadrant, half and no symmetry."""
+_TURNS = ((0.0, 90.0), (0.0, 180.0), (90.0, 270.0), (0.0, 360.0))
+"""First and last horizontal angle of type C: a quadrant, either half, and no symmetry."""
+_SIDE = 90.0  # degrees, where types A and B end at most
+_GAP = 1.5  # of a step, that planes without the last, 360°, may be apart across it
+_FINEST, _AZIMUTHS = 0.25, 72  # degrees and number, of A and B as type C
+_DARK = 0.01  # degrees, within which a lamp that shines back alone begins
+_GENERATION = re.compile(
+    r"LM-63-(20)?19\b"
+)  # edition in which "file generation type" took the factor's place
+_GENERATIONS = (1.0, 1.2)  # of the file generation type
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +46,9 @@ class Photometry(ComparedByContent):
     vertical : array, shape (v,)
         Angle from the axis, degrees, 0 to at most 180.
     horizontal : array, shape (h,)
-        Azimuth about it, degrees, from 0; the last tells the symmetry.
+        Azimuth about it, degrees; the range tells the symmetry.
     candela : array, shape (h, v)
-        cd, with multiplier and ballast factor.
+        cd, with multiplier and ballast factors.
     """
 
     name: str
@@ -71,7 +81,7 @@ class Photometry(ComparedByContent):
 
 
 def read_ies(path: str | Path) -> Photometry:
-    """Read an IES LM-63 file (1986 to 2019) of photometric type C, without tilt.
+    """Read an IES LM-63 file (1986 to 2019), as the lamp shines when it is not tilted.
 
     Parameters
     ----------
@@ -80,8 +90,8 @@ def read_ies(path: str | Path) -> Photometry:
     Raises
     ------
     InputError
-        If the file cannot be read, ends early, holds what is not a number, is of type A or
-        B, is tilted by a file, or its angles and candela cannot be true.
+        If the file cannot be read, ends early or late, holds what is not a number, or its angles
+        and candela cannot be true.
     """
     return parse_ies(read_text(path, "photometric file ", "save it as text"), str(path))
 
@@ -89,6 +99,8 @@ def read_ies(path: str | Path) -> Photometry:
 @functools.lru_cache(maxsize=32)
 def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     """Read the text of an IES LM-63 file.
+
+    Types A and B, about a vertical and a horizontal pole, are turned into C about the beam (0, 0).
 
     Examples
     --------
@@ -103,37 +115,54 @@ def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     249
     """
     lines = text.splitlines()
-    at = next((i for i, line in enumerate(lines) if line.strip().upper().startswith("TILT")), None)
+    at = next((i for i, line in enumerate(lines) if _TILT.match(line)), None)
     if at is None:
         raise InputError(f"{place} has no line TILT=; it is no IES LM-63 file; export it as one")
-    tilt = lines[at].partition("=")[2].strip()
-    if tilt.upper() not in ("NONE", "INCLUDE"):
-        raise InputError(
-            f"{place}, line {at + 1}: TILT={printable(tilt)} names another file, which is not "
-            "read; write TILT=NONE"
-        )
     numbers = _Numbers(place, lines[at + 1 :], at + 2)
-    if tilt.upper() == "INCLUDE":
-        # Output against the lamp's position: the file's candela are for none.
+    # Tilt, here or in a file, is output against the lamp's position: the candela are for none.
+    if lines[at].partition("=")[2].strip().upper() == "INCLUDE":
         numbers.take(1, "orientation of the tilt")
         count = numbers.count("number of tilt angles")
         numbers.take(2 * count, "tilt factors")
     head = dict(zip(_HEADER, numbers.take(len(_HEADER), "header"), strict=True))
     kind = head["photometric type"]
-    if kind != _TYPE_C:
+    if kind not in (_C, _B, _A):
         raise InputError(
-            f"{place}: the photometry is of type {({2: 'B', 3: 'A'}).get(int(kind), f'{kind:g}')}; "
-            "only type C (1) is read; convert the file"
+            f"{place}: the photometric type is {kind:g}; it is 1 (C), 2 (B) or 3 (A); correct it"
         )
     counts = []
     for name in ("number of vertical angles", "number of horizontal angles"):
         counts.append(_as_count(head[name], name, place))
     vertical = numbers.take(counts[0], "vertical angles")
     horizontal = numbers.take(counts[1], "horizontal angles")
+    candela = numbers.take(counts[0] * counts[1], "candela").reshape(counts[1], counts[0])
+    numbers.end()
+    candela = candela * _factor(head, lines[0], place)
+    if candela.min() < 0 or not candela.max() > 0:
+        raise InputError(
+            f"{place}: candela, by their multiplier and ballast factors, must not be negative, nor "
+            "all zero; correct them"
+        )
+    for name, angles in (("vertical", vertical), ("horizontal", horizontal)):
+        if np.any(np.diff(angles) <= 0):
+            raise InputError(f"{place}: the {name} angles do not increase; sort them")
+    about_nadir = _of_type_c if kind == _C else functools.partial(_about_beam, kind == _B)
+    return Photometry(place, *map(constant, about_nadir(vertical, horizontal, candela, place)))
+
+
+def _factor(head: dict[str, float], first_line: str, place: str) -> float:
+    """What the candela of a file are multiplied by."""
     factor = head["candela multiplier"] * head["ballast factor"]
-    candela = numbers.take(counts[0] * counts[1], "candela").reshape(counts[1], counts[0]) * factor
-    _check(vertical, horizontal, candela, place)
-    return Photometry(place, constant(vertical), constant(horizontal), constant(candela))
+    of_lamp = head["ballast-lamp photometric factor"]
+    if not _GENERATION.search(first_line):
+        return factor * of_lamp
+    least, most = _GENERATIONS
+    if not least <= of_lamp < most:
+        raise InputError(
+            f"{place}: the file generation type of LM-63-2019 is {of_lamp:g}; it is {least:g} to "
+            f"{most:g}: give it, or name the edition whose ballast-lamp factor this is"
+        )
+    return factor
 
 
 class _Numbers:
@@ -168,6 +197,15 @@ class _Numbers:
                 )
         return values
 
+    def end(self) -> None:
+        """Refuse numbers that no count of the header stands for."""
+        line, cell = self._cells[0] if self._cells else (0, "")
+        if re.fullmatch(r"[-+.\d]+(e[-+]?\d+)?", cell, re.IGNORECASE):
+            raise InputError(
+                f"{self._place}, line {line}: {printable(cell, 40)!r} follows the last candela; "
+                "correct the numbers of angles; decimals have a point"
+            )
+
     def count(self, what: str) -> int:
         """Return the next one as a count."""
         return _as_count(self.take(1, what)[0], what, self._place)
@@ -181,19 +219,74 @@ def _as_count(value: float, what: str, place: str) -> int:
     return int(value)
 
 
-def _check(vertical: NDArray, horizontal: NDArray, candela: NDArray, place: str) -> None:
-    if vertical[0] != 0:
+def _of_type_c(
+    vertical: NDArray, horizontal: NDArray, candela: NDArray, place: str
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Check the planes of type C, and fill up what they leave out."""
+    if vertical[0] == _TURNS[0][1]:
+        # All light goes back: none before it.
+        vertical = np.concatenate([[0.0, vertical[0] - _DARK], vertical])
+        candela = np.pad(candela, ((0, 0), (2, 0)))
+    if vertical[0] != 0 or vertical[-1] > _TURNS[1][1]:
         raise InputError(
-            f"{place}: vertical angles from {vertical[0]:g}°: a lamp is read that shines along "
-            "0°; turn it round in its own program"
+            f"{place}: vertical angles from {vertical[0]:g} to {vertical[-1]:g}°; type C has 0 to "
+            "90 or 180, or 90 to 180; correct them"
         )
+    if len(horizontal) == 1:
+        return vertical, horizontal, candela
+    ends = horizontal[0], horizontal[-1]
+    around = _TURNS[-1][1]
+    if ends[0] == 0 and 0 < around - ends[1] <= _GAP * np.diff(horizontal).max():
+        horizontal, candela = np.append(horizontal, around), np.vstack([candela, candela[:1]])
+    elif not any(np.allclose(ends, turn) for turn in _TURNS):
+        raise InputError(
+            f"{place}: horizontal angles from {ends[0]:g} to {ends[1]:g}°; type C has 0 alone, 0 "
+            "to 90, 180 or 360, or 90 to 270; correct them"
+        )
+    return vertical, horizontal, candela
+
+
+def _about_beam(
+    level: bool, vertical: NDArray, horizontal: NDArray, candela: NDArray, place: str
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Turn type B, whose pole is level, or A, whose pole is upright, into C about the beam.
+
+    References
+    ----------
+    IES LM-75, *Goniophotometer types and photometric coordinates*.
+    """
     for name, angles in (("vertical", vertical), ("horizontal", horizontal)):
-        if np.any(np.diff(angles) <= 0):
-            raise InputError(f"{place}: the {name} angles do not increase; sort them")
-    if horizontal[0] != 0 or not np.any(np.isclose(horizontal[-1], _TURNS)):
-        raise InputError(
-            f"{place}: horizontal angles from {horizontal[0]:g} to {horizontal[-1]:g}°; type C "
-            "has 0, or 0 to 90, 180 or 360"
-        )
-    if candela.min() < 0 or not candela.max() > 0:
-        raise InputError(f"{place}: candela must not be negative, nor all zero; correct them")
+        first, last = angles[0], angles[-1]
+        if len(angles) < 2 or first not in (0.0, -last) or not 0 < last <= _SIDE:
+            raise InputError(
+                f"{place}: {name} angles from {first:g} to {last:g}°; types A and B have -90 to "
+                "90, or 0 to 90; correct them"
+            )
+    step = max(min(np.diff(vertical).min(), np.diff(horizontal).min()), _FINEST)
+    theta = np.linspace(0.0, _SIDE, math.ceil(_SIDE / step) + 1)
+    azimuth = np.linspace(*_TURNS[-1], _AZIMUTHS + 1)
+    sine, turn = np.sin(np.radians(theta)), np.radians(azimuth)[:, None]
+    across, up = sine * np.cos(turn), sine * np.sin(turn)
+    ahead = np.broadcast_to(np.cos(np.radians(theta)), up.shape)
+    along, over = (across, up) if level else (up, across)
+    by_pole = np.degrees(np.arcsin(np.clip(along, -1.0, 1.0)))
+    about_pole = np.degrees(np.arctan2(over, ahead))
+    h, v = (by_pole, about_pole) if level else (about_pole, by_pole)
+    return theta, azimuth, _looked_up(candela, (horizontal, h), (vertical, v))
+
+
+def _looked_up(
+    values: NDArray, one: tuple[NDArray, NDArray], other: tuple[NDArray, NDArray]
+) -> NDArray:
+    """Interpolate linearly in both angles; mirrored where these begin at 0, and 0 outside."""
+    (i, x, inside), (j, y, within) = _cell(*one), _cell(*other)
+    low, high = ((1 - y) * values[k, j] + y * values[k, j + 1] for k in (i, i + 1))
+    return ((1 - x) * low + x * high) * (inside & within)
+
+
+def _cell(known: NDArray, wanted: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Return number of the step, share of it, and whether the angle is among the known ones."""
+    at = np.abs(wanted) if known[0] == 0 else wanted
+    place = np.interp(at, known, np.arange(len(known)))
+    step = np.minimum(place.astype(int), len(known) - 2)
+    return step, place - step, (at >= known[0] - _DARK) & (at <= known[-1] + _DARK)

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
-from ..errors import InputError, unknown_name
+from ..errors import InputError, printable, unknown_name
 from .bands import Bands
+from .seabass import is_seabass, read_seabass
 from .spectral_table import read_spectral_table
-from .spectrum import Spectrum, Table, shipped_table
+from .spectrum import Spectrum, Table, read_text, shipped_table
 
 ILLUMINANTS = ("d65", "equal-energy", "astm-g173", "clear-sky")
 RELATIVE = "relative"
@@ -126,7 +127,9 @@ def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:
         horizontal. The spectrum stays that of a sun at 48.2°.
         ``"clear-sky"``: sun and sky by zenith angle, 0 to 75°.
         ``"file:PATH"``: a table ``wavelength_nm,irradiance[,diffuse]``, in
-        W m-2 nm-1, where irradiance is the direct part.
+        W m-2 nm-1, where irradiance is the direct part. Or SeaBASS with
+        ``es``, by a wavelength column or as ``es490``: the mean of one
+        station, above the water, all of it direct.
     sun_zenith : float
         Sun zenith angle in air, degrees.
 
@@ -147,7 +150,7 @@ def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:
         )
     scheme, _, rest = text.partition(":")
     if scheme == "file" and rest:
-        return _from_file(rest)
+        return _from_seabass(rest) if _is_seabass(rest) else _from_file(rest)
     name = text.strip().lower()
     if name == "d65":
         table = shipped_table("illuminant_d65.csv")
@@ -239,12 +242,34 @@ def _clear_sky(sun_zenith: float) -> Illuminant:
 
 
 def _from_file(path: str) -> Illuminant:
-    table = read_spectral_table(path, ("irradiance",))
+    table = read_spectral_table(path, ("irradiance",), ("diffuse",))
     direct = table.columns["irradiance"]
-    if not np.any(direct > _DARK):
+    _require_light(path, direct)
+    return _illuminant(Path(path).name, table, direct, table.columns.get("diffuse"), ABSOLUTE)
+
+
+def _is_seabass(path: str) -> bool:
+    return Path(path).suffix.lower() == ".sb" or is_seabass(read_text(path))
+
+
+def _from_seabass(path: str) -> Illuminant:
+    data = read_seabass(path)
+    data.require_one_station()
+    if not data.columns_of("es"):
+        raise InputError(
+            f"{path}: found {printable(', '.join(data.fields))}; needed is es, the irradiance "
+            "above the water, by a wavelength column or in columns like es490"
+        )
+    light = data.spectrum("es", "\n".join(f"{key}: {x}" for key, x in data.header.items()))
+    _require_light(path, light.values)
+    table = Table(Path(path), light.source, {"wavelength_nm": light.wavelengths})
+    return _illuminant(Path(path).name, table, light.values, None, ABSOLUTE, above_surface=True)
+
+
+def _require_light(path: str, irradiance: NDArray[np.float64]) -> None:
+    if not np.any(irradiance > _DARK):
         raise InputError(
             f"{path}: the irradiance is zero at every wavelength; give it in W m-2 nm-1"
         )
-    if len(direct) < 2:
+    if len(irradiance) < 2:
         raise InputError(f"{path} has one row; an irradiance needs two wavelengths or more")
-    return _illuminant(Path(path).name, table, direct, table.columns.get("diffuse"), ABSOLUTE)

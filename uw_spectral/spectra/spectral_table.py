@@ -15,8 +15,10 @@ LARGEST_NUMBER = 1e12
 """No quantity of this field is larger in any usual unit; what is, overflows sooner or later."""
 
 
-def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Table:
-    """Read a CSV file with ``wavelength_nm`` and non-negative columns.
+def read_spectral_table(
+    path: str | Path, columns: tuple[str, ...], optional: tuple[str, ...] = ()
+) -> Table:
+    """Read ``wavelength_nm`` and non-negative columns of a CSV file; others may hold anything.
 
     Parameters
     ----------
@@ -24,6 +26,8 @@ def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Tabl
         The file.
     columns : tuple of str
         Columns that must be there besides ``wavelength_nm``.
+    optional : tuple of str
+        Those that are read if they are there.
 
     Returns
     -------
@@ -35,7 +39,9 @@ def read_spectral_table(path: str | Path, columns: tuple[str, ...] = ()) -> Tabl
         What :func:`read_table` refuses, a negative number, one above 1e12, or
         wavelengths that look like micrometres.
     """
-    return checked_spectral_table(read_table(path, ("wavelength_nm", *columns)), str(path))
+    return checked_spectral_table(
+        read_table(path, ("wavelength_nm", *columns), optional), str(path)
+    )
 
 
 def checked_spectral_table(table: Table, place: str) -> Table:

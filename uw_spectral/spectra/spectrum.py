@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..content import ComparedByContent, constant
 from ..errors import InputError, printable
 
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f]")
+_DECIMAL_COMMA = re.compile(r"^([-+]?\d*),(\d+(?:[eE][-+]?\d+)?)$")
 DATA_DIRECTORY = Path(__file__).resolve().parents[2] / "data"
 
 
@@ -192,22 +194,95 @@ def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (U
     Raises
     ------
     InputError
-        If the file cannot be read or is not UTF-8 text.
+        If the file cannot be read or is no text, in UTF-8 or Windows' code page of the West.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{kind}{path} is not a text file; {advice}") from error
+        content = Path(path).read_bytes()
     except (OSError, ValueError) as error:  # a path with a null character is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"cannot read {kind}{path}: {reason}; check the path") from error
-    if "\0" in text:  # such as a file whose content was lost in a crash
-        raise InputError(f"{kind}{path} is not a text file; {advice}")
-    return text
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        # What is lost in a crash is of nulls; DOS ends a text with its mark.
+        if not _CONTROL.search(text := text.removesuffix("\x1a")):
+            return text.replace("\r\n", "\n").replace("\r", "\n")
+    raise InputError(f"{kind}{path} is not a text file; {advice}")
 
 
-def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",)) -> Table:
-    """Read a numeric CSV file whose comment lines start with ``#``.
+@dataclass(frozen=True)
+class TableText:
+    """Rows of a table as they are written: columns between commas, semicolons or tabs.
+
+    Parameters
+    ----------
+    place : str
+        Where it is from, for messages.
+    header : str
+        Its comment lines, which start with ``#``.
+    names : tuple of str
+        Of the columns.
+    rows : tuple
+        Number of the line and cells, the names first; decimals have a point.
+    """
+
+    place: str
+    header: str
+    names: tuple[str, ...]
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+
+
+def table_text(text: str, place: str) -> TableText:
+    r"""Split the text of a table into cells.
+
+    What spreadsheets leave is passed over: empty rows, empty cells at the ends of rows, quotes
+    about comments. Between semicolons, decimals may have a comma.
+
+    Raises
+    ------
+    InputError
+        If a line is none of a table.
+
+    Examples
+    --------
+    >>> table_text("# of 2024;;\nwavelength_nm;a;\n400;0,1;\n;;\n", "").rows
+    ((2, ('wavelength_nm', 'a')), (3, ('400', '0.1')))
+    """
+    numbered = [
+        (number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()
+    ]
+    is_comment = [line.lstrip(' "').startswith("#") for _, line in numbered]
+    pairs = list(zip(numbered, is_comment, strict=True))
+    comments = [line.strip(' "\t,;').lstrip("# ") for (_, line), comment in pairs if comment]
+    lines = [each for each, comment in pairs if not comment]
+    first = lines[0][1] if lines else ""
+    delimiter = next((x for x in ",;\t" if x in first), ",")
+    rows = []
+    for number, line in lines:
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
+        except csv.Error as error:
+            raise InputError(
+                f"{place}, line {number} is none of a table of numbers: {error}; save it as CSV"
+            ) from error
+        if delimiter == ";" and rows:
+            cells = [_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
+        width = len(rows[0][1]) if rows else 0
+        while len(cells) > width and not cells[-1]:
+            del cells[-1]
+        if any(cells):
+            rows.append((number, tuple(cells)))
+    return TableText(place, "\n".join(comments), rows[0][1] if rows else (), tuple(rows))
+
+
+def read_table(
+    path: str | Path,
+    required: tuple[str, ...] = ("wavelength_nm",),
+    optional: tuple[str, ...] | None = None,
+) -> Table:
+    """Read a numeric table whose comment lines start with ``#``; see :func:`table_text`.
 
     Parameters
     ----------
@@ -215,6 +290,9 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
         The file.
     required : tuple of str
         Columns that must be there.
+    optional : tuple of str, optional
+        Those that are read if they are there. Without it all are, but for columns without any
+        number.
 
     Returns
     -------
@@ -227,64 +305,69 @@ def read_table(path: str | Path, required: tuple[str, ...] = ("wavelength_nm",))
         the message names file, line and column.
     """
     path = Path(path)
-    lines = read_text(path).splitlines()
-    header = "\n".join(line.lstrip("# ") for line in lines if line.startswith("#"))
-    numbered = [
-        (number, line)
-        for number, line in enumerate(lines, start=1)
-        if line.strip() and not line.startswith("#")
-    ]
-    if not numbered:
+    text = table_text(read_text(path), str(path))
+    _check_names(text, required)
+    names = text.names
+    wanted = {*required, *(names if optional is None else optional)}
+    for line, cells in text.rows[1:]:
+        if len(cells) != len(names):
+            raise InputError(
+                f"{path}, line {line}: {len(cells)} cells where the header has {len(names)}; "
+                "complete that row"
+            )
+    columns = {}
+    for place, name in enumerate(names):
+        cells = [(line, row[place]) for line, row in text.rows[1:]]
+        has_number = name in required or any(_number(cell) is not None for _, cell in cells)
+        if name in wanted and has_number:
+            columns[name] = constant([_finite(path, name, *cell) for cell in cells])
+    return Table(path, text.header, columns)
+
+
+def _check_names(text: TableText, required: tuple[str, ...]) -> None:
+    names = text.names
+    if not names:
         raise InputError(
-            f"{path} holds no table; add a row of names"
+            f"{text.place} holds no table; add a row of names"
             + (f", {', '.join(required)}, " if required else " ")
             + "and numbers below it"
         )
-    try:
-        rows = list(csv.reader(line for _, line in numbered))
-    except csv.Error as error:
-        raise InputError(f"{path} is not a table of numbers: {error}; save it as CSV") from error
-    names = [name.strip() for name in rows[0]]
+    place = f"{text.place}, line {text.rows[0][0]}"
     missing = [name for name in required if name not in names]
     if missing:
         advice = "add or rename it" if len(names) > 1 else "separate the columns by commas"
         raise InputError(
-            f"{path}, line {numbered[0][0]}: column {', '.join(missing)} is missing; "
-            f"found {printable(', '.join(names))}; {advice}"
+            f"{place}: column {', '.join(missing)} is missing; found "
+            f"{printable(', '.join(names))}; {advice}"
         )
     unreadable = [name for name in names if not name.isprintable()]
     if unreadable:
         raise InputError(
-            f"{path}, line {numbered[0][0]}: the column name {unreadable[0]!r} holds tabs or the "
-            "like; separate the columns by commas"
+            f"{place}: the column name {unreadable[0]!r} holds tabs or the like; separate the "
+            "columns by commas"
         )
     doubled = [name for name in names if names.count(name) > 1]
     if doubled:
+        raise InputError(f"{place}: column {doubled[0]} is there twice; keep one of them")
+    if len(text.rows) == 1:
+        raise InputError(f"{text.place} has column names but no rows; add the numbers below them")
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def _finite(path: Path, name: str, line: int, cell: str) -> float:
+    value = _number(cell)
+    if value is None or not np.isfinite(value):
         raise InputError(
-            f"{path}, line {numbered[0][0]}: column {doubled[0]} is there twice; keep one of them"
+            f"{path}, line {line}, column {name}: {printable(cell)!r} is not a finite number; "
+            "correct that cell"
         )
-    if len(rows) == 1:
-        raise InputError(f"{path} has column names but no rows; add the numbers below them")
-    values = np.empty((len(rows) - 1, len(names)))
-    for index, row in enumerate(rows[1:]):
-        line = numbered[index + 1][0]
-        if len(row) != len(names):
-            raise InputError(
-                f"{path}, line {line}: {len(row)} cells where the header has {len(names)}; "
-                "complete that row"
-            )
-        for column, cell in enumerate(row):
-            try:
-                value = float(cell)
-            except ValueError:
-                value = np.nan
-            if not np.isfinite(value):
-                raise InputError(
-                    f"{path}, line {line}, column {names[column]}: {cell.strip()!r} is not a "
-                    "finite number; correct that cell"
-                )
-            values[index, column] = value
-    return Table(path, header, dict(zip(names, constant(values).T, strict=True)))
+    return value
 
 
 @functools.cache

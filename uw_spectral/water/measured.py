@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..spectra.spectrum import read_table, read_text
+from ..spectra.seabass import is_seabass
+from ..spectra.spectrum import read_text, table_text
 from .kd_inversion import water_from_Kd_csv
 from .optical_properties import Water
 from .profile import DEPTH, WaterProfile, read_profile
-from .seabass import is_seabass, water_from_seabass
+from .seabass import water_from_seabass
 
 PATTERNS = ("*.csv", "*.txt", "*.sb", "*.env")
 """Names of the files, for those who look for one."""
@@ -36,11 +37,12 @@ def read_water(path: str | Path) -> Water | WaterProfile:
         If the file cannot be used.
     """
     path = Path(path)
-    if path.suffix.lower() == ".sb" or is_seabass(read_text(path)):
+    text = read_text(path)
+    if path.suffix.lower() == ".sb" or is_seabass(text):
         return water_from_seabass(path)
-    columns = read_table(path, ()).columns
-    if DEPTH in columns:
+    names = table_text(text, str(path)).names
+    if DEPTH in names:
         return read_profile(path)
-    if "Kd" in columns and not {"a", "b"} & set(columns):
+    if "Kd" in names and not {"a", "b"} & set(names):
         return water_from_Kd_csv(path)
     return Water.from_csv(path)

@@ -217,7 +217,7 @@ class Water(ComparedByContent):
         InputError
             If the file cannot be used; the message names file and row.
         """
-        return cls.from_table(read_spectral_table(path, ("a", "b")), Path(path).name)
+        return cls.from_table(read_spectral_table(path, ("a", "b"), ("Kd",)), Path(path).name)
 
     @classmethod
     def from_table(cls, table: Table, name: str) -> Water:

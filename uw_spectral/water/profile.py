@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, unknown_name
 from ..spectra.spectral_table import checked_spectral_table
-from ..spectra.spectrum import Table, read_table
+from ..spectra.spectrum import Table, read_table, read_text, table_text
 from .bio_optics import PROPERTIES, Constituents
 from .optical_properties import Water
 
@@ -139,14 +139,13 @@ def read_profile(path: str | Path) -> WaterProfile:
     InputError
         If the table is not as said; the message names the file and the place in it.
     """
-    table = read_table(path, (DEPTH,))
-    if "wavelength_nm" in table.columns:
+    if "wavelength_nm" in table_text(read_text(path), str(path)).names:
         return _measured(Path(path))
-    return _of_constituents(table)
+    return _of_constituents(read_table(path, (DEPTH,)))
 
 
 def _measured(path: Path) -> DepthProfile[Water]:
-    table = read_table(path, (DEPTH, "wavelength_nm", "a", "b"))
+    table = read_table(path, (DEPTH, "wavelength_nm", "a", "b"), ("Kd",))
     depth = table.columns[DEPTH]
     starts = [0, *(np.flatnonzero(np.diff(depth)) + 1), len(depth)]
     rows = [slice(*ends) for ends in itertools.pairwise(starts)]

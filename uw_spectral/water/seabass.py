@@ -1,32 +1,24 @@
-"""SeaBASS files (``.sb``), the format of NASA's archive of ocean measurements."""
+"""Waters from SeaBASS files (``.sb``)."""
 
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import InputError, printable
-from ..spectra.spectral_table import LARGEST_NUMBER, SHORTEST_WAVELENGTH_NM
-from ..spectra.spectrum import Spectrum, read_text
+from ..spectra.seabass import SeaBASS, number_of, read_seabass
+from ..spectra.spectrum import Spectrum
 from ..surface.sun_position import sun_zenith_Spencer1971
 from .kd_inversion import SUN_ZENITH, check_pure_water_range, invert_Kd
 from .optical_properties import BACKSCATTER, Water
 from .phase import BACKSCATTER_RANGE, FournierForand
 from .pure_water import molecular_scattering, pure_water_absorption
 
-_DELIMITERS = {"comma": ",", "tab": "\t", "space": None}
-_PER_METRE = {"": 1.0, "1/m": 1.0, "m^-1": 1.0, "1/cm": 100.0, "cm^-1": 100.0}
-_FLAGS = ("missing", "above_detection_limit", "below_detection_limit")
-_SPECTRAL_FIELD = re.compile(r"(kd|agp|cgp|bbp|ed|ap|ag|a|b|c)_?(\d{3}(?:\.\d+)?)(nm)?")
 _INHERENT = ("a", "b", "c", "agp", "cgp", "ap", "ag", "bbp")
-_BEGIN = "/begin_header"
 # Of these pure water is subtracted; where little is left, noise makes it negative.
 _WITHOUT_WATER = ("agp", "cgp", "ap", "ag", "bbp")
 _NOISE = 0.005  # 1/m
@@ -34,106 +26,6 @@ _FEWEST_DEPTHS = 3
 _SMALLEST = 1e-9  # 1/m
 _HORIZON = 90.0
 _SMALLEST_TRANSMISSION = 0.01  # of the light at the shallowest depth: noise lies below
-
-
-@dataclass(frozen=True, eq=False)
-class SeaBASS:
-    """Contents of a SeaBASS file.
-
-    Parameters
-    ----------
-    path : Path
-    header : dict
-        ``/key=value`` lines, keys in lower case.
-    fields, units : tuple of str
-        Column names and units in lower case.
-    columns : dict
-        Numbers by column; missing ones are NaN, columns of text are left out.
-    lines : array
-        Line number of each row.
-    """
-
-    path: Path
-    header: dict[str, str]
-    fields: tuple[str, ...]
-    units: tuple[str, ...]
-    columns: dict[str, NDArray[np.float64]]
-    lines: NDArray[np.int_]
-
-
-def is_seabass(text: str) -> bool:
-    """Whether a text begins as a SeaBASS file does.
-
-    Examples
-    --------
-    >>> is_seabass("/begin_header"), is_seabass("wavelength_nm,a,b")
-    (True, False)
-    """
-    return text.partition("\n")[0].strip().lower() == _BEGIN
-
-
-def read_seabass(path: str | Path) -> SeaBASS:
-    """Read a SeaBASS file.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Raises
-    ------
-    InputError
-        What is wrong, with line and column.
-    """
-    path = Path(path)
-    lines = read_text(path, advice="SeaBASS files are plain text").splitlines()
-    header, first = _header(path, lines)
-    for key in ("fields", "delimiter"):
-        if key not in header:
-            raise InputError(f"{path}: the header has no /{key}; add it before /end_header")
-    if header["delimiter"].lower() not in _DELIMITERS:
-        raise InputError(
-            f"{path}: delimiter {header['delimiter']!r} is not one of {', '.join(_DELIMITERS)}; "
-            "correct it"
-        )
-    delimiter = _DELIMITERS[header["delimiter"].lower()]
-    fields = tuple(cell.strip().lower() for cell in header["fields"].split(","))
-    units = tuple(cell.strip().lower() for cell in header.get("units", "").split(","))
-    doubled = [field for field in fields if fields.count(field) > 1]
-    if doubled:
-        raise InputError(f"{path}: the field {doubled[0]} is listed twice in /fields; keep one")
-    flags = [_number(header[key].split("[")[0]) for key in _FLAGS if key in header]
-
-    rows: list[list[str]] = []
-    numbers: list[int] = []
-    for number, line in enumerate(lines[first:], start=first + 1):
-        if not line.strip() or line.startswith("!"):
-            continue
-        cells = [cell.strip() for cell in line.split(delimiter)]
-        if len(cells) != len(fields):
-            raise InputError(
-                f"{path}, line {number}: {len(cells)} cells where /fields lists {len(fields)}; "
-                "complete that row"
-            )
-        rows.append(cells)
-        numbers.append(number)
-    if not rows:
-        raise InputError(f"{path} has a header but no rows below /end_header; add them")
-    columns = {}
-    for index, field in enumerate(fields):
-        values = [_number(row[index]) for row in rows]
-        if all(value is None for value in values) and not _is_ours(field):
-            continue
-        for value, number, row in zip(values, numbers, rows, strict=True):
-            if value is None or not (value in flags or abs(value) <= LARGEST_NUMBER):
-                if not _is_ours(field):
-                    break
-                raise InputError(
-                    f"{path}, line {number}, column {index + 1} ({field}): {row[index]!r} is not "
-                    f"a finite number up to {LARGEST_NUMBER:g}; correct it or mark it as /missing"
-                )
-        else:
-            columns[field] = np.array([np.nan if value in flags else value for value in values])
-    return SeaBASS(path, header, fields, units, columns, np.array(numbers))
 
 
 def water_from_seabass(path: str | Path) -> Water:
@@ -167,10 +59,11 @@ def water_from_seabass(path: str | Path) -> Water:
     Raises
     ------
     InputError
-        If the file is damaged, has none of these, or a value is negative
+        If the file is damaged, is of several stations, has none of these, or a value is negative
         (line and column are named).
     """
     data = read_seabass(path)
+    data.require_one_station()
     source = "; ".join(
         f"{key} {data.header[key]}"
         for key in ("investigators", "experiment", "cruise", "start_date")
@@ -292,7 +185,7 @@ def _stated(data: SeaBASS, key: str) -> float | None:
 
 def _degrees(text: str | None) -> float | None:
     """Return the number before a unit in brackets."""
-    return _number((text or "").split("[")[0])
+    return number_of((text or "").split("[")[0])
 
 
 def _time(header: Mapping[str, str], which: str) -> datetime | None:
@@ -306,15 +199,18 @@ def _time(header: Mapping[str, str], which: str) -> datetime | None:
 
 
 def _averaged(data: SeaBASS, quantities: tuple[str, ...]) -> tuple[str, ...]:
-    """Say over which depths there are means, and how far these go apart."""
+    """Say over which depths or repeats there are means, and how far these go apart."""
     depth = data.columns.get("depth", np.array([]))
     depth = np.unique(depth[np.isfinite(depth)])
-    apart = 0.0
+    apart, most = 0.0, 1
     for quantity in quantities:
-        for values in _samples(data, quantity).values():
+        for values in data.samples(quantity, _lowest(quantity)).values():
             apart = max(apart, np.ptp(values) / max(np.mean(values), _SMALLEST))
-    if len(depth) < 2 or not apart:
+            most = max(most, len(values))
+    if not apart:
         return ()
+    if len(depth) < 2:
+        return (f"means over {most} measurements that differ by up to {apart:.0%} of the mean",)
     return (
         f"means over {len(depth)} depths, {depth[0]:g} to {depth[-1]:g} m, between which they "
         f"differ by up to {apart:.0%} of the mean; for water that differs with depth make a table "
@@ -326,7 +222,7 @@ def _noisy(data: SeaBASS, quantities: tuple[str, ...]) -> tuple[str, ...]:
     negative = [
         quantity
         for quantity in quantities
-        if any(np.any(data.columns[field] < 0) for field, _ in _columns(data, quantity))
+        if any(np.any(data.columns[field] < 0) for field, _ in data.columns_of(quantity))
     ]
     if not negative:
         return ()
@@ -361,13 +257,13 @@ def Kd_from_profile(data: SeaBASS) -> Spectrum:
         raise InputError(f"{data.path}: Ed is there, but no depth column to fit it over; add it")
     depth = data.columns["depth"]
     found: dict[float, tuple[float, float]] = {}
-    for field, nm in _fields(data, "ed"):
+    for field, nm in data.by_wavelength("ed"):
         Ed = data.columns[field]
         given = np.isfinite(Ed) & np.isfinite(depth)
         if np.any(given & (Ed <= 0)):
             row = int(np.argmax(given & (Ed <= 0)))
             raise InputError(
-                f"{_place(data, field, row)}: Ed must be positive, got {Ed[row]:g}; mark dark "
+                f"{data.place(field, row)}: Ed must be positive, got {Ed[row]:g}; mark dark "
                 "values as missing"
             )
         if not given.any():
@@ -400,111 +296,18 @@ def Kd_from_profile(data: SeaBASS) -> Spectrum:
     )
 
 
-def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], int]:
-    if not lines or lines[0].strip().lower() != _BEGIN:
-        raise InputError(f"{path}, line 1: a SeaBASS file starts with {_BEGIN}; add it")
-    header: dict[str, str] = {}
-    for number, line in enumerate(lines[1:], start=2):
-        text = line.strip()
-        if text.lower() == "/end_header":
-            return header, number
-        if text.startswith("/"):
-            key, equals, value = text[1:].partition("=")
-            if not equals:
-                raise InputError(
-                    f"{path}, line {number}, column {line.index('/') + 1}: {text[:30]!r} has no "
-                    "'='; write /key=value"
-                )
-            header[key.strip().lower()] = value.strip()
-        elif text and not text.startswith("!"):
-            raise InputError(
-                f"{path}, line {number}, column 1: {text[:30]!r} stands in the header; header "
-                "lines start with / or !. Is /end_header missing?"
-            )
-    raise InputError(f"{path}: /end_header is missing; add it below the header")
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
-def _is_ours(field: str) -> bool:
-    """Whether the field is read for a water, so that text in it is an error."""
-    bare = field in ("wavelength", "depth", "kd", "ed", *_INHERENT)
-    return bare or _SPECTRAL_FIELD.fullmatch(field) is not None
-
-
-def _place(data: SeaBASS, field: str, row: int) -> str:
-    return f"{data.path}, line {data.lines[row]}, column {data.fields.index(field) + 1} ({field})"
-
-
-def _fields(data: SeaBASS, quantity: str) -> list[tuple[str, float]]:
-    """Columns like ``kd490`` of a quantity, with their wavelengths."""
-    matches = [(field, _SPECTRAL_FIELD.fullmatch(field)) for field in data.columns]
-    return [(field, float(m[2])) for field, m in matches if m and m[1] == quantity]
-
-
 def _has(data: SeaBASS, quantity: str) -> bool:
-    by_row = quantity in data.columns and "wavelength" in data.columns and quantity != "ed"
-    return by_row or bool(_fields(data, quantity))
+    if quantity == "ed":
+        return bool(data.by_wavelength(quantity))
+    return bool(data.columns_of(quantity))
 
 
-def _columns(data: SeaBASS, quantity: str) -> list[tuple[str, float | None]]:
-    """Columns of a quantity with their wavelengths; None where the rows have them."""
-    if quantity in data.columns and "wavelength" in data.columns:
-        return [(quantity, None)]
-    return [(field, nm) for field, nm in _fields(data, quantity)]
-
-
-def _per_metre(data: SeaBASS, field: str) -> float:
-    """Return the factor that makes the values of a column 1/m."""
-    place = data.fields.index(field)
-    unit = data.units[place] if place < len(data.units) else ""
-    if unit not in _PER_METRE:
-        raise InputError(
-            f"{data.path}: {field} is in {unit!r}, as /units says, which is none of "
-            f"{', '.join(filter(None, _PER_METRE))}; convert it"
-        )
-    return _PER_METRE[unit]
-
-
-def _samples(data: SeaBASS, quantity: str) -> dict[float, list[float]]:
-    """Values of a quantity by wavelength, one for each depth at which it was measured."""
-    samples: dict[float, list[float]] = {}
-    lowest = -_NOISE if quantity in _WITHOUT_WATER else 0.0
-    for field, nm in _columns(data, quantity):
-        values = data.columns[field] * _per_metre(data, field)
-        if np.any(values < lowest):
-            row = int(np.argmax(values < lowest))
-            raise InputError(
-                f"{_place(data, field, row)}: {values[row]:g} is negative; correct it or mark it "
-                "as /missing"
-            )
-        wavelengths = data.columns["wavelength"] if nm is None else np.full(len(values), nm)
-        for wavelength, value in zip(wavelengths, values, strict=True):
-            if np.isfinite(value) and np.isfinite(wavelength):
-                samples.setdefault(float(wavelength), []).append(max(float(value), 0.0))
-    if not samples:
-        raise InputError(f"{data.path}: every value of {quantity} is missing; give some")
-    return samples
+def _lowest(quantity: str) -> float:
+    return -_NOISE if quantity in _WITHOUT_WATER else 0.0
 
 
 def _spectrum(data: SeaBASS, quantity: str, source: str) -> Spectrum:
-    samples = _samples(data, quantity)
-    nm_sorted = sorted(samples)
-    if nm_sorted[0] < SHORTEST_WAVELENGTH_NM:
-        raise InputError(
-            f"{data.path}: a wavelength of {nm_sorted[0]:g} nm is none of light; give nanometres"
-        )
-    return Spectrum(
-        np.array(nm_sorted),
-        np.array([np.mean(samples[value]) for value in nm_sorted]),
-        f"{quantity} of {data.path.name}",
-        source,
-    )
+    return data.spectrum(quantity, source, _lowest(quantity))
 
 
 def _with_water(spectrum: Spectrum, quantity: str) -> Spectrum:

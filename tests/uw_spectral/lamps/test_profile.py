@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.lamps.ies import parse_ies, read_ies
+from underwater_spectral.uw_spectral.lamps.ies import Photometry, parse_ies, read_ies
 from underwater_spectral.uw_spectral.lamps.port import BehindFlatPort
 from underwater_spectral.uw_spectral.lamps.profile import (
     IsotropicProfile,
@@ -125,9 +125,79 @@ def test_the_flux_of_an_isotropic_file_is_4_pi_times_its_candela():
     assert lamp.lumens == pytest.approx(40 * math.pi)
 
 
-def test_a_tilt_inside_the_file_is_passed_over():
-    tilted = QUADRANT.replace("TILT=NONE\n", "TILT=INCLUDE\n1\n2\n0 90\n1 1\n")
-    assert parse_ies(tilted) == parse_ies(QUADRANT)
+@pytest.mark.parametrize("tilt", ["INCLUDE\n1\n2\n0 90\n1 1", "lamp.tlt", " none"])
+def test_the_candela_are_those_of_no_tilt(tilt):
+    assert parse_ies(QUADRANT.replace("NONE", tilt)) == parse_ies(QUADRANT)
+
+
+def test_candela_count_by_both_factors_of_the_ballast():
+    """As they do in Cycles (util/ies.cpp); 2019 has another number there."""
+    whole = parse_ies(QUADRANT)
+    for head in ("IESNA:LM-63-2002", "IESNA:LM-63-1995", "IESNA91", "A lamp of 1986"):
+        half = QUADRANT.replace("0.5 1 50", "0.5 0.5 50").replace("IESNA:LM-63-2002", head)
+        assert parse_ies(half).candela == pytest.approx(whole.candela / 2)
+        assert parse_ies(half).lumens == pytest.approx(whole.lumens / 2)
+    new = QUADRANT.replace("IESNA:LM-63-2002", "IES:LM-63-2019")
+    assert parse_ies(new.replace("0.5 1 50", "0.5 1.1001 50")).candela == pytest.approx(
+        whole.candela
+    )
+    with pytest.raises(InputError, match="file generation type of LM-63-2019 is 0.5"):
+        parse_ies(new.replace("0.5 1 50", "0.5 0.5 50"))
+
+
+def _lamp(kind: int, vertical, horizontal, candela) -> Photometry:
+    """A lamp from its angles and candela, shape (h, v)."""
+    rows = [vertical, horizontal, *candela]
+    counts = f"1 -1 1 {len(vertical)} {len(horizontal)} {kind} 2 0 0 0\n1 1 50\n"
+    return parse_ies(HEAD + counts + "\n".join(" ".join(map(repr, map(float, r))) for r in rows))
+
+
+@pytest.mark.parametrize(
+    "horizontal", [[0], [0, 90], [0, 45, 180], [90, 180, 270], [0, 180, 360], [0, 90, 180, 270]]
+)
+def test_planes_may_be_any_that_the_format_has(horizontal):
+    """A floor lamp, 1 + cos θ / 2 + sin θ sin φ / 4 all round: its flux is 4π."""
+    theta = np.linspace(0, 180, 181)
+    c, s = np.cos(np.radians(theta)), np.sin(np.radians(theta))
+    even = _lamp(1, theta, horizontal, [1 + c / 2 for _ in horizontal])
+    assert even.lumens == pytest.approx(4 * math.pi, rel=1e-3)
+    assert even.asymmetry < 1e-9
+    if len(horizontal) == 4:  # all round, without the plane at 360
+        phi = np.radians(horizontal)
+        odd = _lamp(1, theta, horizontal, [1 + c / 2 + s * np.sin(x) / 4 for x in phi])
+        assert odd.mean_candela == pytest.approx(even.mean_candela, abs=1e-9)
+
+
+def test_a_lamp_may_shine_back():
+    theta = np.linspace(90, 180, 91)
+    lamp = _lamp(1, theta, [0], [30 * np.sin(np.radians(theta - 90))])
+    assert lamp.lumens == pytest.approx(30 * math.pi, rel=1e-3)
+    assert lamp.profile().value(np.cos(np.radians([0, 60, 80]))) == pytest.approx(0)
+
+
+@pytest.mark.parametrize("first", [0, -90])
+def test_types_a_and_b_are_turned_about_the_beam(first):
+    angles = np.linspace(first, 90, 91 if first else 46)
+    v, h = np.radians(angles), np.radians(angles)[:, None]
+    matt = 20 * np.cos(v) * np.cos(h)  # the cosine from the beam, in either
+    across = {2: np.sin(h) ** 2 + 0 * v, 3: (np.cos(v) * np.sin(h)) ** 2}  # to the right, squared
+    for kind, right in across.items():
+        lamp = _lamp(kind, angles, angles, matt)
+        assert lamp.lumens == pytest.approx(20 * math.pi, rel=2e-3)
+        assert lamp.asymmetry < 2e-3
+        lamp = _lamp(kind, angles, angles, right)
+        theta = np.radians(lamp.vertical)
+        assert lamp.mean_candela == pytest.approx(np.sin(theta) ** 2 / 2, abs=2e-3)
+        assert lamp.candela[0] == pytest.approx(np.sin(theta) ** 2, abs=2e-3)
+        assert lamp.candela[18] == pytest.approx(0, abs=2e-3)  # up
+
+
+def test_text_of_windows_is_read(tmp_path):
+    path = tmp_path / "lamp.ies"
+    path.write_bytes(QUADRANT.replace("nobody", "Schröder, 45° – ½ beam").encode("cp1252"))
+    assert read_ies(path).lumens == parse_ies(QUADRANT).lumens
+    path.write_bytes(QUADRANT.replace("\n", "\r\n").encode() + b"\x1a")
+    assert read_ies(path).lumens == parse_ies(QUADRANT).lumens
 
 
 @pytest.mark.parametrize(
@@ -135,16 +205,17 @@ def test_a_tilt_inside_the_file_is_passed_over():
     [
         ("", "no line TILT="),
         ("a photograph of a lamp", "no IES LM-63 file"),
-        (QUADRANT.replace("NONE", "lamp.tlt"), "line 4: TILT=lamp.tlt"),
         (QUADRANT[:-8], "ends after 7 of 9 numbers of its candela"),
         (HEAD, "ends after 0 of 13 numbers of its header"),
         (QUADRANT.replace("60", "sixty"), "line 11: 'sixty' of its candela"),
-        (QUADRANT.replace("3 3 1 2", "3 3 2 2"), "type B"),
-        (QUADRANT.replace("3 3 1 2", "3 3 3 2"), "type A"),
+        (QUADRANT.replace("3 3 1 2", "3 3 4 2"), "photometric type is 4"),
+        (QUADRANT.replace("3 3 1 2", "3 3 2 2").replace("0 45 90\n100", "9 45 90\n100"), "A and B"),
+        (QUADRANT + "7 7", "line 13: '7' follows the last candela"),
+        (QUADRANT.replace("100 50 0", "100,5 50 0"), "line 12: '0' follows the last candela"),
         (QUADRANT.replace("3 3 1 2", "3.5 3 1 2"), "number of vertical angles"),
         (QUADRANT.replace("3 3 1 2", "3 1e9 1 2"), "number of horizontal angles"),
         (QUADRANT.replace("0 45\n90", "0 90\n45"), "vertical angles do not increase"),
-        (QUADRANT.replace("0 45\n90", "90 120\n180"), "vertical angles from 90°"),
+        (QUADRANT.replace("0 45\n90", "30 120\n180"), "vertical angles from 30"),
         (QUADRANT.replace("0 45 90\n100", "0 45 80\n100"), "0 to 90, 180 or 360"),
         (QUADRANT.replace("60", "-60"), "must not be negative"),
         (QUADRANT.replace("1000 2 3", "1000 0 3"), "nor all zero"),

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from underwater_spectral.uw_spectral.errors import InputError, unknown_name
 from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.spectral_table import read_spectral_table
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum, read_table
 
 
@@ -43,7 +44,7 @@ def test_bad_spectra(wavelengths, values, message):
         ("wavelength_nm,a\n", "column names but no rows"),
         ("lambda,a\n400,1\n", "line 1: column wavelength_nm is missing; found lambda, a"),
         ("# c\nwavelength_nm,a\n400,1\n500\n", "line 4: 1 cells where the header has 2"),
-        ("wavelength_nm,a\n400,x\n", "line 2, column a: 'x' is not a finite number"),
+        ("wavelength_nm,a\n400,x\n500,1\n", "line 2, column a: 'x' is not a finite number"),
         ("wavelength_nm,a\n400,inf\n", "line 2, column a: 'inf'"),
     ],
 )
@@ -63,12 +64,63 @@ def test_table_errors_of_the_file_itself(tmp_path):
         read_table(binary)
 
 
-def test_byte_order_mark_and_comments(tmp_path):
+PLAIN = b"# source: me\nwavelength_nm,a,b\n400,0.1,2\n500,0.25,3e-1\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\xef\xbb\xbf" + PLAIN,
+        PLAIN.replace(b"\n", b"\r\n") + b"\x1a",
+        PLAIN.replace(b"\n", b"\r"),
+        PLAIN.replace(b",", b";"),
+        PLAIN.replace(b",", b";").replace(b".", b","),
+        PLAIN.replace(b",", b"\t"),
+        PLAIN.replace(b"\n", b",,\n") + b",,,,\n \n,,,,\n",
+        PLAIN.replace(b"# source: me", b'"# source: me",,'),
+        PLAIN.replace(b"400", b"  # a later comment\n\n 400 "),
+        b'"wavelength_nm","a","b"\n"400","0.1","2"\n"500","0.25","3e-1"\n',
+        b"wavelength_nm,a,note,b,empty\n400,0.1,at the pier,2,\n500,0.25,\xb0 \xb5,3e-1,\n",
+    ],
+)
+def test_tables_of_spreadsheets_say_what_the_plain_one_says(content, tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text("\ufeff# source: me\nwavelength_nm,a\n400,1\n", encoding="utf-8")
-    table = read_table(path)
-    assert table.header == "source: me"
-    assert table.columns["a"].tolist() == [1.0]
+    path.write_bytes(content)
+    table = read_table(path, ("wavelength_nm", "a"))
+    assert {name: values.tolist() for name, values in table.columns.items()} == {
+        "wavelength_nm": [400, 500], "a": [0.1, 0.25], "b": [2, 0.3],
+    }  # fmt: skip
+    if b"source" in content:
+        assert table.header.startswith("source: me")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("wavelength_nm,a\n400,0,1\n", "line 2: 3 cells where the header has 2"),
+        ('wavelength_nm,a\n400,"0,1"\n', "column a: '0,1' is not a finite number"),
+        ("wavelength_nm\ta\n400\t0,1\n", "column a: '0,1' is not a finite number"),
+        ("wavelength_nm;a\n400;1.234,5\n", "column a: '1.234,5' is not a finite number"),
+        ("wavelength_nm;a\n400;0,1\n500;\n", "line 3, column a: '' is not a finite number"),
+        ("wavelength_nm,a (1/cm)\n400,0.1\n", r"column a is missing; found .*a \(1/cm\)"),
+        ("wavelength_nm a\n400 0.1\n", "separate the columns by commas"),
+    ],
+)
+def test_what_may_mean_two_things_is_refused(text, words, tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_table(path, ("wavelength_nm", "a"))
+
+
+def test_only_the_columns_of_a_quantity_must_be_sound(tmp_path):
+    path = tmp_path / "water.csv"
+    path.write_text("wavelength_nm,station,temperature,a,b\n400,1,-1.2,1,2\n500,B2,nan,1,2\n")
+    table = read_spectral_table(path, ("a", "b"), ("Kd",))
+    assert set(table.columns) == {"wavelength_nm", "a", "b"}
+    path.write_text("wavelength_nm,a,b,Kd\n400,1,2,n/a\n")
+    with pytest.raises(InputError, match="column Kd"):
+        read_spectral_table(path, ("a", "b", "Kd"))
 
 
 @given(st.integers(1, 512), st.floats(300, 500), st.floats(501, 830))

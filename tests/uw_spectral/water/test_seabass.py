@@ -9,6 +9,7 @@ import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import Description, WaterDescription, resolve
 from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.illuminant import parse_illuminant
 from underwater_spectral.uw_spectral.water.measured import read_water
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
@@ -218,6 +219,77 @@ def test_a_and_c_without_water_over_depths(tmp_path):
 def test_kd_by_row(tmp_path):
     water = read_water(_file(tmp_path, "wavelength,kd", [[450, 0.05], [500, 0.06]]))
     assert water.Kd([500])[0] == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize(
+    ("fields", "rows", "words"),
+    [
+        ("station,wavelength,kd", [["A1", 490, 0.05], ["B2", 490, 0.5]], r"2 stations \(A1, B2\)"),
+        ("station,depth,ed490", [[n, y, 0.9**y] for n in (1, 2) for y in (1, 2, 3)], "2 stations"),
+        ("lat,lon,kd490", [[10, 20, 0.05], [10.5, 20, 0.5]], r"places by lat \(10, 10.5\)"),
+        ("lon,kd490", [[179, 0.05], [-179, 0.5]], "places by lon"),
+        ("date,kd490", [[20200621, 0.05], [20200801, 0.5]], r"2 days \(20200621, 20200801\)"),
+    ],
+)
+def test_stations_are_not_averaged(tmp_path, fields, rows, words):
+    with pytest.raises(InputError, match=f"cast.sb holds .*{words}.*keep the rows of one"):
+        read_water(_file(tmp_path, fields, rows))
+
+
+@pytest.mark.parametrize(
+    ("fields", "rows"),
+    [
+        ("station,kd490", [["A1", 0.05], ["A1", 0.06], ["-999", 0.07]]),
+        ("lat,lon,kd490", [[10, 179.995, 0.05], [10.01, -179.995, 0.06], [-999, -999, 0.07]]),
+        ("date,kd490", [[20191231, 0.05], [20200101, 0.07]]),
+    ],
+)
+def test_repeats_at_one_station_are_averaged_and_said(tmp_path, fields, rows):
+    water = read_water(_file(tmp_path, fields, rows))
+    assert water.Kd([490])[0] == pytest.approx(0.06)
+    assert water.caveats[0] == f"means over {len(rows)} measurements that differ by up to 33% of " \
+        "the mean"  # fmt: skip
+
+
+def test_marks_of_older_files_and_what_editors_leave(tmp_path):
+    rows = [[440, 0.05, 0.40], [550, 0.01, 0.35]]
+    path = _file(tmp_path, "wavelength,a,b", rows)
+    wanted = read_water(path).a([440.0, 500.0]).tolist()
+    text = path.read_text()
+    for changed in (
+        text.replace("_header", "_header@"),
+        "\n" + text.upper(),
+        text.replace("0.4\n", "0.4,,\n").replace("A_Diver", "Jérôme"),
+        text.replace("/delimiter=comma", "/delimiter=semicolon").replace("0,0", "0;0")
+        .replace("05,0", "05;0").replace("01,0", "01;0"),
+    ):  # fmt: skip
+        path.write_bytes(changed.encode("cp1252"))
+        assert read_water(path).a([440.0, 500.0]).tolist() == wanted
+
+
+def test_measured_light_is_an_illuminant(tmp_path):
+    """Es in the archive's unit, µW cm⁻² nm⁻¹, is a hundredth of W m⁻² nm⁻¹."""
+    rows = [[1, 90.0, 120.0, 0.9], [2, 110.0, 140.0, 0.8]]
+    path = _file(tmp_path, "depth,es443,es560,ed443", rows)
+    for units, factor in (
+        ("", 0.01),
+        ("m,W/m^2/nm,W/m^2/nm,", 1.0),
+        ("m,mW/m^2/nm,mW/m^2/nm,", 1e-3),
+    ):
+        path = _file(tmp_path, "depth,es443,es560,ed443", rows, extra=f"/units={units}")
+        light = parse_illuminant(f"file:{path}")
+        assert light.total.at([443, 560]) == pytest.approx([100 * factor, 130 * factor])
+        assert light.above_surface and light.unit == "W m-2 nm-1"
+    by_row = _file(tmp_path, "wavelength,es", [[443, 100], [560, 130]])
+    assert parse_illuminant(f"file:{by_row}").total.at([443]) == pytest.approx([1.0])
+    for fields, message in (
+        ("wavelength,kd", "needed is es"),
+        ("station,wavelength,es", "2 stations"),
+    ):
+        rows = [["A", 443, 1], ["B", 560, 1]]
+        path = _file(tmp_path, fields, [row[-len(fields.split(",")) :] for row in rows])
+        with pytest.raises(InputError, match=message):
+            parse_illuminant(f"file:{path}")
 
 
 @pytest.mark.parametrize(
