@@ -270,26 +270,20 @@ def test_marks_of_older_files_and_what_editors_leave(tmp_path):
 def test_measured_light_is_an_illuminant(tmp_path):
     """Es in the archive's unit, µW cm⁻² nm⁻¹, is a hundredth of W m⁻² nm⁻¹."""
     rows = [[1, 90.0, 120.0, 0.9], [2, 110.0, 140.0, 0.8]]
-    path = _file(tmp_path, "depth,es443,es560,ed443", rows)
-    for units, factor in (
-        ("", 0.01),
-        ("m,W/m^2/nm,W/m^2/nm,", 1.0),
-        ("m,mW/m^2/nm,mW/m^2/nm,", 1e-3),
-    ):
-        path = _file(tmp_path, "depth,es443,es560,ed443", rows, extra=f"/units={units}")
+    for unit, factor in (("", 0.01), ("uW/cm^2/nm", 0.01), ("W/m^2/nm", 1.0), ("mW/m^2/nm", 1e-3)):
+        units = f"/units=m,{unit},{unit},"
+        path = _file(tmp_path, "depth,es443,es560,ed443", rows, extra=units)
         light = parse_illuminant(f"file:{path}")
         assert light.total.at([443, 560]) == pytest.approx([100 * factor, 130 * factor])
-        assert light.above_surface and light.unit == "W m-2 nm-1"
+        assert light.above_surface
+        assert light.unit == "W m-2 nm-1"
     by_row = _file(tmp_path, "wavelength,es", [[443, 100], [560, 130]])
     assert parse_illuminant(f"file:{by_row}").total.at([443]) == pytest.approx([1.0])
-    for fields, message in (
-        ("wavelength,kd", "needed is es"),
-        ("station,wavelength,es", "2 stations"),
-    ):
-        rows = [["A", 443, 1], ["B", 560, 1]]
-        path = _file(tmp_path, fields, [row[-len(fields.split(",")) :] for row in rows])
-        with pytest.raises(InputError, match=message):
-            parse_illuminant(f"file:{path}")
+    stations = _file(tmp_path, "station,wavelength,es", [["A", 443, 1], ["B", 560, 1]])
+    with pytest.raises(InputError, match="2 stations"):
+        parse_illuminant(f"file:{stations}")
+    with pytest.raises(InputError, match="needed is es"):
+        parse_illuminant(f"file:{SAMPLE}")
 
 
 @pytest.mark.parametrize(
