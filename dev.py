@@ -9,7 +9,8 @@
     python3 dev.py build --wheel    build the wheel of optics and data sets into dist/, and try it
                                     in a new environment; --python python3.11: in one of that
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
-    python3 dev.py site             build the documentation site into out/site/
+    python3 dev.py site             build the documentation site into out/site/; --check only
+                                    reads it, and ends with what is wrong
     python3 dev.py lock [-U]        write requirements.lock and docs.lock from pyproject.toml;
                                     -U: with the latest versions, else with those that are there
 
@@ -184,7 +185,7 @@ def main() -> None:
         tool = "build_wheel.py" if "--wheel" in arguments else "build_extension.py"
         run(set_up(), f"tools/{tool}", *arguments)
     elif job == "site":
-        run(environment(DOCS_VENV, DOCS_LOCK), "tools/build_site.py")
+        run(environment(DOCS_VENV, DOCS_LOCK), "tools/build_site.py", *arguments)
     elif job == "run" and arguments:
         run(set_up(), *arguments)
     else:

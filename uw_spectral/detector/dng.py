@@ -27,7 +27,7 @@ _STRIP, _EXIF = 273, 34665  # tags with the places of the counts and of EXIF's d
 _HEADER = 8  # bytes
 _DENOMINATOR = 1_000_000
 _HIGHEST_ISO = 65535  # as EXIF writes what its tag cannot hold
-Tags = dict[int, tuple[int, list[int] | str]]
+_Tags = dict[int, tuple[int, list[int] | str]]
 """Of a directory: kind and content by number."""
 
 
@@ -85,7 +85,7 @@ def write_dng(
     white = np.array([0.9505, 1.0, 1.089])
     matrix = matrix / np.max(matrix @ white)
     pixels = counts.astype("<u2").tobytes()
-    tags: Tags = {
+    tags: _Tags = {
         254: (_LONG, [0]),  # a full picture
         256: (_LONG, [width]),
         257: (_LONG, [height]),
@@ -114,7 +114,7 @@ def write_dng(
         50778: (_SHORT, [_D65]),
     }
     taken_at = detector.base_iso if iso is None else iso
-    exif: Tags = {34855: (_SHORT, [min(round(taken_at), _HIGHEST_ISO)])}
+    exif: _Tags = {34855: (_SHORT, [min(round(taken_at), _HIGHEST_ISO)])}
     with replacing(path) as temporary:
         temporary.write_bytes(_tiff(tags, exif, pixels))
 
@@ -124,7 +124,7 @@ def _rationals(values: Sequence[float]) -> list[int]:
     return [part for value in found for part in (value.numerator, value.denominator)]
 
 
-def _tiff(tags: Tags, exif: Tags, pixels: bytes) -> bytes:
+def _tiff(tags: _Tags, exif: _Tags, pixels: bytes) -> bytes:
     """The directory after the header, then that of EXIF, then the counts."""
     place_of_exif = _HEADER + len(_directory(tags, _HEADER))
     directory_of_exif = _directory(exif, place_of_exif)
@@ -137,7 +137,7 @@ def _tiff(tags: Tags, exif: Tags, pixels: bytes) -> bytes:
     return header + _directory(placed, _HEADER) + directory_of_exif + pixels
 
 
-def _directory(tags: Tags, place: int) -> bytes:
+def _directory(tags: _Tags, place: int) -> bytes:
     """One directory that lies at a place, and what does not fit into it."""
     entries, extra = b"", b""
     start = place + 2 + 12 * len(tags) + 4

@@ -144,7 +144,7 @@ class CameraDescription:
     compensation : float
         Stops that are added to an automatic exposure.
     filter : str
-        Before the sensor: text as :func:`.transmittance` takes it.
+        Before the sensor: text as :func:`.barrier_filter.transmittance` takes it.
     """
 
     sensor: str | Sensor = "cie1931"

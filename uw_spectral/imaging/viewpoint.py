@@ -48,8 +48,8 @@ class Viewpoint(ComparedByContent):
     compensation : float
         Stops that are added to the automatic exposure.
     filter : str
-        Before the sensor, as :func:`.transmittance` takes it. White balance and automatic exposure
-        are those without it.
+        Before the sensor, as :func:`.barrier_filter.transmittance` takes it. White balance and
+        automatic exposure are those without it.
 
     Raises
     ------

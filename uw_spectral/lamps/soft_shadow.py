@@ -1,7 +1,7 @@
 """How much of a lamp's scattered light things keep from a place: it finds its way round them.
 
 Light that is scattered once on its way from a lamp to a place comes by a point y, is turned there
-by ψ and arrives at the angle α from the lamp. Over all y the inverse squares cancel,
+by ψ and arrives at the angle α from the lamp. Over all y the inverse squares cancel::
 
     ∫ d³y p / (|y - l|² |x - y|²) = (1/r) ∫ dφ ∫ dψ p(ψ) ∫_0^ψ dα,
 
