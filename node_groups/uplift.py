@@ -70,8 +70,10 @@ _WATER = "Water"
 def _basis_group(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
     tree = _group(name, COLOR_INPUT)
     graph = Graph(tree)
-    # Cycles takes what is negative for black, of each channel before they are mixed to bands.
-    given = NODES.maximum(graph.term(graph.node("NodeGroupInput").outputs[0]), 0.0)
+    given = graph.term(graph.node("NodeGroupInput").outputs[0])
+    if basis == attributes.REFLECTANCE_BASIS:
+        # Cycles takes what is negative for black, but light may be: before channels become bands.
+        given = NODES.maximum(given, 0.0)
     rgb = graph.components(given)
     red, green, blue = (vector_of_view_layer(graph, attribute) for attribute in basis)
     total = red * rgb[0] + green * rgb[1] + blue * rgb[2]

@@ -67,10 +67,11 @@ def before(socket: bpy.types.NodeSocket, kind: str) -> bpy.types.Node | None:
 def limits(socket: bpy.types.NodeSocket) -> tuple[float, float]:
     """Least and greatest value of an input of a shader node that EEVEE heeds.
 
-    Of EEVEE 5.2; Cycles has the same but for Emission's strength, which may be negative there.
+    Of EEVEE 5.2; Cycles has the same, but its light may be negative.
     """
     if socket.type == _COLOUR and socket.name not in _UNLIMITED:
-        return _POSITIVE
+        # Cycles amplifies by what is clear and more than white.
+        return _SHARE if socket.node.bl_idname == "ShaderNodeBsdfTransparent" else _POSITIVE
     return _NUMBERS.get(socket.name, (-math.inf, math.inf))
 
 

@@ -97,10 +97,9 @@ class _Reader:
             return np.zeros(3)
         node = source.node
         if source.type != "SHADER":  # Blender takes it for an Emission
-            return np.maximum(self._output(node, source), 0.0)
+            return self._output(node, source)
         if node.bl_idname == "ShaderNodeEmission":
-            colour = np.maximum(self.value(node.inputs["Color"]), 0.0)
-            return colour * self.value(node.inputs["Strength"])
+            return self.value(node.inputs["Color"]) * self.value(node.inputs["Strength"])
         if node.bl_idname in ("ShaderNodeAddShader", "ShaderNodeMixShader"):
             one, other = (self._apart(self.shader, i) for i in node.inputs if i.type == "SHADER")
             if node.bl_idname == "ShaderNodeAddShader":

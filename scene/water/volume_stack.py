@@ -33,7 +33,9 @@ def notes(scene: bpy.types.Scene, eyes: Sequence[Sequence[float]], more: int = 0
     items = [item for item in ever_rendered(scene) if _is_volume(item)]
     if len(items) + more <= _MOST:
         return []
-    corners = np.array([[x.matrix_world @ Vector(c) for c in x.bound_box] for x in items], np.float64)
+    corners = np.array(
+        [[x.matrix_world @ Vector(c) for c in x.bound_box] for x in items], np.float64
+    )
     low, high = corners.min(axis=1), corners.max(axis=1)
     above = low.copy()
     above[:, 2] = -np.inf

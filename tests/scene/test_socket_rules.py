@@ -185,7 +185,9 @@ _SHADERS = {
     "integer as factor": lambda t: _mixed(t, _node(t, "FunctionNodeInputInt", integer=2)),
     "truth as factor": lambda t: _mixed(t, _node(t, "FunctionNodeInputBool", boolean=True)),
     "bare colour": _rgb,
-    "negative colour": lambda t: _glow(t, 0.5, (-0.5, 0.4, 0.2)),
+    "negative colour": lambda t: _glow(
+        t, 0.5, _mix(t, 1.0, (0.2, 0.9, 0.7, 1.0), _rgb(t), blend_type="SUBTRACT", **_COLOURS)
+    ),
 }  # fmt: skip
 """What makes a shader of a tree; no two of them read the same way."""
 
@@ -343,7 +345,9 @@ def _shown(name):
     group = bpy.data.node_groups.new("told", "ShaderNodeTree")
     for each in (realtime_surface.LIT, realtime_surface.COLOR, realtime_surface.EMITTED):
         group.interface.new_socket(each, in_out="INPUT", socket_type="NodeSocketColor")
-    group.interface.new_socket("Coverage", in_out="INPUT", socket_type="NodeSocketFloat")
+    coverage = realtime_surface.COVERAGE
+    covered = group.interface.new_socket(coverage, in_out="INPUT", socket_type="NodeSocketFloat")
+    covered.default_value = 1.0
     group.interface.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector")
     group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
     told = group.nodes.new("NodeGroupInput").outputs[name]
@@ -532,3 +536,15 @@ def test_a_group_is_read_for_closed_bodies_and_for_sheets(empty_blender):
     read = [{name for name in names if "UW Behind" in name} for names in links]
     assert all(read)
     assert not read[0] & read[1]
+
+
+@pytest.mark.parametrize(("colour", "covers"), [(2.0, 0.0), (0.25, 0.75), (-1.0, 1.0)])
+def test_nothing_covers_less_than_nothing(empty_blender, colour, covers):
+    """EEVEE lets through 1 of a white of 2."""
+    given = lambda t: _node(t, "ShaderNodeMath", colour, 0.0, operation="ADD")  # noqa: E731
+    made = _tiles(empty_blender, [lambda t: _node(t, "ShaderNodeBsdfTransparent", given(t))])
+    realtime_materials.insert(made, _shown(realtime_surface.COVERAGE))
+    # Blender works out what is constant.
+    inlined = made[0].inline_shader_nodes()
+    told = next(n for n in inlined.node_tree.nodes if n.bl_idname == "ShaderNodeEmission")
+    assert told.inputs["Color"].default_value[0] == pytest.approx(covers)
