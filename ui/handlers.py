@@ -5,15 +5,21 @@ from __future__ import annotations
 import bpy
 from bpy.app.handlers import persistent
 
-from ..scene.session import is_live
+from ..scene.session import has_strays, is_live
 from . import live_updates
 
 
 @persistent
 def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Follow an edit, an undo or a redo: once objects are where they belong."""
-    if not is_live(scene):
-        return
+    if has_strays():
+        live_updates.tidy()
+    if is_live(scene):
+        with live_updates.guarded(scene):
+            _follow_edit(scene, depsgraph)
+
+
+def _follow_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     from ..scene.viewport import live
 
     live.note_moves(scene, depsgraph)
@@ -40,10 +46,11 @@ def _frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> No
 
     # A picture that is rendered is worth the wait; one that is played is not.
     hasty = not (bpy.app.background or bpy.app.is_job_running("RENDER"))
-    live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
-    if live.is_stale(scene):
-        live_updates.settle()
-    live.refresh_materials()
+    with live_updates.guarded(scene):
+        live.refresh_materials()
+        live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
+        if live.is_stale(scene):
+            live_updates.settle()
 
 
 @persistent
@@ -52,7 +59,8 @@ def _render_begins(scene: bpy.types.Scene, _: object = None) -> None:
     if is_live(scene):
         from ..scene.viewport import live
 
-        live.update(scene)
+        with live_updates.guarded(scene):
+            live.update(scene)
 
 
 @persistent
@@ -63,6 +71,8 @@ def _loaded(*_: object) -> None:
     with live_updates.transaction():
         for scene in bpy.data.scenes:
             migration.migrate(scene)
+    if has_strays():
+        live_updates.tidy()
 
 
 _HANDLERS = {

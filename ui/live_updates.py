@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import traceback
 from collections.abc import Iterator
 from contextvars import ContextVar
 
 import bpy
 
-from ..scene.session import is_live
+from ..scene.session import PROBLEM, SESSION, is_live
 
 _MOMENT = 0.4  # s
 
@@ -67,6 +68,38 @@ def follow_material(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> Non
             follow(scene)
 
 
+@contextlib.contextmanager
+def guarded(scene: bpy.types.Scene) -> Iterator[None]:
+    """Let an error within the block be the water's problem, which the panel shows.
+
+    Blender calls handlers and timers by itself: an error there would keep other scenes, and what
+    comes after it, from being followed.
+    """
+    try:
+        yield
+    except Exception as error:  # noqa: BLE001 - it is printed, and said in the panel
+        traceback.print_exc()
+        if is_live(scene):
+            scene[SESSION][PROBLEM] = (
+                f"The water could not follow ({type(error).__name__}: {error}). Press Refresh "
+                "Water; if that does not help, Remove Water, and please report it."
+            )
+
+
+def tidy() -> None:
+    """Give back, once Blender is idle, what water has changed for scenes that are deleted."""
+    if bpy.app.background:
+        _tidy()
+    elif not bpy.app.timers.is_registered(_tidy):
+        bpy.app.timers.register(_tidy, first_interval=0.0)
+
+
+def _tidy() -> None:
+    from ..scene.viewport import live
+
+    live.tidy()
+
+
 def settle() -> None:
     """Compute what a hasty update left out, once nothing has changed for a moment.
 
@@ -81,7 +114,7 @@ def settle() -> None:
 
 def cancel() -> None:
     """Forget updates that wait for Blender to be idle."""
-    for update in (_update_all, _settle_all):
+    for update in (_update_all, _settle_all, _tidy):
         if bpy.app.timers.is_registered(update):
             bpy.app.timers.unregister(update)
 
@@ -91,7 +124,8 @@ def _settle_all() -> None:
 
     for scene in bpy.data.scenes:
         if is_live(scene) and live.is_stale(scene):
-            live.update(scene)
+            with guarded(scene):
+                live.update(scene)
 
 
 def _update_all() -> None:
@@ -103,6 +137,7 @@ def _update_all() -> None:
 def _update(scene: bpy.types.Scene) -> None:
     from ..scene.viewport import live
 
-    live.update(scene, hasty=not bpy.app.background)
+    with guarded(scene):
+        live.update(scene, hasty=not bpy.app.background)
     if live.is_stale(scene):
         settle()

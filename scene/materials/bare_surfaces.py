@@ -6,7 +6,7 @@ one whose refractive index is against air.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 import bpy
 
@@ -20,6 +20,7 @@ STANDS_IN = "uw_stands_in"
 _ADDED = "uw_slot"  # property of a data-block: its one slot is not its own
 MODIFIER = "UW Material"
 """Name of the modifier that gives things a material while water is there."""
+_DATA = ("meshes", "curves", "metaballs", "hair_curves", "pointclouds", "volumes")
 _KINDS = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"}
 
 
@@ -77,20 +78,23 @@ def dress(
 
 def undress(kept: Collection[bpy.types.Object]) -> None:
     """Take the materials back that stand in, but for those of some objects."""
-    data = {item.data for item in kept}
-    for item in bpy.data.objects:
-        if item in kept or item.type not in {*_KINDS, "VOLUME"}:
-            continue
-        if MODIFIER in item.modifiers and item.is_editable:
-            item.modifiers.remove(item.modifiers[MODIFIER])
-        for slot in _standing_in(item):
-            if slot.link == "OBJECT" or item.data not in data:
+    held = {item.data for item in kept}
+    for item in [o for o in bpy.data.objects if o not in kept and o.is_editable]:
+        for modifier in [m for m in item.modifiers if _is_ours(m)]:
+            item.modifiers.remove(modifier)
+        for slot in item.material_slots:
+            if slot.link == "OBJECT" and _stands_in(slot.material):
                 slot.material = None
-        if _ADDED in item.data and item.data not in data:
-            if list(item.data.materials) == [None]:
-                # Unlike pop, this shortens the lists of the objects too.
-                item.data.materials.clear()
-            del item.data[_ADDED]
+    for name in _DATA:
+        for block in [b for b in getattr(bpy.data, name) if b not in held and b.is_editable]:
+            for index, material in enumerate(block.materials):
+                if _stands_in(material):
+                    block.materials[index] = None
+            if _ADDED in block:
+                if list(block.materials) == [None]:
+                    # Unlike pop, this shortens the lists of the objects too.
+                    block.materials.clear()
+                del block[_ADDED]
 
 
 def _may_make_bare(item: bpy.types.Object) -> bool:
@@ -143,7 +147,13 @@ def _is_empty(slot: bpy.types.MaterialSlot, item: bpy.types.Object) -> bool:
     return slot.material is None and owner.is_editable
 
 
-def _standing_in(item: bpy.types.Object) -> Iterator[bpy.types.MaterialSlot]:
-    for slot in item.material_slots:
-        if slot.material is not None and STANDS_IN in slot.material:
-            yield slot
+def _stands_in(material: bpy.types.Material | None) -> bool:
+    return material is not None and STANDS_IN in material
+
+
+def _is_ours(modifier: bpy.types.Modifier) -> bool:
+    """Whether a modifier is of the water; the user may have renamed it, or deleted its group."""
+    if modifier.type != "NODES":
+        return False
+    group = modifier.node_group
+    return modifier.name == MODIFIER if group is None else MARK in group

@@ -33,9 +33,9 @@ def remove(kept: Collection[bpy.types.Material]) -> None:
     """Undo :func:`insert`, but for some materials and groups in them."""
     for tree in trees_but(kept):
         for node in [n for n in tree.nodes if n.get(_OURS) == _MIX]:
-            source = node.inputs[1].links[0].from_socket
-            for link in list(node.outputs[0].links):
-                tree.links.new(source, link.to_socket).is_muted = link.is_muted
+            for arriving in node.inputs[1].links:
+                for link in list(node.outputs[0].links):
+                    tree.links.new(arriving.from_socket, link.to_socket).is_muted = link.is_muted
         for node in [n for n in tree.nodes if _OURS in n]:
             tree.nodes.remove(node)
 

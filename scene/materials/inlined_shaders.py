@@ -53,12 +53,16 @@ def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
 
 def remove(kept: Collection[bpy.types.Material]) -> None:
     """Undo :func:`insert`, but for some materials."""
+    groups = set()
     for tree, node in [(t, n) for t in trees_but(kept) for n in t.nodes if _OURS in n]:
-        source, group = node.inputs[0].links[0].from_socket, node.node_tree
-        for link in list(node.outputs[0].links):
-            tree.links.new(source, link.to_socket)
+        groups.add(node.node_tree)
+        for arriving in [link for socket in node.inputs for link in socket.links]:
+            for link in list(node.outputs[0].links):
+                tree.links.new(arriving.from_socket, link.to_socket)
         tree.nodes.remove(node)
-        bpy.data.node_groups.remove(group)
+    for group in groups - {None}:
+        if not group.users:  # copies of a material share it
+            bpy.data.node_groups.remove(group)
 
 
 def _needed(tree: bpy.types.ShaderNodeTree) -> bool:

@@ -16,6 +16,9 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..animation import curves
 
+INSERTED = "uw_inserted"
+"""Mark of such a node, by which it is known even if its group was deleted."""
+
 
 def is_inserted(node: bpy.types.Node) -> bool:
     """Whether a node has been put before an input."""
@@ -44,6 +47,7 @@ def new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
     node = tree.nodes.new("ShaderNodeGroup")
     tree.nodes.active = active
     node.node_tree = uplift.group(kind)
+    node[INSERTED] = True
     return node
 
 

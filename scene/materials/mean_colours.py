@@ -25,8 +25,8 @@ from ...uw_spectral.surface.wet_reflectance import (
 )
 from ...uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from ..stored_materials import is_porous
-from .realtime_materials import own_shader
 from .shader_nodes import EMITS, HIDES, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
+from .wet_trees import own_shader
 
 Array = NDArray[np.float64]
 Rgb = tuple[float, float, float]
@@ -132,7 +132,7 @@ def mean_surface(material: bpy.types.Material | None, mask: float = _HALFWAY) ->
     if shader is None:
         return MeanSurface(_rgb(material.diffuse_color), 1.0)
     if not shader.is_linked:
-        is_volume = shader.node.inputs["Volume"].is_linked
+        is_volume = tree.get_output_node("EEVEE").inputs["Volume"].is_linked
         return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
     colour, coverage = _Means(mask if mask_of(material) else _HALFWAY).shader(shader)
     shown = np.clip(np.array(colour) / max(coverage, _THINNEST), 0.0, 1.0)

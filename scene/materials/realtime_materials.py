@@ -13,7 +13,7 @@ mix and add it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -37,6 +37,7 @@ from . import (
     refractive_indices,
     socket_rules,
     wet_colours,
+    wet_trees,
 )
 from .inserted import is_idle, new_node, own_input, put_before
 from .shader_nodes import (
@@ -53,12 +54,9 @@ from .shader_nodes import (
     makes_closure,
     nodes_that,
 )
+from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, OPENED, THICKNESS_MODE, surface_node
 
-SOURCE = "uw_source"
-"""On a constant: node and socket of the user's that it repeats."""
-_MUTED, _MUTED_VOLUME = "uw_muted", "uw_muted_volume"
-_HOLDER, _SUNLIGHT = "uw_holder", "uw_sunlight"
-_THICKNESS_MODE = "uw_thickness_mode"  # on a material: what the user has chosen
+_SUNLIGHT = "uw_sunlight"
 _SHEET, _BODY = "SLAB", "SPHERE"
 _OUTPUTS = {
     "colour": "UW Color",
@@ -78,7 +76,6 @@ _OUTPUTS = {
     "coat_roughness": "UW Coat Roughness",
     "coat_index": "UW Coat Index",
 }
-_OURS = tuple(f"{name} " for name in (*_OUTPUTS.values(), "UW Normal", "UW Coat Normal"))
 _GREY, _DARKEST = 0.5, 1e-3
 _LEAST_FACETS = 1e-6
 _CLEAR_REFLECTS = 0.02  # about, of light from all sides, by which clear facets count beside others
@@ -363,8 +360,7 @@ class _Walk:
     def _constant(self, socket: bpy.types.NodeSocket) -> NodeValue:
         one = socket.type == "VALUE"
         constant = self.graph.node("ShaderNodeValue" if one else "ShaderNodeCombineXYZ")
-        constant[SOURCE] = [socket.node.name, socket.identifier]
-        _refresh(self.tree, constant)
+        wet_trees.repeat(self.tree, constant, socket)
         return self.graph.term(constant.outputs[0])
 
     def _filtered(self, colour: Operand) -> Operand:
@@ -517,8 +513,8 @@ def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
     if output is None:
         return
     for link in [link for link in output.inputs["Volume"].links if not link.is_muted]:
-        link.is_muted, output[_MUTED_VOLUME] = True, True
-    if output.get(_MUTED_VOLUME):
+        link.is_muted, output[MUTED_VOLUME] = True, True
+    if output.get(MUTED_VOLUME):
         if not output.inputs["Surface"].is_linked:
             # Without anything EEVEE draws black.
             clear = Graph(material.node_tree).node("ShaderNodeBsdfTransparent")
@@ -565,7 +561,7 @@ def _has_sunlight(group: bpy.types.NodeTree) -> bool:
 
 def _is_lit_first(group: bpy.types.NodeTree) -> bool:
     """Whether wet materials use a group whose closures were not kept."""
-    return not _has_sunlight(group) and any(map(_is_ours, _interface_outputs(group)))
+    return not _has_sunlight(group) and OPENED in group
 
 
 def _keepable(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:
@@ -646,85 +642,21 @@ def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weigh
     return socket.is_linked or socket.default_value != 0.0 or _is_animated(tree, socket)
 
 
-def is_dry(material: bpy.types.Material) -> bool:
-    """Whether :func:`insert` would change a material."""
-    tree = material.node_tree
-    return (
-        material.is_editable
-        and tree is not None
-        and _surface_output(tree) is not None
-        and _surface_node(tree) is None
-    )
-
-
 def write_reflectance(
     material: bpy.types.Material, column: int, channels: NDArray[np.float64]
 ) -> None:
     """Tell a wet material where its measured reflectance is, and its channels."""
     for node in material.node_tree.nodes:
-        if node.bl_idname == "ShaderNodeGroup" and (_MUTED in node or _SUNLIGHT in node):
+        if node.bl_idname == "ShaderNodeGroup" and (MUTED in node or _SUNLIGHT in node):
             node.inputs[realtime_surface.COLUMN].default_value = float(column)
             node.inputs[realtime_surface.MEASURED].default_value = channels
 
 
 def write_fluorescence(material: bpy.types.Material, absorptance: NDArray[np.float64]) -> None:
     """Tell a wet material how much each fluorophore in it absorbs."""
-    surface = _surface_node(material.node_tree)
+    surface = surface_node(material.node_tree)
     if surface is not None and realtime_surface.FLUORESCENCE in surface.inputs:
         surface.inputs[realtime_surface.FLUORESCENCE].default_value = absorptance
-
-
-def refresh() -> None:
-    """Repeat the user's constants, which may have been edited or animated."""
-    for tree in _trees():
-        for node in tree.nodes:
-            if SOURCE in node:
-                _refresh(tree, node)
-
-
-def behind(
-    surfaces: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
-) -> set[bpy.types.Material]:
-    """Return the materials that are behind these groups, and those of the water's own."""
-    found = set()
-    for material in bpy.data.materials:
-        tree = material.node_tree
-        surface = None if tree is None else _surface_node(tree)
-        own = surface is None and MARK in material and tree is not None
-        if own or (surface is not None and material in surfaces.get(surface.node_tree, ())):
-            found.add(material)
-    return found
-
-
-def remove(
-    kept: Mapping[bpy.types.ShaderNodeTree, Collection[bpy.types.Material]],
-) -> None:
-    """Take every inserted node out again, except where they are kept.
-
-    Parameters
-    ----------
-    kept : mapping of ShaderNodeTree to collection of Material
-        Materials that stay behind a surface group.
-    """
-    wet = {material.node_tree for material in behind(kept)}
-    wet |= contents.inner_groups(wet)
-    for tree in [tree for tree in _trees() if tree not in wet]:
-        for node in [n for n in tree.nodes if _MUTED_VOLUME in n]:
-            for link in node.inputs["Volume"].links:
-                link.is_muted = False
-            del node[_MUTED_VOLUME]
-        surface = _surface_node(tree)
-        if surface is not None:
-            _reconnect(tree, surface)
-        for node in [n for n in tree.nodes if MARK in n]:
-            tree.nodes.remove(node)
-    for material in bpy.data.materials:
-        if _THICKNESS_MODE in material and material.node_tree not in wet:
-            material.thickness_mode = material[_THICKNESS_MODE]
-            del material[_THICKNESS_MODE]
-    for group in [group for group in _groups() if group not in wet]:
-        for item in [i for i in _interface_outputs(group) if _is_ours(i)]:
-            group.interface.remove(item)
 
 
 def _keep(
@@ -740,15 +672,16 @@ def _keep(
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
+    wet_trees.keep_shader(source)
     band_colors.route(tree, _sunlit_nodes(group), measured=measured)
     closure, graph = walk.closure(socket), walk.graph
     surface = _sunlight_of(tree, group)
-    surface[_MUTED] = muted
+    surface[MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
     passing = _describe(walk, closure, surface)
     share = graph.term(surface.outputs[uplift.SHARE])
     mixed = graph.node("ShaderNodeMixShader")
-    mixed[_HOLDER] = 2
+    mixed[HOLDER] = 2
     graph.assign(share, mixed.inputs[0])
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
     seen = _added(graph, mixed.outputs[0], surface.outputs[0])
@@ -803,7 +736,7 @@ def _translucent(
     if not walk.closed:
         put_before(tree, output.inputs["Thickness"], new_node(tree, uplift.THIN))
         if material.thickness_mode != _SHEET:
-            material[_THICKNESS_MODE] = material.thickness_mode
+            material[THICKNESS_MODE] = material.thickness_mode
             material.thickness_mode = _SHEET
     if not body and realtime_surface.CLOSED in surface.inputs:
         surface.inputs[realtime_surface.CLOSED].default_value = 0.0
@@ -918,10 +851,11 @@ def _insert(
     socket = output.inputs["Surface"]
     link = socket.links[0]
     source, muted = link.from_socket, link.is_muted
+    wet_trees.keep_shader(source)
     closure = walk.closure(socket)
     lit = graph.node("ShaderNodeShaderToRGB")
     surface = graph.node("ShaderNodeGroup", node_tree=group)
-    surface[_MUTED] = muted
+    surface[MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
     passing = _describe(walk, closure, surface)
     others = []
@@ -934,7 +868,7 @@ def _insert(
         last, holder = holder, graph.node("ShaderNodeAddShader")
         tree.links.new(other, holder.inputs[1])
         tree.links.new(holder.outputs[0], last.inputs[0])
-    holder[_HOLDER] = 0
+    holder[HOLDER] = 0
     tree.links.new(source, holder.inputs[0])
     tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
     seen = surface.outputs[0]
@@ -943,21 +877,6 @@ def _insert(
         graph.assign(passing, transparent.inputs["Color"])
         seen = _added(graph, seen, transparent.outputs[0])
     tree.links.new(seen, socket)
-
-
-def _reconnect(tree: bpy.types.NodeTree, surface: bpy.types.Node) -> None:
-    """Give the material output its own shader back."""
-    source, muted = _held(tree).links[0].from_socket, surface[_MUTED]
-    target = surface.outputs[0].links[0].to_socket
-    while MARK in target.node:
-        target = target.node.outputs[0].links[0].to_socket
-    tree.links.new(source, target).is_muted = muted
-
-
-def _held(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
-    """Return the input that the user's own shader arrives at in a wet material."""
-    holder = next(node for node in tree.nodes if _HOLDER in node)
-    return holder.inputs[holder[_HOLDER]]
 
 
 def _open_group(
@@ -970,13 +889,15 @@ def _open_group(
     owner = f"group {group.name!r}"
     walk = _Walk(group, owner, outer.notes, outer.surfaces, outer.closed, outer.dithered)
     closure = walk.closure(next(i for i in ends[0].inputs if i.identifier == shader))
+    made = list(group.get(OPENED, ()))
     for quantity, name in names.items():
         value = getattr(closure, quantity)
         if value is None or (quantity != "colour" and _is_zero(value)):
             continue
         kind = "NodeSocketVector" if "normal" in quantity else "NodeSocketColor"
-        group.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+        made.append(group.interface.new_socket(name, in_out="OUTPUT", socket_type=kind).identifier)
         walk.graph.assign(value, ends[0].inputs[name])
+    group[OPENED] = made
 
 
 def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
@@ -984,61 +905,8 @@ def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
     return output if output is not None and output.inputs["Surface"].is_linked else None
 
 
-def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
-    """Return the input that a material's own shader arrives at, whether it is wet or not."""
-    surface, output = _surface_node(tree), tree.get_output_node("EEVEE")
-    if surface is not None:
-        return _held(tree)
-    return None if output is None else output.inputs["Surface"]
-
-
-def _surface_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
-    for node in tree.nodes:
-        if node.bl_idname == "ShaderNodeGroup" and _MUTED in node:
-            return node
-    return None
-
-
-def _trees() -> Iterator[bpy.types.ShaderNodeTree]:
-    """Every editable shader tree of the user's."""
-    for material in bpy.data.materials:
-        if material.node_tree is not None and material.is_editable:
-            yield material.node_tree
-    yield from _groups()
-
-
-def _groups() -> Iterator[bpy.types.ShaderNodeTree]:
-    for group in bpy.data.node_groups:
-        if group.bl_idname == "ShaderNodeTree" and group.is_editable and MARK not in group:
-            yield group
-
-
-def _refresh(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
-    name, identifier = node[SOURCE]
-    source = next(i for i in tree.nodes[name].inputs if i.identifier == identifier)
-    if node.bl_idname == "ShaderNodeValue":
-        targets, values = [node.outputs[0]], [source.default_value]
-    else:
-        targets, values = list(node.inputs), list(source.default_value)[:3]
-    for target, value in zip(targets, values, strict=True):
-        if target.default_value != value:
-            target.default_value = value
-
-
 def _is_animated(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> bool:
     return any(curves(tree, f"{socket.path_from_id()}.default_value"))
-
-
-def _interface_outputs(group: bpy.types.ShaderNodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
-    return [
-        item
-        for item in group.interface.items_tree
-        if item.item_type == "SOCKET" and item.in_out == "OUTPUT"
-    ]
-
-
-def _is_ours(item: bpy.types.NodeTreeInterfaceSocket) -> bool:
-    return item.name.startswith(_OURS)
 
 
 def _limited(value: Operand, limits: tuple[float, float]) -> Operand:

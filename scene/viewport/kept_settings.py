@@ -55,6 +55,8 @@ def show(scene: bpy.types.Scene) -> None:
 
 def use_shafts(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     """Lead the froxels as far as the shafts reach; keep the user's values once."""
+    if scene.camera is None:
+        return
     kept = scene[SESSION][_KEPT]
     for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, water):
         if owner == scene.eevee and name.startswith(("volumetric_", "use_volume_custom")):
@@ -66,8 +68,8 @@ def use_shafts(scene: bpy.types.Scene, water: RealtimeWater) -> None:
                 setattr(owner, name, value)
 
 
-def restore(scene: bpy.types.Scene) -> None:
-    """Give back what :func:`apply` has kept."""
+def restore(scene: bpy.types.Scene) -> list[str]:
+    """Give back what :func:`apply` has kept; return what could not be."""
     session = scene[SESSION]
     owners = {
         type(owner).__name__: owner
@@ -77,8 +79,14 @@ def restore(scene: bpy.types.Scene) -> None:
     if _VIEW in session:
         view_transform.give_back(scene.view_settings, session[_VIEW])
     # In the reverse order: a look exists only under its view transform.
-    for key, value in reversed(list(session[_KEPT].items())):
+    notes = []
+    for key, value in reversed(list(session.get(_KEPT, {}).items())):
         owner, _, name = key.partition(".")
-        if owner in owners:
-            kind = type(getattr(owners[owner], name))
+        if owner not in owners:
+            continue
+        kind = type(getattr(owners[owner], name))
+        try:
             setattr(owners[owner], name, kind(value))
+        except TypeError:  # such as an engine that is not installed any more
+            notes.append(f"scene {scene.name!r} could not get back {name} {value!r}")
+    return notes

@@ -21,10 +21,18 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, marks, stored_settings
 from ..engines.eevee_settings import ENGINE
-from ..materials import fluorescence, realtime_materials, wet_colours
+from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
 from ..seen import clouds, enclosed_places, lamps
-from ..session import SESSION
-from ..water import continued_seabed, frame_water, metering, moving_surface, realtime, scene_water
+from ..session import PROBLEM, SESSION, has_strays
+from ..water import (
+    continued_seabed,
+    frame_water,
+    giving_back,
+    metering,
+    moving_surface,
+    realtime,
+    scene_water,
+)
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
@@ -35,7 +43,7 @@ _FEW_BANDS = 8  # while settings change
 NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
-_SHOWN, _PROBLEM, _STALE = "shown", "problem", "stale"
+_SHOWN, _STALE = "shown", "stale"
 _STOPS, _KINDS, _ROAM = "stops", "kinds", "roam"
 
 
@@ -106,7 +114,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     if scene.camera is not None:
         notes += moving_surface.limits(scene.camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)
-    session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), _PROBLEM: ""}
+    session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
     session[_KINDS] = _kinds(scene)
     scene[SESSION] = session
@@ -114,15 +122,20 @@ def add(scene: bpy.types.Scene) -> list[str]:
     return notes
 
 
-def remove(scene: bpy.types.Scene) -> None:
-    """Take live water out; the scene is as it was before :func:`add`."""
-    scene_water.remove(scene)
-    session = scene.get(SESSION)
+def remove(scene: bpy.types.Scene) -> list[str]:
+    """Take live water out; the scene is as it was before :func:`add`.
+
+    Returns
+    -------
+    list of str
+        What could not be given back, one line each.
+    """
+    notes = scene_water.remove(scene)
     _state.known.pop(scene.session_uid, None)
-    if session is None:
-        return
-    kept_settings.restore(scene)
-    del scene[SESSION]
+    if SESSION in scene:
+        notes += kept_settings.restore(scene)
+        del scene[SESSION]
+    return notes
 
 
 def take_out(scene: bpy.types.Scene) -> list[str]:
@@ -131,11 +144,10 @@ def take_out(scene: bpy.types.Scene) -> list[str]:
     Returns
     -------
     list of str
-        What could not be treated there, one line each.
+        What could not be given back, or be treated there, one line each.
     """
     others = [other for other in _wet_with(scene) if other != scene]
-    remove(scene)
-    return [note for other in others for note in rebuild(other)]
+    return remove(scene) + [note for other in others for note in rebuild(other)]
 
 
 def _wet_with(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
@@ -177,7 +189,7 @@ def update(
         False if the water needs other nodes and could not get them.
     """
     session = scene.get(SESSION)
-    if session is None or not scene.is_editable or not realtime.has_realtime(scene):
+    if session is None or not scene.is_editable or realtime.lost_parts(scene):
         return True
     if _state.busy:
         return True
@@ -211,20 +223,22 @@ def update(
         if water.shafts is not None:
             kept_settings.use_shafts(scene, water)
         kept_settings.show(scene)
-        session[_SHOWN], session[_PROBLEM] = key, ""
+        session[_SHOWN], session[PROBLEM] = key, ""
         if may_rebuild:
             session[_KINDS] = _kinds(scene)
     except InputError as error:
-        session[_PROBLEM] = str(error)
+        session[PROBLEM] = str(error)
     finally:
         _state.busy = False
     return True
 
 
 def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether an object that has changed is not in the scene's water yet."""
-    changed = (update.id.original for update in depsgraph.updates)
-    return any(
+    """Whether what has changed is not in the scene's water: an object is new, a shader another."""
+    changed = [update.id.original for update in depsgraph.updates]
+    shaders = bpy.types.Material, bpy.types.NodeTree
+    edited = contents.materials(scene) if any(isinstance(x, shaders) for x in changed) else ()
+    return any(map(wet_trees.is_dry, edited)) or any(
         isinstance(item, bpy.types.Object)
         and MARK not in item
         and realtime.is_dry(item)
@@ -288,8 +302,13 @@ def _places(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> int:
 def rebuild(scene: bpy.types.Scene) -> list[str]:
     """Build the water anew: new objects and materials get wet, files are read again."""
     forget_files()
-    remove(scene)
-    return add(scene)
+    return remove(scene) + add(scene)
+
+
+def tidy() -> None:
+    """Give back what water has hidden and changed for scenes that were deleted since."""
+    if has_strays():
+        giving_back.let_go()
 
 
 @contextlib.contextmanager
@@ -321,7 +340,7 @@ def lower(scene: bpy.types.Scene, distance: float) -> None:
 
 def refresh_materials() -> None:
     """Follow colours of the user's materials, which were edited or animated."""
-    realtime_materials.refresh()
+    wet_trees.refresh()
 
 
 def camera_depth(
@@ -365,8 +384,15 @@ def _from_the_middle(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | No
 def problem(scene: bpy.types.Scene) -> str:
     """Say what keeps a scene from being rendered, empty if nothing does."""
     session = scene.get(SESSION)
-    if session is not None and session[_PROBLEM]:
-        return session[_PROBLEM]
+    if session is not None:
+        lost = realtime.lost_parts(scene) or scene_water.lost_parts(scene)
+        if lost:
+            return (
+                f"The water lacks {', '.join(lost)}. Press Refresh Water to build it anew, or "
+                "Remove Water to have the scene back."
+            )
+        if session[PROBLEM]:
+            return session[PROBLEM]
     if session is not None and scene.render.engine != ENGINE:
         return (
             f"The render engine is {_engine_name(scene)}, and this water is drawn by EEVEE: "

@@ -19,7 +19,7 @@ from ...node_groups.node_mathematics import Graph
 from .. import contents
 
 _BEFORE = "uw_displacement"
-_MODIFIER = "UW Subdivision"
+_MODIFIER, _MODIFIER_UID = "UW Subdivision", "uw_subdivision"
 _LONGEST = 0.25  # size of a face that stays whole, over its distance from the camera
 _LONGEST_ABOVE = 0.15  # the same in the air: near the rim of the window places bend more
 _MOST_LEVELS = 7
@@ -102,14 +102,18 @@ def subdivide(scene: bpy.types.Scene, camera: Sequence[float], *, from_air: bool
             modifier.subdivision_type = "SIMPLE"
             modifier.levels = modifier.render_levels = levels
             modifier.show_expanded = False
+            item[_MODIFIER_UID] = modifier.persistent_uid
 
 
 def unite(scenes: Iterable[bpy.types.Scene]) -> None:
     """Take the subdivisions out again, but for those of some scenes."""
     held = {item for scene in scenes for item in contents.objects(scene)}
     for item in bpy.data.objects:
-        if item.is_editable and item not in held and _MODIFIER in item.modifiers:
-            item.modifiers.remove(item.modifiers[_MODIFIER])
+        if not item.is_editable or item in held:
+            continue
+        uid = item.pop(_MODIFIER_UID, None)
+        for modifier in [m for m in item.modifiers if m.persistent_uid == uid]:
+            item.modifiers.remove(modifier)
 
 
 def _levels(item: bpy.types.Object, camera: NDArray[np.float64], *, from_air: bool) -> int:

@@ -59,7 +59,7 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         scene_water.link(scene, made)
         made[marks.CLOUD] = index
         if item.type == GRID:
-            hide(item)
+            marks.hide(item)
     bubbles = any(stored_cloud(item).constituent == BUBBLES for item in found.objects)
     return [*found.notes, *([f"clouds: {BUBBLES_IN_CYCLES}"] if bubbles else [])]
 
@@ -115,13 +115,6 @@ def leave_out(scene: bpy.types.Scene) -> list[str]:
             clear(item)
             notes.append(f"volume {item.name!r} has no material and is left out by EEVEE")
     return notes
-
-
-def hide(item: bpy.types.Object) -> None:
-    """Keep an object out of renders while there is water; the water gives it back."""
-    if marks.HIDDEN not in item:
-        item[marks.HIDDEN] = [item.hide_render, item.hide_viewport]
-        item.hide_render = True
 
 
 def _phases(found: SceneClouds, plan: RenderPlan) -> list[CyclesPhase]:

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 from ...node_groups import particles as geometry
+from ...node_groups.node_mathematics import MARK
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.particles import (
@@ -127,14 +128,20 @@ def bring(scene: bpy.types.Scene, wanted: SceneParticles, wet: Wet) -> None:
         name = cloud.kind.name
         if name not in there:
             there[name] = _add(scene, cloud, wet)
-        tree = there[name].modifiers[0].node_group
-        geometry.write(tree, cloud, wanted.drift, wanted.deepest, wanted.seed)
+        geometry.write(_made_by(there[name]), cloud, wanted.drift, wanted.deepest, wanted.seed)
     for name in set(there) - {cloud.kind.name for cloud in wanted.clouds}:
-        geometry.empty(there[name].modifiers[0].node_group)
+        geometry.empty(_made_by(there[name]))
 
 
 def _objects(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
-    return {item[marks.PARTICLES]: item for item in marks.objects(scene) if marks.PARTICLES in item}
+    known = (item for item in marks.objects(scene) if marks.PARTICLES in item)
+    return {item[marks.PARTICLES]: item for item in known if _made_by(item) is not None}
+
+
+def _made_by(item: bpy.types.Object) -> bpy.types.NodeTree | None:
+    """Return the geometry nodes of particles, if the user has left them."""
+    groups = (m.node_group for m in item.modifiers if m.type == "NODES")
+    return next((group for group in groups if group is not None and MARK in group), None)
 
 
 def _add(scene: bpy.types.Scene, cloud: ParticleCloud, wet: Wet) -> bpy.types.Object:

@@ -40,13 +40,13 @@ from ...uw_spectral.lamps.multiple_scattering import LampWater
 from ...uw_spectral.shade.view_cover import ViewCover
 from ...uw_spectral.surface.mirrored_view import MirroredView
 from .. import contents, marks
-from ..materials import bare_surfaces, fluorescence, hidden_above, realtime_materials
+from ..materials import bare_surfaces, fluorescence, hidden_above, realtime_materials, wet_trees
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
 from ..seen import clouds
 from ..seen.closed_bodies import closed_materials
 from ..seen.mirrored_eye import RISES, materials_above
-from . import apparent_places, cloud_volumes, particles, scene_water
+from . import apparent_places, cloud_volumes, giving_back, particles, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
 
@@ -217,7 +217,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
 def is_dry(item: bpy.types.Object) -> bool:
     """Whether an object came, or got a material, after the water of its scene."""
     return bare_surfaces.is_bare(item) or any(
-        realtime_materials.is_dry(material) for material in contents.materials_of(item)
+        wet_trees.is_dry(material) for material in contents.materials_of(item)
     )
 
 
@@ -234,7 +234,9 @@ def take_in(scene: bpy.types.Scene) -> list[str]:
     if plain is not None and collection is not None:
         collection[_PLAIN] = plain
     materials, _ = scene_water.own_materials(scene, routed=False)
-    for material in filter(realtime_materials.is_dry, materials):
+    for material in filter(wet_trees.is_dry, materials):
+        if wet_trees.has_remains(material):
+            notes += giving_back.dry_but(set(bpy.data.materials) - {material})
         _wet(scene, material)
     return notes
 
@@ -283,7 +285,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     floor = marks.part(scene, marks.FLOOR)
     if water.seen.seabed is not None and floor is not None:
         _paint(floor, water.seen.seabed_colour)
-    realtime_materials.refresh()
+    wet_trees.refresh()
     uplift.set_wet_grains(water.column.refractive_index)
     uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
     scene_water.place(scene, water.column, water.seen.seabed)
@@ -449,6 +451,17 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
 def has_realtime(scene: bpy.types.Scene) -> bool:
     """Whether :func:`add_realtime` has put water into the scene."""
     return marks.part(scene, _VALUES) is not None
+
+
+def lost_parts(scene: bpy.types.Scene) -> list[str]:
+    """Name what :func:`set_values` needs and the user has deleted."""
+    collection = marks.collection_of(scene)
+    if collection is None:
+        return ["its collection"]
+    lost = [f"its {key.removeprefix('uw_')}" for key, part in collection.items() if part is None]
+    if len(marks.followers(scene)) < collection.get(marks.FOLLOWERS, 0):
+        lost.append("some of its lamps")
+    return lost
 
 
 def fits(scene: bpy.types.Scene, water: RealtimeWater) -> bool:

@@ -21,26 +21,12 @@ from ...node_groups.realtime_waves import WaveImages
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents, marks
-from ..materials import (
-    band_colors,
-    bare_colours,
-    bare_surfaces,
-    clear_shadows,
-    hidden_above,
-    inlined_shaders,
-    realtime_materials,
-)
 from ..rendered import is_hidden_by_animation
-from . import apparent_places, pass_values, seabed, water_body
+from . import giving_back, pass_values, seabed, water_body
 from .water_body import WaterExtent
 
 SUN_DIAMETER_IN_AIR = math.radians(0.53)
 """Seen from the water the disc shrinks with refraction by about the index."""
-_RAYS = (
-    "visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission",
-    "visible_volume_scatter",
-)  # fmt: skip
-_WORLD = "uw_own_world"
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +80,7 @@ def prepare(scene: bpy.types.Scene) -> None:
         raise InputError(
             f"scene {scene.name!r} is linked from another file; add the water to it there"
         )
-    _let_go()
+    giving_back.let_go()
 
 
 def own_materials(
@@ -106,7 +92,7 @@ def own_materials(
     colours ``routed`` through the bands of a pass, each sees its own.
     """
     found, others = contents.materials(scene), {}
-    for other, water in _waters().items():
+    for other, water in marks.waters().items():
         if other != scene and (marks.SURFACE in water or not routed):
             shared = [m for m in contents.materials(other) if m in found]
             others |= dict.fromkeys(shared, other.name)
@@ -169,8 +155,10 @@ def add(
         collection.objects.link(item)
         _mark(item, item.data, *(slot.material for slot in item.material_slots))
     _mark(collection, filling.world, *parts.values())
+    collection[marks.FOLLOWERS] = len(filling.followers)
+    scene[marks.WATER] = True
     if scene.world is not None:
-        parts[_WORLD] = scene.world
+        scene[marks.OWN_WORLD] = scene.world
     for name, block in parts.items():
         collection[name] = block
     scene.collection.children.link(collection)
@@ -179,19 +167,51 @@ def add(
     return notes
 
 
-def remove(scene: bpy.types.Scene) -> None:
-    """Take the water out; the scene is as it was before :func:`add`."""
-    collection = marks.collection_of(scene)
-    if collection is None:
-        return
-    if scene.world is not None and MARK in scene.world:
-        scene.world = collection.get(_WORLD)
-    while collection is not None:  # the user may have copied it
+def remove(scene: bpy.types.Scene) -> list[str]:
+    """Take the water out; the scene is as it was before :func:`add`.
+
+    What the user has deleted meanwhile stays away; what has got other values keeps them.
+
+    Returns
+    -------
+    list of str
+        What could not be given back, one line each.
+    """
+    if not marks.has_water(scene):
+        return []
+    notes = _give_world_back(scene)
+    while (collection := marks.collection_of(scene)) is not None:  # the user may have copied it
         _detach(scene, collection)
-        collection = marks.collection_of(scene)
     for layer in scene.view_layers:
         pass_values.clear(layer)
-    _let_go()
+    return notes + giving_back.let_go()
+
+
+def _give_world_back(scene: bpy.types.Scene) -> list[str]:
+    own, had_one = scene.get(marks.OWN_WORLD), marks.OWN_WORLD in scene
+    for name in (marks.WATER, marks.OWN_WORLD):
+        scene.pop(name, None)
+    if scene.world is not None and MARK not in scene.world:
+        if own in (None, scene.world):
+            return []
+        return [
+            f"scene {scene.name!r} keeps world {scene.world.name!r}, which it got meanwhile; its "
+            f"own was {own.name!r}"
+        ]
+    scene.world = own
+    if had_one and own is None:
+        return [f"the own world of scene {scene.name!r} was deleted; it has none now"]
+    return []
+
+
+def lost_parts(scene: bpy.types.Scene) -> list[str]:
+    """Name what a picture of the water needs, and the user has deleted or replaced."""
+    lost = []
+    if scene.world is None or MARK not in scene.world:
+        lost.append("its world")
+    if not any(item.get(marks.IS_SUN) for item in marks.objects(scene)):
+        lost.append("its sun")
+    return lost
 
 
 def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
@@ -267,17 +287,12 @@ def _detach(scene: bpy.types.Scene, collection: bpy.types.Collection) -> None:
         return
     # What the user has put there by hand stays.
     for child in collection.children:
-        scene.collection.children.link(child)
+        if child not in scene.collection.children.values():
+            scene.collection.children.link(child)
     for item in collection.objects:
         if MARK not in item and len(item.users_collection) == 1:
             scene.collection.objects.link(item)
     bpy.data.collections.remove(collection)
-
-
-def _waters() -> dict[bpy.types.Scene, bpy.types.Collection]:
-    """Wet scenes of the file, and the collections of their water."""
-    found = {scene: marks.collection_of(scene) for scene in bpy.data.scenes}
-    return {scene: water for scene, water in found.items() if water is not None}
 
 
 def _mark(*blocks: bpy.types.ID | None) -> None:
@@ -294,73 +309,14 @@ def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
         if not item.is_editable:
             notes.append(f"lamp {item.name!r} is linked and cannot be hidden; make it local")
             continue
-        item[marks.HIDDEN] = [item.hide_render, item.hide_viewport]
-        if is_hidden_by_animation(item):
-            # The next frame would show it again: no ray of Cycles meets it instead.
-            item[marks.UNSEEN] = [getattr(item, name) for name in _RAYS]
-            for name in _RAYS:
-                setattr(item, name, False)
-        else:
-            item.hide_render = True
-        if item.data.type == "SUN" or not item.data.is_editable:
-            item.hide_viewport = True
-        if item.data.is_editable and marks.DIMMED not in item.data:
-            # It lights nothing by itself, but can be seen and moved.
-            item.data[marks.DIMMED] = [getattr(item.data, name) for name in marks.FACTORS]
-            for name in marks.FACTORS:
-                setattr(item.data, name, 0.0)
+        # The next frame would show it again: no ray of Cycles meets it instead.
+        animated = is_hidden_by_animation(item)
+        marks.hide(
+            item,
+            render=not animated,
+            viewport=item.data.type == "SUN" or not item.data.is_editable,
+            rays=animated,
+        )
+        if item.data.is_editable:
+            marks.dim(item.data)
     return list(dict.fromkeys(notes))
-
-
-def _let_go() -> None:
-    """Give back, dry and delete what no wet scene of the file holds."""
-    waters = _waters()
-    lamps = {item for scene in waters for item in contents.objects(scene)}
-    held = set(waters.values())
-    for stray in [c for c in bpy.data.collections if MARK in c and c.is_editable]:
-        if stray not in held:
-            bpy.data.collections.remove(stray)
-    for item in [o for o in bpy.data.objects if o.is_editable]:
-        if MARK in item and not held.intersection(item.users_collection):
-            bpy.data.objects.remove(item)
-        elif marks.HIDDEN in item and item not in lamps:
-            item.hide_render, item.hide_viewport = (bool(x) for x in item[marks.HIDDEN])
-            del item[marks.HIDDEN]
-            for name, value in zip(_RAYS, item.get(marks.UNSEEN, ()), strict=False):
-                setattr(item, name, bool(value))
-            item.pop(marks.UNSEEN, None)
-    dark = {item.data for item in lamps if marks.HIDDEN in item}
-    for light in [
-        light for light in bpy.data.lights if marks.DIMMED in light and light not in dark
-    ]:
-        for name, value in zip(marks.FACTORS, light[marks.DIMMED], strict=True):
-            setattr(light, name, value)
-        del light[marks.DIMMED]
-    lit, routed = {}, set()
-    for scene, water in waters.items():
-        materials = set(contents.materials(scene))
-        if marks.SURFACE in water:
-            for name in (marks.SURFACE, marks.KEEPING, marks.FLUORESCENT):
-                if name in water:
-                    lit[water[name]] = lit.get(water[name], set()) | materials
-        else:
-            routed |= materials
-    bare_surfaces.undress({x for scene in waters for x in contents.objects(scene)})
-    # Colours go home before the nodes that they are led through are taken away.
-    wet = routed | realtime_materials.behind(lit)
-    band_colors.remove(wet)
-    clear_shadows.remove(wet)
-    realtime_materials.remove(lit)
-    bare_colours.remove(wet)
-    inlined_shaders.remove(wet)
-    stay = set().union(*lit.values()) if lit else ()
-    apparent_places.give_back(stay)
-    hidden_above.give_back(stay)
-    apparent_places.unite(waters)
-    data = bpy.data
-    kinds = (
-        data.meshes, data.volumes, data.lights, data.materials, data.worlds, data.node_groups,
-        data.images,
-    )  # fmt: skip
-    while unused := [b for k in kinds for b in k if MARK in b and b.is_editable and not b.users]:
-        data.batch_remove(unused)

@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.materials import wet_trees
 from underwater_spectral.scene.seen.lamps import SceneLamps, lamps_of
 from underwater_spectral.scene.seen.snapshot import Snapshot
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
@@ -114,7 +114,7 @@ def test_edited_and_animated_colours_are_followed():
     scene.frame_set(20)
     realtime.set_values(scene, _water())
     tree = bpy.data.materials["animated"].node_tree
-    copies = [n for n in tree.nodes if realtime_materials.SOURCE in n]
+    copies = [n for n in tree.nodes if wet_trees.SOURCE in n]
     assert [copy.inputs[0].default_value for copy in copies] == pytest.approx([0.9])
 
 

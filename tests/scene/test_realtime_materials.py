@@ -10,7 +10,12 @@ import pytest
 from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.materials import band_colors, realtime_materials, shader_nodes
+from underwater_spectral.scene.materials import (
+    band_colors,
+    realtime_materials,
+    shader_nodes,
+    wet_trees,
+)
 from underwater_spectral.scene.seen.snapshot import Snapshot
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
@@ -235,7 +240,7 @@ def test_volumes_are_left_out_and_said_and_come_back(empty_blender):
     assert any("'smoke'" in note and "volume" in note for note in notes)
     (clear,) = output.inputs["Surface"].links
     assert clear.from_node.bl_idname == "ShaderNodeBsdfTransparent"
-    realtime_materials.remove({})
+    wet_trees.remove(())
     assert not output.inputs["Surface"].is_linked
     assert not output.inputs["Volume"].links[0].is_muted
 

@@ -15,7 +15,7 @@ from underwater_spectral.scene.seen.ray_casting import Meshes
 from underwater_spectral.scene.seen.surface_samples import visible_triangles
 from underwater_spectral.scene.seen.surroundings import has_things, look_around
 from underwater_spectral.scene.seen.visible_meshes import visible_meshes
-from underwater_spectral.scene.water import scene_water
+from underwater_spectral.scene.water import giving_back, scene_water
 from underwater_spectral.scene.water.water_body import scene_reach
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
@@ -332,7 +332,7 @@ def test_water_that_is_taken_out_leaves_a_keyframed_lamp_as_it_was():
     assert item["uw_unseen"]
     assert not item.visible_diffuse
     assert item.data.diffuse_factor == 0.0
-    scene_water._let_go()
+    giving_back.let_go()
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 

@@ -14,6 +14,7 @@ from underwater_spectral.scene.materials import (
     bare_colours,
     inlined_shaders,
     realtime_materials,
+    wet_trees,
 )
 from underwater_spectral.scene.materials.inserted import has_inserted
 from underwater_spectral.scene.seen.lamp_nodes import nodes_of
@@ -379,7 +380,7 @@ def test_real_time_is_told_of_materials_what_eevee_draws(empty_blender, tmp_path
         if not np.allclose(a, b, rtol=0.02, atol=2e-3)
     }
     assert not wrong, wrong
-    realtime_materials.remove({})
+    wet_trees.remove(())
     inlined_shaders.remove([])
     assert _seen(empty_blender, tmp_path / "a.exr")[: len(made)] == pytest.approx(wanted, abs=1e-3)
 
@@ -429,7 +430,7 @@ def test_each_shader_of_a_group_is_read(empty_blender, tmp_path):
     wanted = [green * 0.2, green, red * 0.2, red]
     found = _seen(empty_blender, tmp_path / "a.exr")[:4]
     assert found == pytest.approx(np.array(wanted), rel=0.02, abs=2e-3)
-    realtime_materials.remove({})
+    wet_trees.remove(())
     assert [o.name for o in materials[0].node_tree.nodes[-1].outputs] == ["out 0", "out 1"]
 
 
