@@ -21,7 +21,8 @@ from ..materials.mean_colours import mean_colour
 from .visible_meshes import MASKS, KeptMeshes, MeshArrays, visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
-_SEED = 1
+_ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1)
+"""Factors that mix the bits of places."""
 _SMALLEST = 1e-20
 _ENOUGH = 64  # triangles that are all looked at
 _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
@@ -141,7 +142,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
     if len(corners) > _ENOUGH:
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         twice = np.linalg.norm(_cross(one, other), axis=1)
-        keep = _some(twice, spacing)
+        keep = _some(shown.arrays, twice, spacing)
         keep |= _longest(one, other) > spacing / 2.0
         corners, slots = corners[keep], slots[keep]
         more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
@@ -177,6 +178,8 @@ class KeptSamples:
     def __init__(self) -> None:
         self.meshes = KeptMeshes()
         self.voxels = FilledVoxels()
+        self.middle: tuple[float, float, float] | None = None
+        """From which the cells of all frames are counted: that of the first."""
         self._things = LastUsed[bytes, Triangles]()
         self._samples = LastUsed[bytes, Samples]()
 
@@ -205,9 +208,19 @@ class KeptSamples:
         return self._samples.get(key, lambda: sampled(shown, low, high, spacing))
 
 
-def _some(size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:
-    """Which triangles are enough for their area; ``size`` is twice that of each."""
+def _some(
+    arrays: MeshArrays, size: NDArray[np.floating], spacing: float
+) -> NDArray[np.bool_]:
+    """Which triangles are enough for their area; ``size`` is twice that of each.
+
+    They are drawn by where they are, so that it does not matter in which order a mesh has them.
+    """
     wanted = _PER_CELL * float(size.sum()) / 2.0 / spacing**2 + 64.0
     if wanted >= len(size):
         return np.ones(len(size), dtype=bool)
-    return np.random.default_rng(_SEED).random(len(size)) < wanted / len(size)
+    corners = arrays.vertices[arrays.triangles]
+    ends = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1) + np.float32(0.0)
+    drawn = (ends.view(np.uint32) * _ODD).sum(axis=1, dtype=np.uint64)
+    for shift in (31, 29):
+        drawn = (drawn ^ (drawn >> np.uint64(shift))) * _ODD[0]
+    return (drawn >> np.uint64(32)) < 2.0**32 * wanted / len(size)

@@ -6,6 +6,7 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Unpack
 
 import bpy
 import numpy as np
@@ -28,11 +29,12 @@ _PATH_CELLS = (0.8, 0.9)
 _LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
 VOXELS = 3
 """Voxels along a cell of it."""
-CELLS = (0.3, 0.33, 0.36, 0.39, 0.42, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7)
-"""Edges of a cell of it, m; few, so that they last."""
-_LEAST = 0.3  # m: the smallest cell of the coarse grid
+CELLS = (0.301, 0.331, 0.361, 0.391, 0.421, 0.461, 0.501, 0.551, 0.601, 0.651, 0.701)
+"""Edges of a cell of it, m; few, so that they last. Not round, as places in scenes are: what lies
+on the side of a voxel lies on either side of it by rounding."""
+_LEAST = 0.301  # m: the smallest cell of the coarse grid
 _COARSER = 1.12
-_BLOCK, _COARSE_BLOCK = 6, 8  # cells that come and go together when the camera moves
+_BLOCK, _COARSE_BLOCK = 6, 9  # cells that come and go together when the camera moves
 _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0  # how far from the camera shade is looked for
 _CLOSE = 10.0  # m from the eyes, where small overhangs are looked for
 _MARGIN = 1.0  # m around things
@@ -57,6 +59,8 @@ _SMALL = 2.5  # voxels
 _STEP, _MOST_STEPS = 1.1, 30
 
 Array = NDArray[np.float64]
+Place = tuple[float, float, float]
+_Seen = tuple[Array, Array, Array, Array, float, Place]
 
 
 @dataclass(frozen=True)
@@ -90,6 +94,11 @@ class Surroundings:
     ahead: Array
     coarse: SurfaceVoxels
     samples: KeptSamples
+
+    @property
+    def middle(self) -> Place:
+        """From which cells are counted."""
+        return self.samples.middle or (0.0, 0.0, 0.0)
 
     @functools.cached_property
     def _seabed(self) -> NDArray[np.int32]:
@@ -150,7 +159,7 @@ class Surroundings:
         high = np.minimum(self.coarse.grid.upper, self.eyes.max(axis=0) + _CLOSE)
         if not (high > low).all():
             return None
-        grid = _coarse_grid(low, high)
+        grid = _coarse_grid(low, high, self.middle)
         if grid.cell >= self.coarse.grid.cell:
             return None
         return _on_ground(_voxels(self.things, grid, self.samples), self.eyes)
@@ -176,9 +185,8 @@ class Surroundings:
             return None
         roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
         shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
-        grid = _near(low, high, self.eyes, shift)
-        fine = Grid(grid.lower, grid.cell / VOXELS, _times(grid.shape, VOXELS))
-        return _voxels(self.things, fine, self.samples, to_edges=True), grid
+        grid = _near(low, high, self.eyes, shift, self.middle)
+        return _voxels(self.things, grid.finer(VOXELS), self.samples, to_edges=True), grid
 
     def is_whole(self, grid: Grid) -> bool:
         """Whether a grid of :meth:`under_things` holds all of that water about the cameras."""
@@ -276,7 +284,9 @@ def look_around(
     low, high = _around(things, places, extinction)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
     if np.isfinite([low, high]).all() and (high > low).all():
-        grid = _coarse_grid(low, high)
+        if samples.middle is None:
+            samples.middle = _middle(things, low, high)
+        grid = _coarse_grid(low, high, samples.middle)
     else:
         things = []
     coarse = _on_ground(_voxels(things, grid, samples), places)
@@ -310,8 +320,11 @@ def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:
 def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:
     """Box around things that are not too far from the eyes to matter."""
     low, high = (np.array([thing.bounds[end] for thing in things]).reshape(-1, 3) for end in (0, 1))
-    low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
     reach = min(max(_OPTICAL_REACH / max(extinction, 1e-3), _NEAREST), _FARTHEST)
+    if len(eyes):
+        near = ((high > eyes.min(axis=0) - reach) & (low < eyes.max(axis=0) + reach)).all(axis=1)
+        low, high = low[near], high[near]
+    low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
     if len(eyes):
         # Nothing but water may lie between things and an eye below them.
         level = slice(None, 2)
@@ -324,10 +337,31 @@ def _around(things: Sequence[Triangles], eyes: Array, extinction: float) -> tupl
     return low, high
 
 
-def _coarse_grid(low: Array, high: Array) -> Grid:
+def _middle(things: Sequence[Triangles], low: Array, high: Array) -> Place:
+    """Middle, level, of the widest thing that reaches into a box; one of a cell lies there.
+
+    So cells lie alike in a scene wherever that is, and do not move with the camera.
+    """
+    widest, middle = 0.0, (low + high) / 2.0
+    for thing in things:
+        first, last = thing.bounds
+        area = float(np.prod((last - first)[:2]))
+        if area > widest and (last > low).all() and (first < high).all():
+            widest, middle = area, (first + last) / 2.0
+    return float(middle[0]), float(middle[1]), 0.0
+
+
+def _cells(low: Array, high: Array, cell: float, middle: Place, block: int = 1) -> Grid:
+    """Return cells of the lattice with a block about a place that hold a box."""
+    x, y, z = middle
+    half = block * cell / 2.0
+    return Grid.on_lattice(low, high, cell, block, (x - half, y - half, z))
+
+
+def _coarse_grid(low: Array, high: Array, middle: Place) -> Grid:
     """Return cells of a lattice that hold a box, as small as :data:`_COARSE` of them allow."""
     cell = _LEAST
-    while (grid := Grid.on_lattice(low, high, cell, _COARSE_BLOCK)).count > _COARSE:
+    while (grid := _cells(low, high, cell, middle, _COARSE_BLOCK)).count > _COARSE:
         cell *= _COARSER
     return grid
 
@@ -338,15 +372,17 @@ def _level(ahead: Array) -> Array:
     return level / np.maximum(np.linalg.norm(level, axis=1, keepdims=True), 1e-3)
 
 
-def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
+def _near(
+    low: Array, high: Array, eyes: Array, ahead: Array, middle: Place = (0.0, 0.0, 0.0)
+) -> Grid:
     """Return cells in a box, cut down to what eyes have before them if there are too many.
 
     Its middle then lies ``ahead`` of them, in halves of its size.
 
     All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
-    cut out for it has the same size wherever it looks, and moves in blocks.
+    cut out for it has the same size wherever it looks, and moves in blocks from ``middle``.
     """
-    whole = [Grid.on_lattice(low, high, cell) for cell in CELLS]
+    whole = [_cells(low, high, cell, middle) for cell in CELLS]
     fitting = [grid for grid in whole if grid.count <= PROBES]
     if fitting:
         return fitting[0]
@@ -354,20 +390,20 @@ def _near(low: Array, high: Array, eyes: Array, ahead: Array) -> Grid:
     tries = [(len(eyes), PATH_PROBES, longer) for longer in (cell, *_PATH_CELLS)]
     for some, most, edge in (*tries, (1, PROBES, cell)):
         if 0 < some <= len(eyes):
-            seen = low, high, eyes[:some], ahead[:some], edge
-            grid = Grid.on_lattice(*_before(*seen), edge)
+            seen = low, high, eyes[:some], ahead[:some], edge, middle
+            grid = _before(*seen)
             if grid.count <= most:
                 return _grown(grid, *seen)
     while grid.count > PROBES:
         cell *= _COARSER
-        grid = Grid.on_lattice(low, high, cell)
+        grid = _cells(low, high, cell, middle)
     return grid
 
 
-def _grown(grid: Grid, low: Array, high: Array, eyes: Array, ahead: Array, cell: float) -> Grid:
+def _grown(grid: Grid, *seen: Unpack[_Seen]) -> Grid:
     """Return more of a box than a grid holds, if cells are left, as where eyes are outside it."""
     for step in range(1, _MOST_STEPS):
-        larger = Grid.on_lattice(*_before(low, high, eyes, ahead, cell, _STEP**step), cell)
+        larger = _before(*seen, _STEP**step)
         if larger.count > PROBES:
             break
         grid = larger
@@ -375,32 +411,36 @@ def _grown(grid: Grid, low: Array, high: Array, eyes: Array, ahead: Array, cell:
 
 
 def _before(
-    low: Array, high: Array, eyes: Array, ahead: Array, cell: float, scale: float = 1.0
-) -> tuple[Array, Array]:
+    low: Array,
+    high: Array,
+    eyes: Array,
+    ahead: Array,
+    cell: float,
+    middle: Place,
+    scale: float = 1.0,
+) -> Grid:
     """Part of a box that eyes have before them, of the usual size or larger."""
     height = min(high[2] - low[2] + 2.0 * cell, _TALLEST)
     side = scale * (math.sqrt(PROBES * cell / height) - 1.0) * cell
-    middle = eyes + side / 2.0 * ahead
-    middle = np.round(middle / (_BLOCK * cell)) * _BLOCK * cell
+    block = _BLOCK * cell
+    about = middle + np.round((eyes + side / 2.0 * ahead - middle) / block) * block
     half = np.array([side, side, _TALLEST]) / 2.0
-    first, last = middle.min(axis=0) - half, middle.max(axis=0) + half
+    first, last = about.min(axis=0) - half, about.max(axis=0) + half
     if height < _TALLEST:
         first[2], last[2] = low[2], high[2]
     first, last = np.maximum(low, first), np.minimum(high, last)
-    return (first, last) if (last > first).all() else (low, high)
+    return _cells(*((first, last) if (last > first).all() else (low, high)), cell, middle)
 
 
 def _voxels(
     things: Sequence[Triangles], grid: Grid, samples: KeptSamples, *, to_edges: bool = False
 ) -> SurfaceVoxels:
     low, high = np.asarray(grid.lower), grid.upper
-    found = [samples.sampled(thing, low, high, grid.cell) for thing in things]
+    # What part of a voxel is covered is told by several samples in it.
+    spacing = grid.cell / 2.0 if to_edges else grid.cell
+    found = [samples.sampled(thing, low, high, spacing) for thing in things]
     small = [np.linalg.norm(np.subtract(*thing.bounds)) < _SMALL * grid.cell for thing in things]
     keys = [thing.key for thing in things]
     filling = Filling(keys, found, [bool(x) for x in small], to_edges)
     return samples.voxels.of(grid, filling)
 
-
-def _times(shape: tuple[int, int, int], factor: int) -> tuple[int, int, int]:
-    x, y, z = shape
-    return factor * x, factor * y, factor * z

@@ -26,6 +26,8 @@ class Grid:
         Edge of a cell, m.
     shape : three ints
         Cells along each axis.
+    anchor : three floats
+        A corner of cells, m, from which places on a lattice are counted.
 
     Raises
     ------
@@ -42,6 +44,7 @@ class Grid:
     lower: tuple[float, float, float]
     cell: float
     shape: tuple[int, int, int]
+    anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if not (0 < self.cell < math.inf and min(self.shape) > 0 and np.isfinite(self.lower).all()):
@@ -66,8 +69,15 @@ class Grid:
         return cls(_three(lower), cell, (nx, ny, nz))
 
     @classmethod
-    def on_lattice(cls, low: ArrayLike, high: ArrayLike, cell: float, block: int = 1) -> Grid:
-        """Return cells of the lattice through the origin that hold a box, in whole blocks.
+    def on_lattice(
+        cls,
+        low: ArrayLike,
+        high: ArrayLike,
+        cell: float,
+        block: int = 1,
+        anchor: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> Grid:
+        """Return cells of the lattice through a point that hold a box, in whole blocks.
 
         A box that moves a little has the same cells; one that moves more shares most of them.
 
@@ -79,23 +89,37 @@ class Grid:
             Edge of a cell, m.
         block : int
             Cells that come and go together, horizontally.
+        anchor : array_like, shape (3,)
+            A corner of cells, m.
 
         Examples
         --------
-        >>> Grid.on_lattice((0.1, 0.9, -2.0), (2.2, 1.1, -0.3), 0.5, 2)
-        Grid(lower=(0.0, 0.0, -2.0), cell=0.5, shape=(6, 4, 4))
+        >>> Grid.on_lattice((0.1, 0.9, -2.0), (2.2, 1.1, -0.3), 0.5, 2).shape
+        (6, 4, 4)
         """
-        cells, slack = np.array([block, block, 1]), 1e-6
-        first = np.floor(np.asarray(low) / (cells * cell) + slack) * cells
-        last = np.ceil(np.asarray(high) / (cells * cell) - slack) * cells
+        cells, slack, origin = np.array([block, block, 1]), 1e-4, np.asarray(anchor, np.float64)
+        first = np.floor((low - origin) / (cells * cell) + slack) * cells
+        last = np.ceil((high - origin) / (cells * cell) - slack) * cells
         shape = np.maximum(last - first, 1.0).astype(np.intp)
         nx, ny, nz = (int(n) for n in shape)
-        return cls(_three(first * cell), cell, (nx, ny, nz))
+        return cls(_three(origin + first * cell), cell, (nx, ny, nz), _three(origin))
+
+    def finer(self, parts: int) -> Grid:
+        """Return the box with so many cells along each of these.
+
+        Examples
+        --------
+        >>> Grid((0.0, 0.0, 0.0), 0.5, (2, 1, 1)).finer(2).shape
+        (4, 2, 2)
+        """
+        nx, ny, nz = (parts * n for n in self.shape)
+        return Grid(self.lower, self.cell / parts, (nx, ny, nz), self.anchor)
 
     @property
     def first(self) -> tuple[int, int, int]:
-        """Place of the first cell on the lattice through the origin."""
-        x, y, z = (round(low / self.cell) for low in self.lower)
+        """Place of the first cell on the lattice."""
+        ends = zip(self.lower, self.anchor, strict=True)
+        x, y, z = (round((low - anchor) / self.cell) for low, anchor in ends)
         return x, y, z
 
     @property
