@@ -103,9 +103,10 @@ def test_a_view_keeps_the_cells_of_a_lattice():
     for step in range(8):
         _moved(scene, step)
         grids.append(_table(scene, plan).grid)
-    assert len({grid.cell for grid in grids}) == 1
+    assert len({(grid.cell, grid.anchor) for grid in grids}) == 1
     for grid in grids:
-        assert np.allclose(np.asarray(grid.lower) / grid.cell, grid.first, atol=1e-9)
+        places = np.subtract(grid.lower, grid.anchor) / grid.cell
+        assert np.allclose(places, grid.first, atol=1e-9)
 
 
 def test_a_long_path_has_larger_cells_rather_than_a_grid_per_frame():
