@@ -208,9 +208,7 @@ class KeptSamples:
         return self._samples.get(key, lambda: sampled(shown, low, high, spacing))
 
 
-def _some(
-    arrays: MeshArrays, size: NDArray[np.floating], spacing: float
-) -> NDArray[np.bool_]:
+def _some(arrays: MeshArrays, size: NDArray[np.floating], spacing: float) -> NDArray[np.bool_]:
     """Which triangles are enough for their area; ``size`` is twice that of each.
 
     They are drawn by where they are, so that it does not matter in which order a mesh has them.

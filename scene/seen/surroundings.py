@@ -6,7 +6,6 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Unpack
 
 import bpy
 import numpy as np
@@ -400,7 +399,7 @@ def _near(
     return grid
 
 
-def _grown(grid: Grid, *seen: Unpack[_Seen]) -> Grid:
+def _grown(grid: Grid, *seen: *_Seen) -> Grid:
     """Return more of a box than a grid holds, if cells are left, as where eyes are outside it."""
     for step in range(1, _MOST_STEPS):
         larger = _before(*seen, _STEP**step)
@@ -443,4 +442,3 @@ def _voxels(
     keys = [thing.key for thing in things]
     filling = Filling(keys, found, [bool(x) for x in small], to_edges)
     return samples.voxels.of(grid, filling)
-

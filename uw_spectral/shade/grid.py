@@ -98,8 +98,8 @@ class Grid:
         (6, 4, 4)
         """
         cells, slack, origin = np.array([block, block, 1]), 1e-4, np.asarray(anchor, np.float64)
-        first = np.floor((low - origin) / (cells * cell) + slack) * cells
-        last = np.ceil((high - origin) / (cells * cell) - slack) * cells
+        first = np.floor(np.subtract(low, origin) / (cells * cell) + slack) * cells
+        last = np.ceil(np.subtract(high, origin) / (cells * cell) - slack) * cells
         shape = np.maximum(last - first, 1.0).astype(np.intp)
         nx, ny, nz = (int(n) for n in shape)
         return cls(_three(origin + first * cell), cell, (nx, ny, nz), _three(origin))
