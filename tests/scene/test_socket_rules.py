@@ -504,7 +504,7 @@ def test_what_gets_no_shader_is_black_in_the_water_and_stays_so(empty_blender, t
     surfaces.lit.links.new(veil, end.inputs[0])
     realtime_materials.insert(materials, surfaces)
     assert _seen(scene, tmp_path / "a.exr")[1:3] == pytest.approx(0.1, rel=0.01)
-    realtime_materials.remove({})
+    wet_trees.remove(())
     bare_colours.remove([])
     assert [[node.name for node in tree.nodes] for tree in trees] == names
 
