@@ -24,7 +24,7 @@ from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import example_scenes, migration, preferences, property_group, shown_pictures
+from . import example_scenes, live_updates, migration, preferences, property_group, shown_pictures
 
 if TYPE_CHECKING:
     from ..jobs.job import Job
@@ -105,7 +105,7 @@ class AddWater(ReportingOperator):
         first = self.start and not migration.is_used(context.scene)
         if first:
             context.view_layer.update()
-            first_settings.start(context.scene, self.depth if self.submerge else None)
+            self.tell(first_settings.start(context.scene, self.depth if self.submerge else None))
             chosen, panel = preferences.stored(), getattr(context.scene, property_group.PROPERTY)
             if chosen is not None:
                 panel.output, panel.quality = chosen.folder, chosen.quality
@@ -220,8 +220,8 @@ class Submerge(_CameraOperator):
     bl_idname = "underwater.submerge"
     bl_label = "Submerge Scene"
     bl_description = (
-        "Lower everything in the scene until the camera is at a depth. Keyframes are left alone: "
-        "only the delta location of objects without a parent changes"
+        "Lower everything in the scene, and an added floor, until the camera is at a depth. "
+        "Keyframes of locations are left alone: only delta locations change"
     )
 
     depth: bpy.props.FloatProperty(
@@ -235,11 +235,13 @@ class Submerge(_CameraOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene.viewport import live
+        from ..scene.viewport import submerging
 
         context.view_layer.update()
-        live.lower(context.scene, self.depth + context.scene.camera.matrix_world.translation.z)
-        context.view_layer.update()
+        above = context.scene.camera.matrix_world.translation.z
+        with live_updates.transaction():
+            self.tell(submerging.lower(context.scene, self.depth + above))
+            context.view_layer.update()
 
 
 class AddLamps(_CameraOperator):

@@ -8,7 +8,7 @@ from ...settings.scene_settings import BY_PICTURE
 from .. import stored_lamps, stored_settings
 from ..seen.lamps import KINDS
 from ..water.water_body import scene_reach
-from . import live
+from . import live, submerging
 
 _SETTINGS = {
     "surface": "waves",
@@ -39,7 +39,7 @@ def leave_lamps_in_air(scene: bpy.types.Scene) -> None:
             getattr(item.data, stored_lamps.PROPERTY).in_water = False
 
 
-def start(scene: bpy.types.Scene, depth: float | None) -> None:
+def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
     """Give a scene the settings of a first picture.
 
     A dry scene is lowered, and its lamps, which hang in the air, are left out: the sun lights
@@ -50,11 +50,17 @@ def start(scene: bpy.types.Scene, depth: float | None) -> None:
     scene : Scene
     depth : float or None
         Of the camera afterwards, m, in a dry scene; None leaves everything where it is.
+
+    Returns
+    -------
+    list of str
+        What could not be lowered, one line each.
     """
+    notes = []
     above = live.camera_depth(scene)
     if depth is not None and above is not None and is_dry(scene):
         leave_lamps_in_air(scene)
-        live.lower(scene, depth - above)
+        notes = submerging.lower(scene, depth - above)
         for layer in scene.view_layers:
             layer.update()
     group = getattr(scene, stored_settings.PROPERTY)
@@ -65,3 +71,4 @@ def start(scene: bpy.types.Scene, depth: float | None) -> None:
     under = camera is not None and 0.0 < camera < lowest < _DEEPEST_FLOOR
     if under and reach.radius < _OWN_GROUND:
         group.floor_depth = lowest
+    return notes

@@ -19,7 +19,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
-from .. import colour_space, contents, marks, stored_settings
+from .. import colour_space, contents, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
 from ..seen import clouds, enclosed_places, lamps
@@ -325,17 +325,6 @@ def suspended(scene: bpy.types.Scene) -> Iterator[None]:
     finally:
         for other in wet:
             add(other)
-
-
-def lower(scene: bpy.types.Scene, distance: float) -> None:
-    """Lower the scene's objects, those of the water aside, by a distance in m.
-
-    Their delta location changes, which keyframes leave alone.
-    """
-    of_water = set(marks.objects(scene))
-    for item in scene.objects:
-        if item.parent is None and item.is_editable and item not in of_water:
-            item.delta_location.z -= distance
 
 
 def refresh_materials() -> None:

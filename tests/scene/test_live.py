@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.node_groups import realtime_tables, realtime_values
 from underwater_spectral.scene import marks, stored_settings
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import live, submerging
 from underwater_spectral.scene.water import realtime, shade
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings.render_plan import make_plan, plan_of
@@ -249,7 +249,7 @@ def test_camera_above_the_water_is_shown_from_there():
     live.add(scene)
     assert live.problem(scene) == ""
     assert _shown() == 0.0
-    live.lower(scene, 8.0)
+    submerging.lower(scene, 8.0)
     bpy.context.view_layer.update()
     assert live.problem(scene) == ""
     assert _shown() == pytest.approx(5.0)
