@@ -57,9 +57,12 @@ function compileJob(job) {
     settings.render_output_path = out;
     const manifest = path.join(out, "manifest.json");
 
+    const options = shellSplit(settings.options || "");
+    const trust = options.filter(option => option === "--trust-scripts");
+
     const plan = author.Task("plan", "blender");
     plan.addCommand(author.Command("make-directory", { path: out }));
-    plan.addCommand(blenderCommand(settings.blendfile, shellSplit(settings.options || "").concat([
+    plan.addCommand(blenderCommand(settings.blendfile, options.concat([
         "--frames", frameChunker(settings.frames, ALL_FRAMES)[0],
         "--out", out,
         "--plan", manifest,
@@ -70,12 +73,12 @@ function compileJob(job) {
     // are there, while later frames render.
     for (const frame of frameChunker(settings.frames, 1)) {
         const develop = blenderTask(`develop-${frame}`, settings.blendfile, [
-            "--from", manifest, "--frames", frame, "--develop",
+            "--from", manifest, "--frames", frame, "--develop", ...trust,
         ]);
         for (let first = 0; first < passes; first += perTask) {
             const chunk = span(first, Math.min(first + perTask, passes) - 1);
             const render = blenderTask(`render-${frame}-pass-${chunk}`, settings.blendfile, [
-                "--from", manifest, "--frames", frame, "--passes", chunk,
+                "--from", manifest, "--frames", frame, "--passes", chunk, ...trust,
             ]);
             render.addDependency(plan);
             develop.addDependency(render);

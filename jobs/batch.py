@@ -15,7 +15,7 @@ from typing import TextIO
 import bpy
 
 from ..quality.terms import SHAFTS
-from ..scene import colour_space, stored_settings
+from ..scene import colour_space, scripts, stored_settings
 from ..scene.blender_prints import without_file_lines
 from ..scene.seen import picture_size
 from ..scene.session import is_live
@@ -93,7 +93,7 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         stored_settings.register()
     asked = data_set_batch.request_of(options)
     progress = Progress(options.progress, options.quiet)
-    opened = functools.partial(_open, progress.note)
+    opened = functools.partial(_open, progress.note, options.trust_scripts)
     if asked is not None:
         data_set_batch.run(asked, options, progress, opened, inside_blender=inside_blender)
         return
@@ -151,9 +151,16 @@ def _chosen(
     return job, lambda: replace(settings_now(), **choice.settings)
 
 
-def _open(report_note: Callable[[str], None], blend: Path | None, inside_blender: bool) -> None:
+def _open(
+    report_note: Callable[[str], None],
+    trust_scripts: bool,
+    blend: Path | None,
+    inside_blender: bool,
+) -> None:
     """Open a scene; live water makes way for that of the batch."""
-    _open_file(blend, inside_blender)
+    _open_file(blend, inside_blender, trust_scripts)
+    if trust_scripts:
+        report_note(f"{scripts.TRUST}: Python of {bpy.data.filepath} runs, drivers and scripts")
     # What is not saved may be converted; a window shows the user's file.
     if bpy.app.background:
         for note in (colour_space.bring_to_rec709(), colour_space.bring_images()):
@@ -164,11 +171,16 @@ def _open(report_note: Callable[[str], None], blend: Path | None, inside_blender
             live.remove(scene)
 
 
-def _open_file(blend: Path | None, inside_blender: bool) -> None:
+def _open_file(blend: Path | None, inside_blender: bool, trust_scripts: bool) -> None:
     if inside_blender:
         if blend is not None:
             raise InputError(
                 f"{blend}: Blender has opened a scene; name one, before -P or --command"
+            )
+        if trust_scripts and bpy.app.autoexec_fail:
+            raise InputError(
+                f"{scripts.TRUST}: Blender has opened the scene without its Python; start it with "
+                "blender -y, or name the scene as an option"
             )
         return
     if blend is None:
@@ -177,9 +189,19 @@ def _open_file(blend: Path | None, inside_blender: bool) -> None:
         raise InputError(f"cannot open {blend}: there is no such file; check the path")
     try:
         with without_file_lines():
-            bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()))
+            bpy.ops.wm.open_mainfile(
+                filepath=str(blend.resolve()), use_scripts=_runs_scripts(trust_scripts)
+            )
     except RuntimeError as error:
         raise InputError(f"cannot open {blend}: {str(error).strip()}") from error
+
+
+def _runs_scripts(trusted: bool) -> bool:
+    """Whether Blender runs Python of a file that it opens: as -y, -Y or preferences say."""
+    usual = bpy.app.autoexec_override
+    if usual is None:
+        usual = bpy.context.preferences.filepaths.use_scripts_auto_execute
+    return trusted or usual
 
 
 @contextlib.contextmanager

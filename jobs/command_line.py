@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NoReturn, get_args
 
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
+from ..scene.scripts import TRUST
 from ..settings.scene_settings import (
     BANDS,
     CONSTITUENTS,
@@ -114,6 +115,12 @@ def _add_work(result: argparse.ArgumentParser) -> None:
     group.add_argument("--seed", type=int, default=0)
     group.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
     group.add_argument("--resume", action="store_true", default=False)
+    group.add_argument(
+        TRUST,
+        action="store_true",
+        default=False,
+        help="let Python drivers and scripts of the scene run; for files of your own",
+    )
     group.add_argument(
         "--denoise",
         action=argparse.BooleanOptionalAction,

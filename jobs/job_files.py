@@ -12,7 +12,7 @@ from typing import Any
 
 import bpy
 
-from ..scene.seen.external_files import is_read, is_shown_only
+from ..scene.seen.external_files import is_dispensable, is_read, is_shown_only
 from ..scene.seen.lamp_files import lamp_files
 from ..scene.stored_materials import fluorophore_files
 from ..uw_spectral.errors import InputError
@@ -79,6 +79,8 @@ def _references() -> Iterator[tuple[str, str, Path]]:
         kind = _KINDS.get(item.bl_rna.identifier, str(item.bl_rna.name).lower())
         is_library = isinstance(item, bpy.types.Library)
         if (is_library and not is_read(item)) or is_shown_only(item):
+            continue
+        if is_dispensable(item.id_type.lower()):
             continue
         owner = getattr(item, "parent", None) if is_library else item.library
         for path in paths:

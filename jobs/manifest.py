@@ -115,7 +115,8 @@ class Output:
     """What is rendered besides the settings of the water, and by what.
 
     ``resolution`` is width, height and percentage; ``denoise`` whether developed pictures are
-    denoised; ``extent`` half the width of the water and the depth of its bottom, in m.
+    denoised; ``extent`` half the width of the water and the depth of its bottom, in m; ``scripts``
+    whether the scene has Python of its own that runs.
     """
 
     engine: Engine
@@ -127,6 +128,7 @@ class Output:
     froxels: int | None
     extent: tuple[float, float]
     decisions: tuple[str, ...]
+    scripts: bool = False
 
     @property
     def size(self) -> tuple[int, int]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..quality.methods import Device
 from ..quality.sampling import parts_of
-from ..scene import colour_space, contents, view_transform
+from ..scene import colour_space, contents, scripts, view_transform
 from ..scene.engines import cycles_settings, housed
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
@@ -122,6 +122,7 @@ def _plan(
         froxels=job.froxels,
         extent=(max(e.half_width for e in extents), max(e.bottom for e in extents)),
         decisions=job.decisions,
+        scripts=scripts.scripts_run(),
     )
     picture_size.check_memory(output.size, 3 if engine.method.draws_colours else len(first.bands))
     base = asdict(first.settings)

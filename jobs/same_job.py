@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import bpy
+
+from ..scene import scripts
 from ..uw_spectral.errors import InputError
 from . import job_files
 from .manifest import Manifest
@@ -40,6 +43,13 @@ def check_scene(manifest: Manifest, blend: Path | None, placed: Callable[[str], 
     found = _programs(manifest) + _tables(manifest)
     if job_files.scene_digest(blend) != manifest.scene_sha256:
         found.append(f"the scene {blend or '(none)'} is not the file that was planned")
+    bpy.context.view_layer.update()  # drivers that may not run are known once they were tried
+    if scripts.scripts_run() != manifest.output.scripts:
+        found.append(
+            f"Python of the scene ran as it was planned, and does not here: add {scripts.TRUST}"
+            if manifest.output.scripts
+            else "Python of the scene runs, and did not as it was planned"
+        )
     here = {item.path: item for item in job_files.scene_files()}
     planned = {item.path: item for item in manifest.files if not item.setting}
     for path, item in planned.items():

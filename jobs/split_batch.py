@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..datasets.index import is_index, read_index
+from ..scene.seen.missing_data import require_data
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from . import data_set_batch, job_files, job_status, render_job, same_job, work
@@ -47,6 +48,7 @@ def plan(
     if manifest.scene is None:
         raise InputError("--plan: the scene was never saved, so no worker can open it; save it")
     job_files.require_all(manifest.files)
+    require_data(scene, manifest.frames)
     with contextlib.suppress(OSError):  # of which writing tells
         path.parent.mkdir(parents=True, exist_ok=True)
     write_manifest(path, manifest)

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..scene import colour_space, contents
+from ..scene import colour_space, contents, scripts
 from ..scene.engines import housed
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
 from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
+from ..scene.seen.missing_data import missing_notes
 from ..scene.seen.own_seabed import floor_note
 from ..scene.seen.surroundings import has_things
 from ..scene.temporary import held
@@ -146,6 +147,9 @@ def render(
         If the scene cannot be used, or a pass cannot be written.
     """
     require_no_water(scene)
+    # Of the scene as it came.
+    said = (*missing_notes(scene, manifest.frames), *scripts.notes(), *unheeded(scene))
+    said = tuple(dict.fromkeys(said))
     if bpy.app.background:
         made = contents.make_local(scene)
         if made:
@@ -158,7 +162,6 @@ def render(
         3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
     )
     left: list[Task] = []
-    said = unheeded(scene)  # of the scene as it came
     with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
         rounds = functools.partial(_round, scene, manifest, plans, report_note, said, insist)
         yield from rounds(tasks, left, force=False)

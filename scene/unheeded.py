@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import bpy
 
-from . import units
+from . import scripts, units
 from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
@@ -77,6 +77,8 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
         )
     if view.use_white_balance:
         yield "Blender's white balance is not heeded: the water has one of its own"
+    if bpy.app.autoexec_fail:  # a look at every driver takes too long for a panel
+        yield from scripts.notes()
     yield from _of_layer(layer)
     yield from _of_frames(scene)
     yield from _of_objects(scene)

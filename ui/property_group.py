@@ -17,7 +17,7 @@ import bpy
 
 from ..jobs.job import Job
 from ..quality.methods import METHODS, REFERENCE
-from ..scene import stored_settings
+from ..scene import scripts, stored_settings
 from ..scene.session import is_live
 from ..settings.scene_settings import AUTO, BY_PICTURE, CONSTITUENTS, SETTINGS, SceneSettings
 from ..uw_spectral.errors import InputError
@@ -178,6 +178,8 @@ def _get_pass_count(group: bpy.types.PropertyGroup) -> int:
 def _get_job_options(group: bpy.types.PropertyGroup) -> str:
     wanted = job(group.id_data)
     options = f"--engine {wanted.engine} --mode {wanted.mode}"
+    if scripts.scripts_run():
+        options += f" {scripts.TRUST}"
     if not METHODS[group.quality.lower()].traced:
         return options
     return f"{options} {'--denoise' if wanted.denoise else '--no-denoise'}"

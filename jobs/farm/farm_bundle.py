@@ -15,6 +15,7 @@ import bpy
 from ...quality.methods import method_of
 from ...scene.seen import picture_size
 from ...scene.seen.external_files import external_files
+from ...scene.seen.missing_data import require_data
 from ...settings.scene_settings import SceneSettings, flag
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.spectra.spectral_image import temporary_name
@@ -74,6 +75,7 @@ def bundle_job(
     def plan(path: Path) -> FarmJob:
         planned = planning.plan_job(scene, settings_now, job)
         require_fixed(planned, "--bundle")
+        require_data(scene, planned.frames)
         write_manifest(path, planned)
         return farm_job(planned)
 
@@ -97,6 +99,7 @@ def farm_job(planned: Manifest) -> FarmJob:
         gpu=not method.traced or output.device == "gpu",
         system=_SYSTEMS.get(platform.system(), SYSTEMS[0]),
         cameras=names if len(names) > 1 else (),
+        scripts=output.scripts,
     )
 
 

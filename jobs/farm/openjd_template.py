@@ -14,6 +14,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from ...scene.scripts import TRUST
+
 TEMPLATE, VALUES, ASSETS = "template.json", "parameter_values.json", "asset_references.json"
 MANIFEST, README = "manifest.json", "README.md"
 EXTENSION = "underwater_spectral.zip"
@@ -56,6 +58,8 @@ class FarmJob:
         Operating system of the workers, of :data:`SYSTEMS`.
     cameras : tuple of str
         Names of the cameras where there are several, each rendered by tasks of its own.
+    scripts : bool
+        Whether workers let the Python of the .blend run.
     """
 
     scene: Path
@@ -66,6 +70,7 @@ class FarmJob:
     gpu: bool = False
     system: str = SYSTEMS[0]
     cameras: tuple[str, ...] = ()
+    scripts: bool = False
 
 
 def ranges(numbers: Sequence[int]) -> str:
@@ -307,6 +312,8 @@ def _script(job: FarmJob, work: list[str], timeout: int) -> dict[str, Any]:
     arguments += ["--out", "{{Param.OutputDir}}", *work]
     if job.cameras:
         arguments += ["--cameras", "{{Task.Param.Camera}}"]
+    if job.scripts:
+        arguments.append(TRUST)
     arguments += ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
     arguments += ["--progress", "openjd"]
     return {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,24 +29,46 @@ class ExternalFiles:
     missing: tuple[tuple[str, Path], ...]
 
 
+@dataclass(frozen=True)
+class NamedFile:
+    """A file that a data-block names; ``owner`` says whose it is, such as ``image 'sand'``."""
+
+    block: bpy.types.ID
+    owner: str
+    path: Path
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether a render cannot do without."""
+        kind = self.owner.partition(" ")[0]
+        # A folder is one of a simulation, which fills it once it is baked.
+        return kind in {_LAMP, _FLUOROPHORE} or (
+            bool(self.path.suffix) and not is_dispensable(kind)
+        )
+
+
+def is_dispensable(kind: str) -> bool:
+    """Whether renders can do without the files of a kind of data-block, in small letters."""
+    return kind in _DISPENSABLE
+
+
 def external_files() -> ExternalFiles:
     """Return what the open file reads besides itself and Blender's own files."""
     own = Path(bpy.utils.resource_path("LOCAL")).resolve()
     found: dict[str, set[Path]] = {}
-    for owner, path in _visited(_EXPANDED):
-        found.setdefault(owner, set()).add(path)
+    for file in named_files(_EXPANDED):
+        found.setdefault(file.owner, set()).add(file.path)
     present = {path for paths in found.values() for path in paths if path.exists()}
     present = {path for path in present if not path.resolve().is_relative_to(own)}
     missing = [
-        (owner, path)
-        for owner, path in _visited(_FLAGS)
-        if _counts(owner, path) and not any(item.exists() for item in found.get(owner, ()))
+        (file.owner, file.path)
+        for file in named_files()
+        if file.is_needed and not any(item.exists() for item in found.get(file.owner, ()))
     ]
     missing += [
-        (owner, path)
-        for owner, paths in found.items()
-        for path in paths
-        if _counts(owner, path) and not path.exists() and (owner, path) not in missing
+        (file.owner, file.path)
+        for file in named_files(_EXPANDED)
+        if file.is_needed and not file.path.exists()
     ]
     return ExternalFiles(
         tuple(sorted(path for path in present if path.is_file())),
@@ -68,19 +90,13 @@ def is_shown_only(block: bpy.types.ID) -> bool:
     return all(isinstance(x, bpy.types.Screen) for x in bpy.data.user_map(subset=[block])[block])
 
 
-def _counts(owner: str, path: Path) -> bool:
-    kind = owner.partition(" ")[0]
-    # A folder is one of a simulation, which fills it once it is baked.
-    return kind in {_LAMP, _FLUOROPHORE} or (bool(path.suffix) and kind not in _DISPENSABLE)
-
-
-def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
-    """Yield an owner, such as ``image 'sand'``, and the absolute path of each file it names."""
+def named_files(flags: Set[str] = frozenset(_FLAGS)) -> Iterator[NamedFile]:
+    """Yield each file that a data-block names and that is not packed into it."""
     for file in lamp_files():
-        yield f"{_LAMP} {file.light.name!r}", file.whole
+        yield NamedFile(file.light, f"{_LAMP} {file.light.name!r}", file.whole)
     for file in fluorophore_files():
-        yield f"{_FLUOROPHORE} {file.material.name!r}", file.whole
-    visited: list[tuple[str, Path]] = []
+        yield NamedFile(file.material, f"{_FLUOROPHORE} {file.material.name!r}", file.whole)
+    visited: list[NamedFile] = []
 
     def visit(block: bpy.types.ID, path: str, _: object) -> None:
         if isinstance(block, bpy.types.Library) and not is_read(block):
@@ -89,8 +105,8 @@ def _visited(flags: set[str]) -> Iterator[tuple[str, Path]]:
             return
         if path and not path.startswith("<"):
             absolute = bpy.path.abspath(path, library=block.library)
-            kind = block.id_type.lower()
-            visited.append((f"{kind} {block.name!r}", Path(absolute)))
+            owner = f"{block.id_type.lower()} {block.name!r}"
+            visited.append(NamedFile(block, owner, Path(absolute)))
 
-    bpy.data.file_path_foreach(visit, flags=flags)
+    bpy.data.file_path_foreach(visit, flags=set(flags))
     yield from visited

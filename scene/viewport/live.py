@@ -19,10 +19,10 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
-from .. import colour_space, contents, stored_settings
+from .. import colour_space, contents, scripts, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
-from ..seen import clouds, enclosed_places, lamps
+from ..seen import clouds, enclosed_places, lamps, missing_data
 from ..session import PROBLEM, SESSION, has_strays
 from ..water import (
     continued_seabed,
@@ -107,7 +107,8 @@ def add(scene: bpy.types.Scene) -> list[str]:
     depth = preview_depth(scene, chosen)
     water = _water(scene, chosen, depth)
     extent = water_extent(scene, water.column, depth)
-    notes = realtime.add_realtime(scene, water, extent)
+    notes = [*missing_data.missing_notes(scene, (scene.frame_current,)), *scripts.notes()]
+    notes += realtime.add_realtime(scene, water, extent)
     known = _state.known[scene.session_uid]
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     notes += enclosed_places.notes(scene, scene.camera, known.table, known.kept.looked)
