@@ -9,8 +9,8 @@ import numpy as np
 
 from .axes import Array
 from .camera import PinholeCamera
-from .files import make_folder, plain_name, write_text
-from .set_files import SetFiles
+from .files import make_folder, write_text
+from .set_files import SetFiles, camera_of_view
 from .trajectories import baseline
 from .view import DataSetView
 
@@ -22,7 +22,8 @@ MODEL = "plumb_bob"
 class CameraInfo:
     """A camera as ROS describes it; the first pixel's centre is at (0, 0).
 
-    ``right`` is how far it stands to the right of the first one of its pair, m.
+    ``name`` is that in paths, ``right`` how far it stands to the right of the first one of its
+    pair, m.
     """
 
     name: str
@@ -50,7 +51,7 @@ class CameraInfo:
         lines = [
             f"image_width: {self.camera.width}",
             f"image_height: {self.camera.height}",
-            f"camera_name: {plain_name(self.name)}",
+            f"camera_name: {self.name}",
             f"distortion_model: {MODEL}",
         ]
         for name, matrix in matrices:
@@ -60,15 +61,16 @@ class CameraInfo:
         return "\n".join(lines) + "\n"
 
 
-def camera_infos(views: Sequence[DataSetView]) -> dict[str, CameraInfo]:
+def camera_infos(files: SetFiles) -> dict[str, CameraInfo]:
     """Return the cameras of a set by name; the right one of a pair knows how far it stands."""
-    cameras = {name_of(view): view.camera for view in views}
+    views, plain = files.views, files.camera_names
+    cameras = {camera_of_view(view): view.camera for view in views}
     right = dict.fromkeys(cameras, 0.0)
     if len(cameras) == 2:
         one, two = cameras
         apart = _baseline(views, one)
         right[two if apart > 0 else one] = abs(apart)
-    return {name: CameraInfo(name, camera, right[name]) for name, camera in cameras.items()}
+    return {name: CameraInfo(plain[name], camera, right[name]) for name, camera in cameras.items()}
 
 
 def _baseline(views: Sequence[DataSetView], first: str) -> float:
@@ -77,15 +79,10 @@ def _baseline(views: Sequence[DataSetView], first: str) -> float:
     for view in views:
         place = view.metadata.get("pose"), view.metadata.get("lowered_m")
         other = waiting.setdefault(place, view)
-        if name_of(other) != name_of(view):
-            pair = (other, view) if name_of(other) == first else (view, other)
+        if camera_of_view(other) != camera_of_view(view):
+            pair = (other, view) if camera_of_view(other) == first else (view, other)
             return baseline(*pair) or 0.0
     return 0.0
-
-
-def name_of(view: DataSetView) -> str:
-    """Return the name of the camera of a view."""
-    return str(view.metadata.get("camera", "camera"))
 
 
 def write_camera_infos(files: SetFiles) -> None:
@@ -96,5 +93,5 @@ def write_camera_infos(files: SetFiles) -> None:
     ROS, *sensor_msgs/CameraInfo*; *camera_calibration_parsers*.
     """
     folder = make_folder(files.folder / "camera_info")
-    for name, info in camera_infos(files.views).items():
-        write_text(folder / f"{plain_name(name)}.yaml", info.yaml())
+    for info in camera_infos(files).values():
+        write_text(folder / f"{info.name}.yaml", info.yaml())

@@ -22,7 +22,7 @@ def write_euroc_sequences(files: SetFiles) -> None:
     ----------
     M. Burri et al., Int. J. Robot. Res. 35, 1157 (2016).
     """
-    for way in trajectories(files.views, "euroc"):
+    for way in trajectories(files, "euroc"):
         folder = make_folder(files.folder / "euroc" / way.name / "mav0")
         first, *_ = way.cameras.values()
         for number, views in enumerate(way.cameras.values()):

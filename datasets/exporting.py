@@ -87,7 +87,10 @@ def export_set(
     views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
     notes: list[str] = []
-    files = SetFiles(folder, views, card, outputs.points, spec.seed, found, shapes, notes.append)
+    files = SetFiles(
+        folder, views, card, outputs.points, spec.seed, found, shapes, notes.append,
+        tuple(camera.name for camera in spec.cameras), tuple(poses.name for poses in spec.poses),
+    )  # fmt: skip
     for name, each in FORMATS.items():
         if name in outputs.formats:
             each.write(files)

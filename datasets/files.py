@@ -6,6 +6,8 @@ import json
 import os
 import re
 import shutil
+import unicodedata
+from collections.abc import Callable, Iterable
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -15,6 +17,8 @@ from numpy.typing import NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing
 
+_DEVICE = re.compile(r"^(con|prn|aux|nul|com\d|lpt\d)(?=\.|$)", re.IGNORECASE)
+"""Names that Windows keeps for itself, with any suffix."""
 _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}\"]*?)\n\s*\]")
 """A list of numbers over several lines; in text of JSON a new line is written as backslash n."""
 
@@ -120,12 +124,60 @@ def place_file(source: Path, target: Path) -> None:
 def plain_name(*words: str) -> str:
     """Return a name of a file or folder that every disk takes.
 
+    Names that differ may become alike: :func:`plain_names` tells them apart.
+
     Examples
     --------
     >>> plain_name("orbit of poses[0]", "jerlov:IB")
     'orbit_of_poses_0_-jerlov_IB'
+    >>> plain_name("左"), plain_name("con.old")
+    ('unnamed', 'con_.old')
     """
-    return re.sub(r"[^A-Za-z0-9.-]+", "_", "-".join(words)).strip("_.")
+    found = re.sub(r"[^A-Za-z0-9.-]+", "_", "-".join(words)).strip("_.") or "unnamed"
+    return no_device(found)
+
+
+def no_device(name: str) -> str:
+    """Return a name that is none of those that Windows keeps for itself."""
+    return _DEVICE.sub(r"\1_", name)
+
+
+def plain_names(
+    names: Iterable[str],
+    plain: Callable[[str], str] = plain_name,
+    taken: Iterable[str] = (),
+) -> dict[str, str]:
+    """Return a name of a file for each of several, no two alike, in large letters or small.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Earlier ones keep theirs, so that more can be added at the end.
+    plain : callable
+        Makes such a name of one.
+    taken : iterable of str
+        Names that there are already.
+
+    Examples
+    --------
+    >>> plain_names(["左", "右", "Left", "left"])
+    {'左': 'unnamed', '右': 'unnamed_2', 'Left': 'Left', 'left': 'left_2'}
+    """
+    found, used = {}, {_folded(name) for name in taken}
+    for name in dict.fromkeys(names):
+        base = candidate = plain(name)
+        count = 1
+        while _folded(candidate) in used:
+            count += 1
+            candidate = f"{base}_{count}"
+        used.add(_folded(candidate))
+        found[name] = candidate
+    return found
+
+
+def _folded(name: str) -> str:
+    """Return what is equal for names that some disk does not tell apart."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())
 
 
 def read_codes(path: Path) -> NDArray[np.uint16]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from ..uw_spectral.errors import InputError
 from .axes import Array
 from .bop import camera_record, write_bop, write_bop_models
-from .camera_info import name_of, write_camera_infos
+from .camera_info import write_camera_infos
 from .coco import write_coco
 from .colmap import write_colmap
 from .compositor_exr import LAYERS as COMPOSITOR_LAYERS
@@ -18,14 +18,14 @@ from .compositor_exr import write_compositor_exrs
 from .croissant import write_croissant
 from .depth_maps import read_depth_png
 from .euroc import write_euroc_sequences
-from .files import make_folder, plain_name, write_json
+from .files import make_folder, write_json
 from .hdf5 import write_hdf5s
 from .kitti import write_kitti_sequences
 from .nerfstudio import write_nerfstudio
 from .optical_flow import write_flows
 from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
 from .rosbag import write_rosbags
-from .set_files import SetFiles, shown_pixels
+from .set_files import SetFiles, camera_of_view, shown_pixels
 from .sparse_points import sparse_points
 from .tartanair import write_tartanair
 from .tum import write_tum_sequences
@@ -68,6 +68,8 @@ class Format:
         Whether it takes no more than one camera, or two of one lens side by side.
     dry : bool
         Whether it needs the same views in air.
+    distortion : int
+        Coefficients of a lens that it holds, of k1, k2, p1, p2, k3.
     pixel_bytes : int
         That its own files take of a pixel, where these are no links.
     usual : bool
@@ -82,8 +84,33 @@ class Format:
     way: bool = False
     side_by_side: bool = False
     dry: bool = False
+    distortion: int = 5
     pixel_bytes: int = 0
     usual: bool = False
+
+    def require_lens(self, name: str, camera: str, coefficients: int) -> None:
+        """Refuse a lens that the format has no place for.
+
+        Parameters
+        ----------
+        name : str
+            Of the format.
+        camera : str
+        coefficients : int
+            Up to the last one that is not 0; 5 for a camera behind a port.
+
+        Raises
+        ------
+        InputError
+            If it holds fewer.
+        """
+        if coefficients > self.distortion:
+            held = "k1, k2, p1 and p2 alone" if self.distortion else "none"
+            raise InputError(
+                f"output.formats: {name!r} holds {held} of a lens's distortion, and camera "
+                f"{camera!r} has some, by its lens or its port; give it a lens and a port without, "
+                "or name output.formats without it"
+            )
 
     def require(self, name: str) -> None:
         """Refuse a format whose package is not there.
@@ -129,10 +156,10 @@ def _bop(files: SetFiles) -> None:
                 ]
     if targets:
         write_json(root / "test_targets_bop19.json", targets)
-    cameras = {name_of(view): view.camera for view in files.views}
+    cameras = {camera_of_view(view): view.camera for view in files.views}
     for place, (name, camera) in enumerate(cameras.items()):
         for file in ([] if place else ["camera.json"]) + (
-            [f"camera_{plain_name(name)}.json"] if len(cameras) > 1 else []
+            [f"camera_{files.camera_names[name]}.json"] if len(cameras) > 1 else []
         ):
             write_json(root / file, camera_record(camera))
     seen = {item.model: item.category for view in files.views for item in view.instances}
@@ -162,14 +189,16 @@ FORMATS = {
         usual=True,
     ),
     "colmap": Format(_colmap, _OPENCV, usual=True),
-    "bop": Format(_bop, _OPENCV, silhouettes=True, usual=True),
+    "bop": Format(_bop, _OPENCV, silhouettes=True, distortion=0, usual=True),
     "coco": Format(_coco, usual=True),
     "yolo": Format(write_yolo_boxes),
     "yolo_segments": Format(write_yolo_segments),
     "tum": Format(write_tum_sequences, _WAYS, way=True, pixel_bytes=2),
-    "euroc": Format(write_euroc_sequences, _WAYS, way=True),
-    "kitti": Format(write_kitti_sequences, _WAYS, way=True, side_by_side=True),
-    "tartanair": Format(write_tartanair, _NED, way=True, side_by_side=True, pixel_bytes=15),
+    "euroc": Format(write_euroc_sequences, _WAYS, way=True, distortion=4),
+    "kitti": Format(write_kitti_sequences, _WAYS, way=True, side_by_side=True, distortion=0),
+    "tartanair": Format(
+        write_tartanair, _NED, way=True, side_by_side=True, distortion=0, pixel_bytes=15
+    ),
     "rosbag2": Format(write_rosbags, _WAYS, package="rosbags", way=True, pixel_bytes=7),
     "camera_info": Format(write_camera_infos),
     "flow": Format(write_flows, _FLOW, way=True, pixel_bytes=8),

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from .enumeration import PlannedView
-from .files import plain_name
+from .files import plain_name, plain_names
 from .quantities import Value
 from .specification import CameraRig, DataSetCamera, DataSetSpec
 
@@ -65,7 +65,7 @@ class GroupPlace:
 
 
 def group_views(
-    spec: DataSetSpec, views: Iterable[PlannedView], *, seeded: bool, taken: Container[str] = ()
+    spec: DataSetSpec, views: Iterable[PlannedView], *, seeded: bool, taken: Iterable[str] = ()
 ) -> tuple[list[ViewJob], dict[str, GroupPlace]]:
     """Return the jobs of views, and where the picture of each view will be.
 
@@ -76,7 +76,7 @@ def group_views(
         In the order of :func:`.enumerate_views`.
     seeded : bool
         Whether the noise of the engine has a seed, so that repeats are rendered each.
-    taken : container of str
+    taken : iterable of str
         Names that other jobs have.
     """
     drawn = {name for name, quantity in spec.settings.items() if quantity.drawn}
@@ -90,7 +90,8 @@ def group_views(
         if key not in jobs:
             group, seed = _group(fixed, view), spec.seed + repeat
             words = [group, view.camera.name] + ([f"seed{repeat}"] if repeat else [])
-            name = _free(plain_name(*words), {job.name for job in jobs.values()}, taken)
+            there = (*taken, *(job.name for job in jobs.values()))
+            (name,) = plain_names([plain_name(*words)], taken=there).values()
             jobs[key] = ViewJob(name, group, view.camera, view.rig, fixed, view.in_air, seed)
         job = jobs[key]
         depth = 0 if spec.lowered.drawn else lowered.index(view.lowered)
@@ -105,11 +106,3 @@ def _group(fixed: Mapping[str, Value], view: PlannedView) -> str:
     content = json.dumps([dict(fixed), asdict(view.rig)], sort_keys=True)
     digest = hashlib.sha256(content.encode()).hexdigest()[:_DIGITS]
     return plain_name(Path(str(view.settings["water"])).stem, view.rig.name, digest)
-
-
-def _free(name: str, ours: Container[str], taken: Container[str]) -> str:
-    found, count = name, 1
-    while found in ours or found in taken:
-        count += 1
-        found = f"{name}-{count}"
-    return found

@@ -23,7 +23,7 @@ def write_kitti_sequences(files: SetFiles) -> None:
     """
     root, names = files.folder / "kitti", ["sequence,name"]
     poses = make_folder(root / "poses")
-    for number, way in enumerate(trajectories(files.views, "kitti")):
+    for number, way in enumerate(trajectories(files, "kitti")):
         left, right = way.pair("kitti")
         folder = make_folder(root / "sequences" / f"{number:02d}")
         for camera, views in ((LEFT, left), (RIGHT, right or ())):

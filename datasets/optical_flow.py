@@ -88,7 +88,7 @@ def write_flo(path: Path, flow: ArrayLike) -> None:
 def write_flows(files: SetFiles) -> None:
     """Write the flow from each view to the next of its way, and a table of both."""
     folder, rows = make_folder(files.folder / "flow"), ["flow,view,next"]
-    for way in trajectories(files.views, "flow"):
+    for way in trajectories(files, "flow"):
         for views in way.cameras.values():
             for here, there in way.steps:
                 view, following = views[here], views[there]

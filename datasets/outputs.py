@@ -62,7 +62,8 @@ class RawOutputs:
     ----------
     detector : Detector
     white : float
-        Share of the full well that what is developed to white fills in its brightest channel.
+        Share of the counts that what is developed to white fills in its brightest channel, at any
+        ISO: a higher one is for less light.
     exposure_time : float
         s.
     iso : float, optional
@@ -90,9 +91,11 @@ class RawOutputs:
         seed : int
             Of the noise.
         """
+        base = self.detector.base_iso
+        full = self.white * (1.0 if self.iso is None else base / self.iso)
         return RawSettings(
             self.detector,
-            white_response / self.white,
+            white_response / full,
             self.exposure_time,
             self.iso,
             self.pattern,

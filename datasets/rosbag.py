@@ -10,7 +10,7 @@ import numpy as np
 
 from .axes import Array, quaternion, turned
 from .camera_info import MODEL, CameraInfo, camera_infos
-from .files import make_folder, plain_name
+from .files import make_folder, plain_name, plain_names
 from .set_files import SetFiles, shown_pixels
 from .trajectories import Trajectory, trajectories
 from .trajectory_files import NANOSECONDS
@@ -29,9 +29,9 @@ def write_rosbags(files: SetFiles) -> None:
     ----------
     ROS 2, *rosbag2*; REP 103, 104, 118.
     """
-    infos = camera_infos(files.views)
+    infos = camera_infos(files)
     root = make_folder(files.folder / "rosbag2")
-    for way in trajectories(files.views, "rosbag2"):
+    for way in trajectories(files, "rosbag2"):
         whole, partial = root / way.name, root / f"{way.name}.part"
         for folder in (partial, whole):
             if folder.is_dir():
@@ -53,10 +53,10 @@ def _write(files: SetFiles, way: Trajectory, infos: dict[str, CameraInfo], folde
                 connections[topic] = bag.add_connection(topic, kind, typestore=types)
             bag.write(connections[topic], time, types.serialize_cdr(message, kind))
 
-        made = _Messages(types.types)
+        made, names = _Messages(types.types), plain_names(infos, ros_name)
         for place, time in enumerate(way.times):
             for number, (name, views) in enumerate(way.cameras.items()):
-                view, topic, frame = views[place], f"/{ros_name(name)}", f"{ros_name(name)}_optical"
+                view, topic, frame = views[place], f"/{names[name]}", f"{names[name]}_optical"
                 head = made.header(time, frame)
                 image = made.image(head, "rgb8", shown_pixels(view))
                 tell(f"{topic}/image_raw", made.IMAGE, time, image)

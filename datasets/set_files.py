@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..uw_spectral.spectra.spectral_image import read_exr
 from .axes import Array
 from .card import DataCard
 from .depth_maps import PLANAR
+from .files import plain_names
 from .layer_file import FrameLayers, read_layers
 from .view import DataSetView
 
@@ -93,6 +95,9 @@ class SetFiles:
         Of the models.
     report_note : callable
         Receives what a format could not hold, a line each.
+    cameras, pose_sets : tuple of str
+        Names of the specification, in its order: those in paths follow from it, whatever is
+        rendered.
     """
 
     folder: Path
@@ -103,6 +108,19 @@ class SetFiles:
     rendered: Mapping[str, RenderedView] = field(default_factory=dict)
     shapes: Shapes = no_shapes
     report_note: Callable[[str], None] = no_note
+    cameras: tuple[str, ...] = ()
+    pose_sets: tuple[str, ...] = ()
+
+    @cached_property
+    def camera_names(self) -> dict[str, str]:
+        """The names of cameras in paths."""
+        return plain_names((*self.cameras, *map(camera_of_view, self.views)))
+
+    @cached_property
+    def pose_set_names(self) -> dict[str, str]:
+        """The names of sets of poses in paths."""
+        named = (str(view.metadata.get("pose_set")) for view in self.views)
+        return plain_names((*self.pose_sets, *named))
 
     def of_split(self, split: str) -> list[DataSetView]:
         """Return the views of a split."""
@@ -115,6 +133,11 @@ class SetFiles:
     def planar_depth(self, view: DataSetView) -> NDArray[np.float32]:
         """Return the planar depth of a view, m; infinite where nothing is seen."""
         return self.layers(view)[PLANAR]
+
+
+def camera_of_view(view: DataSetView) -> str:
+    """Return the name of the camera of a view."""
+    return str(view.metadata.get("camera", "camera"))
 
 
 def shown_pixels(view: DataSetView) -> NDArray[np.uint8]:

@@ -14,6 +14,7 @@ from types import MappingProxyType
 
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.housing import find_glass
+from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from ..uw_spectral.spectra.illuminant import parse_illuminant
@@ -54,6 +55,13 @@ class DataSetCamera:
     exposure: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     port: tuple[tuple[str, str | float], ...] = ()
+
+    @property
+    def coefficients(self) -> int:
+        """Coefficients of its distortion up to the last one that is not 0; 5 with a port."""
+        if self.port and self.port[0] != ("housing", NONE):
+            return 5
+        return max((n for n, k in enumerate(self.optics.distortion, 1) if k), default=0)
 
     @property
     def settings(self) -> dict[str, str | float]:
@@ -257,6 +265,8 @@ def _require_formats(spec: DataSetSpec) -> None:
                 f"differs to the right alone, not {', '.join(x.name for x in spec.cameras)}; leave "
                 "out cameras, or the format"
             )
+        for camera in spec.cameras:
+            needed.require_lens(name, camera.name, camera.coefficients)
         if UNATTENUATED in needed.layers and set(waters) <= {AIR}:
             raise InputError(f"{where} needs a water; name one in water.name")
         if needed.dry and not {AIR} < set(waters):

@@ -31,7 +31,7 @@ def write_tartanair(files: SetFiles) -> None:
     ----------
     W. Wang et al., IROS 2020; *tartanair_tools*, data type.
     """
-    for way in trajectories(files.views, "tartanair"):
+    for way in trajectories(files, "tartanair"):
         folder = make_folder(files.folder / "tartanair" / way.name / "Easy" / "P000")
         left, right = way.pair("tartanair")
         for side, views in (("left", left), ("right", right or ())):

@@ -13,6 +13,7 @@ import numpy as np
 from ..uw_spectral.errors import InputError
 from .axes import Array, inverse, turned
 from .files import plain_name
+from .set_files import SetFiles
 from .trajectory_files import nanoseconds
 from .view import DataSetView
 
@@ -92,13 +93,13 @@ def between_cameras(one: DataSetView, two: DataSetView) -> Array:
     return inverse(turned(one.camera_to_world)) @ turned(two.camera_to_world)
 
 
-def trajectories(views: Iterable[DataSetView], wanted: str) -> list[Trajectory]:
+def trajectories(files: SetFiles, wanted: str) -> list[Trajectory]:
     """Return the ways of a set, in order.
 
     Parameters
     ----------
-    views : iterable of DataSetView
-        Those of random poses are on no way.
+    files : SetFiles
+        Its views of random poses are on no way.
     wanted : str
         The format that needs them, for messages.
 
@@ -108,7 +109,7 @@ def trajectories(views: Iterable[DataSetView], wanted: str) -> list[Trajectory]:
         If views were planned without times.
     """
     found: dict[tuple[object, ...], dict[str, dict[int, DataSetView]]] = {}
-    for view in views:
+    for view in files.views:
         of_view = view.metadata
         if "time_s" not in of_view:
             raise InputError(
@@ -121,17 +122,18 @@ def trajectories(views: Iterable[DataSetView], wanted: str) -> list[Trajectory]:
         by_camera = found.setdefault(key, {})
         by_camera.setdefault(of_view["camera"], {})[of_view["pose"]] = view
     ways = [
-        _way(name, cameras) for name, cameras in zip(_names(found), found.values(), strict=True)
+        _way(name, cameras)
+        for name, cameras in zip(_names(found, files), found.values(), strict=True)
     ]
     return [way for way in ways if way.poses]
 
 
-def _names(keys: Iterable[tuple[object, ...]]) -> list[str]:
+def _names(keys: Iterable[tuple[object, ...]], files: SetFiles) -> list[str]:
     """Name ways by poses and group, and by depth and repeat where these tell them apart."""
     rows, found = list(keys), []
     several = {row[:2] for row in rows if sum(row[:2] == other[:2] for other in rows) > 1}
     for pose_set, group, lowered, repeat in rows:
-        words = [str(pose_set), str(group)]
+        words = [files.pose_set_names[str(pose_set)], str(group)]
         if (pose_set, group) in several:
             words += [f"{lowered:g}m", *([f"repeat{repeat}"] if repeat else [])]
         found.append(plain_name(*words))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..uw_spectral.spectra.spectral_image import write_codes
-from .files import make_folder, place_file, plain_name, write_text
+from .files import make_folder, place_file, write_text
 from .set_files import SetFiles
 from .trajectories import matrices, trajectories
 from .trajectory_files import seconds, tum_rows
@@ -24,9 +24,9 @@ def write_tum_sequences(files: SetFiles) -> None:
     ----------
     J. Sturm et al., IROS 2012; *File formats*.
     """
-    for way in trajectories(files.views, "tum"):
+    for way in trajectories(files, "tum"):
         for camera, views in way.cameras.items():
-            folder = make_folder(files.folder / "tum" / way.name / plain_name(camera))
+            folder = make_folder(files.folder / "tum" / way.name / files.camera_names[camera])
             lists: dict[str, list[str]] = {"rgb": [], "depth": []}
             for kind in lists:
                 make_folder(folder / kind)

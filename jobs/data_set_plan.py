@@ -24,7 +24,7 @@ from ..datasets.index import (
     write_index,
 )
 from ..datasets.pose_sets import ScenePath
-from ..datasets.specification import DataSetSpec
+from ..datasets.specification import DataSetCamera, DataSetSpec
 from ..datasets.trajectory_files import TimedPoses
 from ..quality.methods import method_of
 from ..scene.rendered import as_rendered, in_rendered_collections, rendered_layer
@@ -33,6 +33,7 @@ from ..scene.seen.room import Room
 from ..settings.render_plan import quiet
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
 from .band_passes import make_folder
@@ -116,7 +117,7 @@ def plan_data_set(
     for item in new:
         manifest = _plan_one(scene, item, settings_now, job, held, layers)
         job_files.require_all(manifest.files)
-        _require_layers(spec, manifest)
+        _require_formats(spec, item.camera, manifest)
         make_folder(manifest.out)
         write_manifest(manifest.out / JOB_FILE, manifest)
     found = {view.name: _placed(view, known, places) for view in views}
@@ -143,8 +144,12 @@ def _check(spec: DataSetSpec, *, seeded: bool) -> None:
         )
 
 
-def _require_layers(spec: DataSetSpec, manifest: Manifest) -> None:
-    """Refuse formats that would lack a layer in the end, before anything is rendered."""
+def _require_formats(spec: DataSetSpec, camera: DataSetCamera, manifest: Manifest) -> None:
+    """Refuse formats that could not be written in the end, before anything is rendered."""
+    settings = manifest.settings_of(manifest.frames[0])
+    of_scene = settings.housing != NONE or (settings.lens and not camera.coefficients)
+    for name in spec.outputs.formats if of_scene else ():
+        FORMATS[name].require_lens(name, camera.name, 5)
     plan = FramePlans(manifest).of(manifest.frames[0])
     method = method_of(manifest.output.engine, manifest.output.mode)
     for name in spec.outputs.formats:
@@ -303,12 +308,19 @@ def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
     """
     scene.frame_set(held)
     depsgraph = bpy.context.evaluated_depsgraph_get()
+    names = set[str]()
     models: dict[object, int] = {}
     found = []
     shown = in_rendered_collections(rendered_layer(scene))
     for item in sorted(shown, key=lambda item: item.name):
         if item.type in _UNSEEN or item.hide_render:
             continue
+        if item.name in names:
+            raise InputError(
+                f"two objects are named {item.name!r}, of different files, and an instance is told "
+                "by its name; rename one of them"
+            )
+        names.add(item.name)
         place, turn, scale = item.evaluated_get(depsgraph).matrix_world.decompose()
         size = tuple(round(x, 4) for x in scale)
         key = (item.data.name_full if item.data else item.name_full, size)

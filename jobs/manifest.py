@@ -14,7 +14,7 @@ from dataclasses import asdict, astuple, dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
-from ..datasets.files import joined, relative
+from ..datasets.files import joined, no_device, plain_names, relative
 from ..quality.methods import Device, Engine, Method, Mode, method_of
 from ..scene.seen.picture_size import rendered_size
 from ..settings.scene_settings import SETTINGS, SceneSettings, flag
@@ -570,13 +570,9 @@ def folders(cameras: Sequence[str]) -> tuple[CameraOutput, ...]:
     """
     if len(cameras) == 1:
         return (CameraOutput(cameras[0], ""),)
-    found: dict[str, CameraOutput] = {}
-    for name in cameras:
-        plain = "".join(c if c.isalnum() or c in "-_" else "_" for c in name) or "camera"
-        folder, count = plain, 1
-        taken = {camera.folder.lower() for camera in found.values()} | {_PASSES}
-        while folder.lower() in taken:
-            count += 1
-            folder = f"{plain}_{count}"
-        found[name] = CameraOutput(name, folder)
-    return tuple(found.values())
+
+    def plain(name: str) -> str:
+        return no_device("".join(c if c.isalnum() or c in "-_" else "_" for c in name) or "camera")
+
+    found = plain_names(cameras, plain, taken=[_PASSES])
+    return tuple(CameraOutput(name, folder) for name, folder in found.items())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import json
 import platform
@@ -26,7 +27,7 @@ from ..uw_spectral.spectra.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, development, picture_layers, raw_pictures, rounds
+from . import band_passes, development, picture_layers, raw_pictures, rounds, work
 from .band_passes import RenderedPass
 from .frame_plans import FramePlans
 from .guides import read_guides
@@ -63,6 +64,24 @@ def shown_path(manifest: Manifest, view: View) -> Path:
 def record_path(manifest: Manifest, view: View) -> Path:
     """Return the record of a view, which is written last."""
     return picture_path(manifest, view).with_suffix(".json")
+
+
+def files(manifest: Manifest, view: View) -> list[Path]:
+    """Return all files that a view may have of some job, its record first."""
+    picture = picture_path(manifest, view)
+    return [
+        record_path(manifest, view),
+        picture,
+        shown_path(manifest, view),
+        _spectra_path(picture),
+        picture_layers.layers_path(picture),
+        picture_layers.truth_path(picture),
+        *raw_pictures.paths(picture),
+    ]
+
+
+def _spectra_path(picture: Path) -> Path:
+    return picture.with_name(f"{picture.stem}_spectral.exr")
 
 
 def is_developed(manifest: Manifest, view: View) -> bool:
@@ -102,6 +121,10 @@ def develop(
         If a pass is damaged, or a file cannot be written.
     """
     plan, picture = plans.of(view.frame), picture_path(manifest, view)
+    _require_own(manifest, rendered)
+    for path in files(manifest, view):  # of a job that wrote more
+        with contextlib.suppress(OSError):  # of which writing tells
+            path.unlink()
     whole, variances = _means(manifest, rendered)
     denoised, said = "", []
     noise = rounds.reached(manifest, view, rendered) if manifest.noise else None
@@ -136,8 +159,19 @@ def develop(
         record["raw"] = raw
     if variances:
         record["parts"] = variances
+    _require_own(manifest, rendered)  # still
     write_json(record_path(manifest, view), record)
     return said
+
+
+def _require_own(manifest: Manifest, rendered: Sequence[Rendered]) -> None:
+    """Refuse passes that another job has overwritten since they were rendered."""
+    for item in rendered:
+        if work.done(manifest, item.task, thorough=False) is None:
+            raise InputError(
+                f"{item.file.path} is no longer the pass that was rendered: another job writes "
+                "into this folder, or it is damaged; give each job an --out of its own"
+            )
 
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
@@ -206,7 +240,7 @@ def _write_spectra(
 ) -> None:
     picture = picture_path(manifest, view)
     write_spectral_exr(
-        picture.with_name(f"{picture.stem}_spectral.exr"),
+        _spectra_path(picture),
         band_passes.gather(whole),
         plan.bands,
         {

@@ -39,6 +39,11 @@ def require_raw(plan: RenderPlan) -> None:
         )
 
 
+def paths(picture: Path) -> list[Path]:
+    """Return the raw files that may lie beside a picture."""
+    return [picture.with_suffix(suffix) for suffix in _SUFFIX.values()]
+
+
 def write_raw_picture(
     manifest: Manifest, view: View, plan: RenderPlan, linear: NDArray[np.float32], picture: Path
 ) -> dict[str, Any]:
@@ -76,9 +81,7 @@ def write_raw_picture(
 def _outputs(chosen: SceneSettings) -> RawOutputs:
     detector = Detector(full_well=chosen.full_well, read_noise=chosen.read_noise)
     pattern = _MOSAIC if chosen.raw == "dng" else None
-    # A higher sensitivity is for less light: the counts reach as far.
-    white = _WHITE * min(detector.base_iso / chosen.iso, 1.0)
-    return RawOutputs(detector, white, iso=chosen.iso, pattern=pattern, file=chosen.raw)
+    return RawOutputs(detector, _WHITE, iso=chosen.iso, pattern=pattern, file=chosen.raw)
 
 
 def _seed(manifest: Manifest, view: View) -> int:

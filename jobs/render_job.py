@@ -5,6 +5,7 @@ The steps are those of a job that is split over processes and machines.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +15,9 @@ import bpy
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from . import band_passes, pictures, work
+from .claims import claim_path, claimed, is_living
 from .frame_plans import FramePlans
+from .grown_job import with_earlier
 from .job import Job
 from .manifest import Manifest, View, differences, read_manifest, write_manifest
 from .planning import plan_job
@@ -72,10 +75,36 @@ def render(
     InputError
         If the scene, the settings or the output folder cannot be used.
     """
-    manifest = begin(plan_job(scene, settings_now, job), resume=job.resume)
+    planned = plan_job(scene, settings_now, job)
+    with _alone(planned.out):
+        manifest = begin(planned, resume=job.resume)
+        yield from _render(scene, manifest, planned.frames, report_note)
+
+
+@contextlib.contextmanager
+def _alone(out: Path) -> Iterator[None]:
+    """Let no other whole job begin in a folder while the block runs."""
+    band_passes.make_folder(out)
+    place = out / JOB_FILE
+    with claimed(place) as ours:
+        if not ours:
+            raise InputError(
+                f"{out}: another process renders into this folder; wait for it, or choose another "
+                f"--out (if it has ended, delete {claim_path(place)}); nothing was overwritten"
+            )
+        yield
+
+
+def _render(
+    scene: bpy.types.Scene,
+    manifest: Manifest,
+    frames: Sequence[int],
+    report_note: Callable[[str], None],
+) -> Generator[Step]:
+    """Render and develop frames of a job, one pass at each step of the iteration."""
     plans = FramePlans(manifest)
     finished: dict[View, dict[int, Rendered]] = {}
-    rounds = Rounds(manifest)
+    rounds = Rounds(manifest, [view for view in manifest.views if view.frame in set(frames)])
     steps = work.render(scene, manifest, rounds.tasks(), plans, report_note, insist=True)
     for number, (found, is_new) in enumerate(steps, start=1):
         # A record has the seconds of its own process only.
@@ -106,39 +135,42 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
     Returns
     -------
     Manifest
-        The job; its water is as wide as that of the passes that are there.
+        The job, with the frames that are there; its water is as wide as theirs.
 
     Raises
     ------
     InputError
-        If the folder cannot be written to, or another job's passes are there.
+        If the folder cannot be written to, another job's passes are there, or workers render
+        some.
     """
     band_passes.make_folder(manifest.out)
     place = manifest.out / JOB_FILE
     if not resume:
+        passes = [manifest.pass_path(view, number) for view, number in manifest.tasks()]
+        for path in passes:
+            if is_living(claim_path(path)):
+                raise InputError(
+                    f"another process renders {path}; wait for it, or choose another --out; "
+                    "nothing was overwritten"
+                )
         try:
             for view in manifest.views:
-                pictures.record_path(manifest, view).unlink(missing_ok=True)
-            for view, number in manifest.tasks():
-                manifest.pass_path(view, number).unlink(missing_ok=True)
+                passes += pictures.files(manifest, view)
+            for path in passes:
+                path.unlink(missing_ok=True)
         except OSError as error:
             raise InputError(
                 f"cannot write to {manifest.out}: {error.strerror}; choose another --out"
             ) from error
     elif place.exists():
-        try:
-            earlier = read_manifest(place)
-        except InputError as error:
-            raise InputError(f"{place} is damaged; delete it to render without --resume") from error
+        earlier = _read(place)
         changed = differences(earlier, manifest)
         if changed:
             raise InputError(
                 f"--resume: {manifest.out} was rendered with other values of {', '.join(changed)}; "
                 "use the same ones, or another --out"
             )
-        extents = zip(earlier.output.extent, manifest.output.extent, strict=True)
-        wide, deep = (max(pair) for pair in extents)
-        manifest = replace(manifest, output=replace(manifest.output, extent=(wide, deep)))
+        manifest = with_earlier(earlier, manifest)
     write_manifest(place, manifest)
     return manifest
 
@@ -156,12 +188,24 @@ def join(manifest: Manifest) -> None:
     if not place.exists():
         write_manifest(place, manifest)
         return
-    changed = differences(read_manifest(place), manifest)
+    changed = differences(_read(place), manifest)
     if changed:
         raise InputError(
             f"{manifest.out} holds another job, with other values of {', '.join(changed)}; plan "
             "with another --out, or delete the folder; nothing was overwritten"
         )
+
+
+def _read(place: Path) -> Manifest:
+    try:
+        return read_manifest(place)
+    except InputError as error:
+        # A pass says itself what it is.
+        raise InputError(
+            f"{place} cannot be used: it is damaged, or of another version. Move it out of the "
+            "folder and repeat the command: passes of this very job stay, others are rendered "
+            "again"
+        ) from error
 
 
 def develop(

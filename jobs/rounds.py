@@ -109,14 +109,18 @@ def _halves(parts: Sequence[Rendered], weights: NDArray[np.float64]) -> NDArray[
 
 
 class Rounds:
-    """The passes that the pictures of a job need; with a noise that is wanted, round by round."""
+    """The passes that the pictures of a job need; with a noise that is wanted, round by round.
 
-    def __init__(self, manifest: Manifest) -> None:
+    ``views`` are those that are meant, all if none are named.
+    """
+
+    def __init__(self, manifest: Manifest, views: Sequence[View] = ()) -> None:
         self._manifest = manifest
+        self._views = views or manifest.views
         first = _FIRST if manifest.noise else manifest.parts
         counts = (first,) * (len(manifest.passes) // manifest.parts)
-        self._counts = dict.fromkeys(manifest.views, counts)
-        self._complete: set[View] = set() if manifest.noise else set(manifest.views)
+        self._counts = dict.fromkeys(self._views, counts)
+        self._complete: set[View] = set() if manifest.noise else set(self._views)
 
     @property
     def total(self) -> int:
@@ -131,7 +135,7 @@ class Rounds:
         InputError
             If one was not: another process works at the same job.
         """
-        for view in self._manifest.views:
+        for view in self._views:
             given: set[Task] = set()
             while left := self._left(view, given):
                 given.update(left)

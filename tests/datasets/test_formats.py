@@ -26,13 +26,17 @@ from rosbags.rosbag2 import Reader
 from underwater_spectral.datasets import formats
 from underwater_spectral.datasets.axes import looking_at, turned
 from underwater_spectral.datasets.bop import diameter
+from underwater_spectral.datasets.camera_info import write_camera_infos
 from underwater_spectral.datasets.card import write_card
+from underwater_spectral.datasets.files import plain_names
 from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.instance_maps import visible_masks
 from underwater_spectral.datasets.optical_flow import flow_mask, optical_flow
 from underwater_spectral.datasets.outlines import outline
+from underwater_spectral.datasets.rosbag import ros_name
 from underwater_spectral.datasets.set_files import SetFiles
 from underwater_spectral.datasets.trajectories import trajectories
+from underwater_spectral.datasets.tum import write_tum_sequences
 from underwater_spectral.tests.datasets.stereo_way import (
     AIR,
     BASELINE,
@@ -587,14 +591,39 @@ def test_cameras_that_are_no_pair_are_refused(files):
 
 def test_views_that_are_not_rendered_break_no_way(files):
     some = [view for view in files.views if view.metadata["pose"] != 2]
-    (way, _) = trajectories(some, "tum")
+    (way, _) = trajectories(dataclasses.replace(files, views=some), "tum")
     assert way.poses == (0, 1, 3, 4)
     assert list(way.steps) == [(0, 1), (2, 3)]
     assert way.times == (0, 100_000_000, 300_000_000, 400_000_000)
     old = dict(files.views[0].metadata)
     del old["time_s"]
     with pytest.raises(InputError, match="has no time, as planned by an earlier version"):
-        trajectories([dataclasses.replace(files.views[0], metadata=old)], "tum")
+        without = [dataclasses.replace(files.views[0], metadata=old)]
+        trajectories(dataclasses.replace(files, views=without), "tum")
+
+
+@pytest.mark.parametrize("names", [("左", "右"), ("Left", "left"), ("a-b", "a_b"), ("con", "é")])
+def test_cameras_whose_names_are_alike_in_files_have_files_of_their_own(files, tmp_path, names):
+    """Two of a rig ended in one file and one topic."""
+    other = dict(zip(("left", "right"), names, strict=True))
+    views = [
+        dataclasses.replace(v, metadata={**v.metadata, "camera": other[v.metadata["camera"]]})
+        for v in files.views
+    ]
+    renamed = dataclasses.replace(files, views=views, folder=tmp_path, cameras=names)
+    write_camera_infos(renamed)
+    found = [path.name.lower() for path in (tmp_path / "camera_info").iterdir()]
+    assert len(set(found)) == 2
+    assert not any(name.startswith((".", "con.")) for name in found)
+    write_tum_sequences(renamed)
+    for way in (tmp_path / "tum").iterdir():
+        assert len({path.name.lower() for path in way.iterdir()}) == 2
+    topics = plain_names(names, ros_name)
+    assert len(set(topics.values())) == 2
+    # The same for what is rendered first.
+    alone = [view for view in views if view.metadata["camera"] == names[1]]
+    part = dataclasses.replace(renamed, views=alone)
+    assert part.camera_names[names[1]] == renamed.camera_names[names[1]]
 
 
 def test_formats_have_times_to_the_nanosecond(files, tmp_path):
@@ -646,7 +675,7 @@ def test_ways_of_several_depths_and_repeats_have_names_of_their_own(files):
         for depth in (1.0, 2.5)
         for repeat in (0, 1)
     ]
-    ways = trajectories(views, "tum")
+    ways = trajectories(dataclasses.replace(files, views=views), "tum")
     assert [way.name.removeprefix(WAY) for way in ways] == [
         "-1m", "-1m-repeat1", "-2.5m", "-2.5m-repeat1",
     ]  # fmt: skip

@@ -37,6 +37,14 @@ RANDOM = {
 }  # fmt: skip
 
 
+BENT = {
+    "name": "bent", "width": 64, "height": 48, "field_of_view": 60,
+    "distortion": [0, 0, 0, 0, 0.1],
+}  # fmt: skip
+DISTORTED = {"camera": [BENT]}
+PORT = {"camera": [{k: v for k, v in BENT.items() if k != "distortion"} | {"port": "flat"}]}
+
+
 def spec_with(**changes):
     return parse_spec(tomllib.loads(SPEC.read_text()) | changes, SPEC.parent)
 
@@ -69,6 +77,15 @@ def test_repeats_are_rendered_where_noise_has_a_seed():
     assert (len(together), len(apart)) == (12, 24)
     assert {job.seed for job in apart} == {19, 20}
     assert len(set(places.values())) == len(views)
+
+
+def test_jobs_of_cameras_whose_names_differ_by_case_have_folders_of_their_own():
+    spec = spec_with()
+    (camera, *_) = spec.cameras
+    both = tuple(dataclasses.replace(camera, name=name) for name in ("Left", "left"))
+    spec = dataclasses.replace(spec, cameras=both)
+    jobs, _ = group_views(spec, enumerate_views(spec), seeded=False)
+    assert len({job.name.lower() for job in jobs}) == len(jobs)
 
 
 def test_names_of_other_jobs_are_not_taken():
@@ -159,6 +176,19 @@ def test_points_are_where_the_views_see_them():
     assert all(set(p.seen) == {"0"} for p in both[:40])
 
 
+@pytest.mark.parametrize("iso", [100.0, 400.0, 6400.0])
+def test_no_iso_clips_what_is_below_white(index, tmp_path, iso):
+    """At four times the base ISO everything above half of white was clipped."""
+    view = next(iter(index.views.values()))
+    raw = RawOutputs(Detector(shot_noise=False), iso=iso)
+    grey = np.broadcast_to(0.95, (view.camera.height, view.camera.width, 3))
+    write_raw(tmp_path / "a.tiff", view, raw, grey, np.eye(3))
+    counts = np.round(read_exr(tmp_path / "a.tiff")[0] * 65535)
+    full = raw.detector.full_well * raw.detector.gain
+    share = (counts - raw.detector.black_level) / full
+    assert np.median(share) == pytest.approx(0.475, rel=0.02)
+
+
 def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
     view = next(iter(index.views.values()))
     size = (view.camera.height, view.camera.width)
@@ -202,6 +232,12 @@ def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
         ({"output": {"formats": ["pairs"]}, "water": {"name": "air"}}, "'pairs' needs a water"),
         ({"detector": {"pattern": "RGGB"}}, "'narrow': the observer cie1931 has no mosaic RGGB"),
         ({"output": {"formats": "bop"}}, "list of texts"),
+        (DISTORTED | {"output": {"formats": ["bop"]}}, "'bop' holds none .*'bent'"),
+        (DISTORTED | {"output": {"formats": ["kitti"]}}, "'kitti' holds none"),
+        (DISTORTED | {"output": {"formats": ["tartanair"]}}, "'tartanair' holds none"),
+        (DISTORTED | {"output": {"formats": ["euroc"]}}, "'euroc' holds k1, k2, p1 and p2"),
+        (PORT | {"output": {"formats": ["bop"]}}, "'bop' holds none"),
+        (PORT | {"output": {"formats": ["euroc"]}}, "'euroc' holds k1"),
         ({"output": {"linear": 1}}, "true or false"),
         ({"output": {"masks": True}}, "unknown key of output 'masks'"),
         ({"detector": {"file": "dng"}}, "a DNG holds a mosaic"),

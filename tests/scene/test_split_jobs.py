@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -25,7 +26,10 @@ from underwater_spectral.jobs import (
     job_files,
     job_status,
     path_mapping,
+    pictures,
     planning,
+    render_job,
+    work,
 )
 from underwater_spectral.jobs import manifest as manifests
 from underwater_spectral.scene import stored_settings
@@ -253,6 +257,77 @@ def test_resume_goes_on_with_more_frames_of_animated_water(dive):
     assert _run(dive, *DIVE, "--frames", "1-3", "--out", out, "--resume") == 0
     assert (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns == stamp
     assert (out / "0003.png").exists()
+
+
+def test_the_manifest_keeps_the_frames_of_before(dive, capsys):
+    """A job that went on with other frames alone forgot those that were there."""
+    whole, grown = dive.with_name("whole"), dive.with_name("grown")
+    lines = [*FAST, "--water", "constituents", "--frames"]
+    assert _run(dive, *lines, "1-4", "--out", whole) == 0
+    assert _run(dive, *lines, "3-4", "--out", grown) == 0
+    assert _run(dive, *lines, "1-2", "--out", grown, "--resume") == 0
+    one, other = (manifests.read_manifest(path / "job.json") for path in (whole, grown))
+    assert other.frames == one.frames == (1, 2, 3, 4)
+    assert other.changes.keys() == one.changes.keys() == {2, 3, 4}
+    keys = [[job.view_key(view) for view in job.views] for job in (one, other)]
+    assert keys[0] == keys[1]
+    assert all(pictures.is_developed(other, view) for view in other.views)
+
+
+def _folder(path: Path) -> Path:
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def test_two_jobs_in_one_folder_do_not_mix(dive, capsys, monkeypatch):
+    out = dive.with_name("out")
+    arguments = [*FAST, "--out", out]
+    with claims.claimed(_folder(out) / "job.json"):
+        _refused(capsys, "another process renders into this folder", dive, *arguments)
+    path = out / "passes" / "0001" / "pass_01.exr"
+    _folder(path.parent)
+    with claims.claimed(path):
+        _refused(capsys, "another process renders", dive, *arguments)
+    assert not (out / "job.json").exists()
+    # One that writes nevertheless, such as a worker between two passes.
+    other = dive.with_name("other")
+    assert _run(dive, *FAST, "--water", "jerlov:9C", "--out", other) == 0
+    usual = work.render
+
+    def overtaken(*given, **named):
+        for step in usual(*given, **named):
+            mine = step[0].file.path
+            shutil.copy(other / mine.relative_to(out), mine)
+            yield step
+
+    monkeypatch.setattr(work, "render", overtaken)
+    _refused(capsys, "no longer the pass that was rendered", dive, *arguments)
+    assert not (out / "0001.png").exists()
+
+
+def test_a_job_with_fewer_outputs_leaves_none_of_another(dive):
+    out = dive.with_name("out")
+    more = ["--layers", "range", "--raw", "dng", "--no-denoise", "--sensor", "Nikon D7000"]
+    assert _run(dive, *FAST, *more, "--out", out) == 0
+    before = {path.name for path in out.iterdir()}
+    assert before >= {"0001_layers.exr", "0001_truth.json", "0001.dng", "0001_spectral.exr"}
+    assert _run(dive, *FAST, "--no-denoise", "--out", out, "--resume") == 0
+    left = {"0001.exr", "0001.json", "0001.png", "0001_spectral.exr", "job.json", "passes"}
+    assert {path.name for path in out.iterdir()} == left
+    assert _run(dive, *FAST, *more, "--out", out) == 0
+    render_job.begin(manifests.read_manifest(out / "job.json"), resume=False)
+    assert {path.name for path in out.iterdir()} == {"job.json", "passes"}
+
+
+def test_a_damaged_manifest_loses_no_pass(dive, capsys):
+    out = dive.with_name("out")
+    assert _run(dive, *FAST, "--out", out) == 0
+    stamp = (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns
+    (out / "job.json").write_text("{")
+    _refused(capsys, "Move it out of the folder", dive, *FAST, "--out", out, "--resume")
+    (out / "job.json").rename(out / "aside")
+    assert _run(dive, *FAST, "--out", out, "--resume") == 0
+    assert (out / "passes" / "0001" / "pass_00.exr").stat().st_mtime_ns == stamp
 
 
 def test_what_an_earlier_job_left_is_not_taken_for_a_pass_of_this_one(dive):

@@ -275,7 +275,7 @@ def test_damaged_output_folders(tmp_path):
     planned.out.mkdir()
     for content in ("", "[]", "[1]", "3", "null", '"x"', "{", "\0", "\udcff"):
         record.write_bytes(content.encode(errors="surrogateescape"))
-        with pytest.raises(InputError, match="job.json is damaged; delete it"):
+        with pytest.raises(InputError, match="Move it out of the folder"):
             render_job.begin(planned, resume=True)
     record.unlink()
     record.mkdir()
