@@ -311,7 +311,9 @@ def test_a_job_with_fewer_outputs_leaves_none_of_another(dive):
     assert _run(dive, *FAST, *more, "--out", out) == 0
     before = {path.name for path in out.iterdir()}
     assert before >= {"0001_layers.exr", "0001_truth.json", "0001.dng", "0001_spectral.exr"}
-    assert _run(dive, *FAST, "--no-denoise", "--out", out, "--resume") == 0
+    assert _run(dive, *FAST, *more[:2], "--no-denoise", "--out", out, "--resume") == 0
+    assert before - {path.name for path in out.iterdir()} == {"0001.dng"}
+    assert _run(dive, *FAST, "--water", "jerlov:9C", "--out", out) == 0
     left = {"0001.exr", "0001.json", "0001.png", "0001_spectral.exr", "job.json", "passes"}
     assert {path.name for path in out.iterdir()} == left
     assert _run(dive, *FAST, *more, "--out", out) == 0
