@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,26 @@ from .run_length import compressed, run_lengths
 from .view import DataSetView, category_numbers, check_views
 
 
-def write_coco(path: Path, views: Sequence[DataSetView], card: DataCard) -> None:
+def category_ids(views: Sequence[DataSetView]) -> dict[str, int]:
+    """Number categories as the scene does; those that it does not number come after."""
+    given = {
+        item.category: item.category_id
+        for view in views
+        for item in view.instances
+        if item.category_id is not None
+    }
+    others = category_numbers(views, first=1).keys() - given.keys()
+    first = 1 + max(given.values(), default=0)
+    found = given | {name: number for number, name in enumerate(sorted(others), first)}
+    return dict(sorted(found.items(), key=lambda item: item[1]))
+
+
+def write_coco(
+    path: Path,
+    views: Sequence[DataSetView],
+    card: DataCard,
+    categories: Mapping[str, int] | None = None,
+) -> None:
     """Write instances as COCO does; those that are not seen are left out.
 
     Parameters
@@ -25,6 +44,9 @@ def write_coco(path: Path, views: Sequence[DataSetView], card: DataCard) -> None
     views : sequence of DataSetView
     card : DataCard
         Its title, version and licence.
+    categories : mapping, optional
+        Numbers of the categories, such as :func:`category_ids` of a whole set of which the views
+        are a split; by default those of the views.
 
     Raises
     ------
@@ -36,7 +58,7 @@ def write_coco(path: Path, views: Sequence[DataSetView], card: DataCard) -> None
     T.-Y. Lin et al., ECCV 2014; cocodataset.org, *Data format*.
     """
     check_views(views)
-    categories = category_numbers(views, first=1)
+    categories = category_ids(views) if categories is None else categories
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for image, view in enumerate(views, 1):

@@ -175,7 +175,9 @@ def _instances(
         numbers[rendered == shown] = number
         pose = np.array(thing.object_to_world)
         pose[2, 3] -= view.lowered
-        found[name] = SeenInstance(number, thing.category, pose, thing.model)
+        found[name] = SeenInstance(
+            number, thing.category, pose, thing.model, category_id=thing.category_id
+        )
     write_instance_map(path, numbers)
     return found
 

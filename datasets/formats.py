@@ -11,7 +11,7 @@ from ..uw_spectral.errors import InputError
 from .axes import Array
 from .bop import camera_record, write_bop, write_bop_models
 from .camera_info import write_camera_infos
-from .coco import write_coco
+from .coco import category_ids, write_coco
 from .colmap import write_colmap
 from .compositor_exr import LAYERS as COMPOSITOR_LAYERS
 from .compositor_exr import write_compositor_exrs
@@ -176,10 +176,11 @@ def _bop(files: SetFiles) -> None:
 
 def _coco(files: SetFiles) -> None:
     """Write a file for each split."""
+    categories = category_ids(files.views)
     for split in SPLITS:
         views = files.of_split(split)
         if views:
-            write_coco(files.folder / f"coco_{split}.json", views, files.card)
+            write_coco(files.folder / f"coco_{split}.json", views, files.card, categories)
 
 
 FORMATS = {

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from .enumeration import PlannedView
 from .files import plain_name, plain_names
-from .quantities import Value
+from .quantities import LARGEST_SEED, Value
 from .specification import CameraRig, DataSetCamera, DataSetSpec
 
 _DIGITS = 6  # of what tells groups apart
@@ -88,7 +88,7 @@ def group_views(
         repeat = view.repeat if seeded else 0
         key = (tuple(fixed.items()), view.camera.name, view.rig.name, repeat)
         if key not in jobs:
-            group, seed = _group(fixed, view), spec.seed + repeat
+            group, seed = _group(fixed, view), (spec.seed + repeat) % (LARGEST_SEED + 1)
             words = [group, view.camera.name] + ([f"seed{repeat}"] if repeat else [])
             there = (*taken, *(job.name for job in jobs.values()))
             (name,) = plain_names([plain_name(*words)], taken=there).values()

@@ -61,11 +61,13 @@ class IndexedView:
 class SceneThing:
     """An object of the scene, as it is before the scene is lowered.
 
-    ``model`` numbers shapes: things of one mesh and size share it.
+    ``category_id`` numbers its category where the scene says how; ``model`` numbers shapes: things
+    of one mesh and size share it.
     """
 
     name: str
     category: str
+    category_id: int | None
     model: int
     object_to_world: tuple[tuple[float, ...], ...]
 
@@ -188,6 +190,7 @@ def read_index(path: Path) -> Index:
             SceneThing(
                 row["name"],
                 row["category"],
+                row.get("category_id"),
                 row["model"],
                 tuple(map(tuple, row["object_to_world"])),
             )

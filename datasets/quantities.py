@@ -11,6 +11,8 @@ import numpy as np
 from ..uw_spectral.errors import InputError
 
 Value = float | str
+LARGEST_SEED = 2**31 - 1
+"""That Cycles takes."""
 _DIGITS = 12
 _RANGE = {"from", "to", "steps", "log"}
 

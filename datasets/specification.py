@@ -28,7 +28,7 @@ from .formats import FORMATS
 from .outputs import Outputs, RawOutputs, read_outputs, read_raw, read_render
 from .pairs import UNATTENUATED
 from .pose_sets import PoseSet, RandomPoses, read_pose_set
-from .quantities import Quantity
+from .quantities import LARGEST_SEED, Quantity
 from .tables import SpecTable
 from .view import AIR, SPLITS
 
@@ -208,7 +208,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     spec = DataSetSpec(
         top.text("title"),
         top.text("licence"),
-        top.whole("seed", 0),
+        _seed(top),
         MappingProxyType(settings),
         lowered,
         cameras,
@@ -425,6 +425,13 @@ def _rig(table: SpecTable, folder: Path) -> CameraRig:
         lamp.close()
     table.close()
     return CameraRig(name, tuple(lamps))
+
+
+def _seed(table: SpecTable) -> int:
+    seed = table.whole("seed", 0)
+    if seed > LARGEST_SEED:
+        raise InputError(f"{table.place('seed')}: {seed} is above {LARGEST_SEED}")
+    return seed
 
 
 def _shares(table: SpecTable) -> tuple[float, ...]:

@@ -37,6 +37,8 @@ class SeenInstance:
         Number of its shape: instances of one mesh share it.
     silhouette : Path, optional
         8-bit picture of all of it, what hides it left out; not 0 where it is.
+    category_id : int, optional
+        Number of its category, where the scene gives one.
     """
 
     number: int
@@ -44,6 +46,7 @@ class SeenInstance:
     object_to_world: Array = dataclasses.field(default_factory=lambda: np.eye(4), compare=False)
     model: int = 1
     silhouette: Path | None = None
+    category_id: int | None = None
 
     def __post_init__(self) -> None:
         if not 1 <= self.number <= np.iinfo(np.uint16).max:

@@ -18,7 +18,7 @@ from ..quality.terms import SHAFTS
 from ..scene import colour_space, scripts, stored_settings
 from ..scene.blender_prints import without_file_lines
 from ..scene.seen import picture_size
-from ..scene.session import is_live
+from ..scene.session import is_live, select_scene
 from ..scene.viewport import live
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import DataWarning, InputError
@@ -93,7 +93,7 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         stored_settings.register()
     asked = data_set_batch.request_of(options)
     progress = Progress(options.progress, options.quiet)
-    opened = functools.partial(_open, progress.note, options.trust_scripts)
+    opened = functools.partial(_open, progress.note, options.trust_scripts, options.scene)
     if asked is not None:
         data_set_batch.run(asked, options, progress, opened, inside_blender=inside_blender)
         return
@@ -154,11 +154,14 @@ def _chosen(
 def _open(
     report_note: Callable[[str], None],
     trust_scripts: bool,
+    scene_name: str | None,
     blend: Path | None,
     inside_blender: bool,
 ) -> None:
     """Open a scene; live water makes way for that of the batch."""
     _open_file(blend, inside_blender, trust_scripts)
+    if scene_name is not None:
+        select_scene(scene_name)
     if trust_scripts:
         report_note(f"{scripts.TRUST}: Python of {bpy.data.filepath} runs, drivers and scripts")
     # What is not saved may be converted; a window shows the user's file.

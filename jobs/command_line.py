@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import NoReturn, get_args
 
+from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
 from ..scene.scripts import TRUST
 from ..settings.scene_settings import (
@@ -27,7 +28,8 @@ from .manifest import CHANGEABLE
 
 PROGRESS = ("text", "openjd")
 _AMOUNTS = tuple(name for name, setting in SETTINGS.items() if "water" in setting.needs)
-_SPAN = re.compile(r"(-?\d+)(?:-(-?\d+))?")
+_SPAN = re.compile(r"(-?\d+)(?:-(-?\d+)(?::(\d+))?)?")
+_MOST_FRAMES = 1048574  # Blender's last
 _BELOW_ZERO = re.compile(r"-\d")
 _OUT = Path("bands")
 _METAVARS = {str: "TEXT", int: "N", float: "X"}
@@ -48,7 +50,7 @@ def parser(program: str | None = None) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     result.add_argument(
-        "blend", nargs="?", type=Path, default=None, help="scene, unless Blender has one open"
+        "blend", nargs="?", type=_path, default=None, help="scene, unless Blender has one open"
     )
     _add_decisions(result)
     for name, section in SECTIONS.items():
@@ -102,7 +104,12 @@ def _add_decisions(result: argparse.ArgumentParser) -> None:
 def _add_work(result: argparse.ArgumentParser) -> None:
     """Add frames and cameras."""
     group = result.add_argument_group("The job", "Frames, cameras, and how they are rendered")
-    group.add_argument("--frames", default="", help="e.g. 1-24 or 1,5,9; default: current frame")
+    group.add_argument(
+        "--frames", default="", help="e.g. 1-24, 1-99:2 or 1,5,9; default: current frame"
+    )
+    group.add_argument(
+        "--scene", default=None, metavar="NAME", help="default: the file's active one"
+    )
     cameras = group.add_mutually_exclusive_group()
     cameras.add_argument("--camera", default=None, help="name; default: the scene's camera")
     cameras.add_argument(
@@ -113,7 +120,7 @@ def _add_work(result: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
     group.add_argument("--seed", type=int, default=0)
-    group.add_argument("--out", type=Path, default=None, metavar="DIR", help="default: bands")
+    group.add_argument("--out", type=_path, default=None, metavar="DIR", help="default: bands")
     group.add_argument("--resume", action="store_true", default=False)
     group.add_argument(
         TRUST,
@@ -149,19 +156,19 @@ def _add_splitting(result: argparse.ArgumentParser) -> None:
     group = result.add_argument_group("Splitting a job over processes and machines")
     steps = group.add_mutually_exclusive_group()
     steps.add_argument(
-        "--plan", type=Path, default=None, metavar="FILE",
+        "--plan", type=_path, default=None, metavar="FILE",
         help="decide everything and write it into a manifest; render nothing",
     )  # fmt: skip
     steps.add_argument(
-        "--from", type=Path, default=None, dest="manifest", metavar="FILE",
+        "--from", type=_path, default=None, dest="manifest", metavar="FILE",
         help="render the passes of a manifest that are not done; nothing else is decided",
     )  # fmt: skip
     steps.add_argument(
-        "--bundle", type=Path, default=None, metavar="DIR",
+        "--bundle", type=_path, default=None, metavar="DIR",
         help="decide everything and write a job for a render farm; render nothing",
     )  # fmt: skip
     steps.add_argument(
-        "--status", type=Path, default=None, metavar="FILE",
+        "--status", type=_path, default=None, metavar="FILE",
         help="say what of a manifest is done, broken and missing",
     )  # fmt: skip
     group.add_argument("--passes", default="", help="with --from: these, counted from 0, e.g. 0-3")
@@ -171,7 +178,7 @@ def _add_splitting(result: argparse.ArgumentParser) -> None:
         "--sensor, --white-balance, --exposure, --tone or --denoise into an --out of its own",
     )  # fmt: skip
     group.add_argument(
-        "--path-mapping", type=Path, default=None, metavar="FILE",
+        "--path-mapping", type=_path, default=None, metavar="FILE",
         help="with --from: rules of Open Job Description, by which files lie elsewhere here",
     )  # fmt: skip
     group.add_argument("--json", action="store_true", default=False, help="with --status")
@@ -188,7 +195,7 @@ def _add_data_sets(result: argparse.ArgumentParser) -> None:
     """Add what makes data sets."""
     group = result.add_argument_group("Data sets")
     group.add_argument(
-        "--dataset", type=Path, default=None, metavar="SPEC",
+        "--dataset", type=_path, default=None, metavar="SPEC",
         help="plan, render and export the views of a specification (TOML) into --out; again with "
         "the same goes on",
     )  # fmt: skip
@@ -197,7 +204,7 @@ def _add_data_sets(result: argparse.ArgumentParser) -> None:
         help="with --dataset: only plan; --from OUT/dataset.json renders",
     )  # fmt: skip
     group.add_argument(
-        "--dataset-export", type=Path, default=None, metavar="DIR",
+        "--dataset-export", type=_path, default=None, metavar="DIR",
         help="develop what is rendered of a data set and write its files",
     )  # fmt: skip
 
@@ -245,17 +252,25 @@ def parse_numbers(text: str, option: str = "--frames") -> tuple[int, ...]:
     (1, 2, 3, 8)
     >>> parse_numbers("-5--3")
     (-5, -4, -3)
+    >>> parse_numbers("1-9:4")
+    (1, 5, 9)
     """
     numbers: list[int] = []
     for part in filter(None, (p.strip() for p in text.split(","))):
         found = _SPAN.fullmatch(part)
         if found is None:
-            raise InputError(f"{option}: {part!r} is not a number or a range like 1-24")
+            raise InputError(f"{option}: {part!r} is not a number or a range like 1-24 or 1-99:2")
         start = int(found[1])
-        end = int(found[2] or start)
+        end, step = int(found[2] or start), int(found[3] or 1)
         if end < start:
             raise InputError(f"{option}: {part!r} runs backwards")
-        numbers.extend(range(start, end + 1))
+        if step < 1:
+            raise InputError(f"{option}: the step of {part!r} is 1 or more")
+        if max(-start, end) > _MOST_FRAMES:
+            raise InputError(f"{option}: {part!r} goes beyond {_MOST_FRAMES}, Blender's last frame")
+        numbers.extend(range(start, end + 1, step))
+    if text and not numbers:
+        raise InputError(f"{option}: {text!r} names none; give numbers such as 1-24")
     return tuple(dict.fromkeys(numbers))
 
 
@@ -287,6 +302,8 @@ def job(options: argparse.Namespace) -> Job:
         raise InputError("--mode realtime and --shafts need --engine eevee")
     if options.parts < 1:
         raise InputError(f"--parts: {options.parts} is not 1 or more")
+    if not 0 <= options.seed <= LARGEST_SEED:
+        raise InputError(f"--seed: {options.seed} is not 0 to {LARGEST_SEED}")
     for name in ("denoise", "noise"):
         if drawn and getattr(options, name, False):
             raise InputError(f"{flag(name)}: {engine} has no such noise; leave it out")
@@ -333,7 +350,7 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
         free = {*CHANGEABLE, "denoise"} if options.develop else set()
         settled = [flag(name) for name in SETTINGS if name in vars(options) and name not in free]
         settled += [flag(name) for name in decided if name in vars(options)]
-        others = ("seed", "denoise", "resolution", "device", "parts", "resume")
+        others = ("seed", "denoise", "resolution", "device", "parts", "resume", "scene")
         usual = vars(parser().parse_args([]))
         settled += [
             flag(name)
@@ -366,7 +383,16 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
 
 
 def _names(text: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(filter(None, (name.strip() for name in text.split(",")))))
+    found = tuple(dict.fromkeys(filter(None, (name.strip() for name in text.split(",")))))
+    if text and not found:
+        raise InputError(f"--cameras: {text!r} names none; give names such as Left,Right")
+    return found
+
+
+def _path(text: str) -> Path:
+    if not text.strip() or "\0" in text:
+        raise argparse.ArgumentTypeError(f"{text!r} is no path; name a file or folder")
+    return Path(text)
 
 
 def auto(options: argparse.Namespace) -> AutoRequest | None:

@@ -15,6 +15,7 @@ from ..datasets.formats import FORMATS
 from ..datasets.index import NAME, Index, read_index
 from ..datasets.specification import DataSetSpec, read_spec
 from ..scene import stored_settings
+from ..scene.session import select_scene
 from ..settings.scene_settings import SceneSettings, flag
 from ..uw_spectral.errors import InputError
 from . import (
@@ -154,7 +155,7 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
     insist : bool
         Answer for all of them and develop; else leave to others what they are rendering.
     """
-    scene, done, passes = bpy.context.scene, 0, 0
+    done, passes = 0, 0
     left = {name: tasks for name in index.jobs if (tasks := _left(index, name))}
     total = sum(map(len, left.values()))
     for name, tasks in left.items():
@@ -162,7 +163,7 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
         same_job.check_scene(manifest, job_files.open_blend())
         plans = FramePlans(manifest)
         finished: dict[object, list[work.Rendered]] = {}
-        steps = work.render(scene, manifest, tasks, plans, progress.note, insist=insist)
+        steps = work.render(bpy.context.scene, manifest, tasks, plans, progress.note, insist=insist)
         for found, is_new in steps:
             passes += 1
             file = found.file if is_new else replace(found.file, seconds=None)
@@ -214,6 +215,9 @@ def _opener(
 ) -> Callable[[], bpy.types.Scene]:
     def opened() -> bpy.types.Scene:
         _open(index.scene, index.folder / NAME, open_scene, inside_blender=inside_blender)
+        name = _manifest(index, index.jobs[0]).output.scene_name
+        if name:
+            select_scene(name)
         return bpy.context.scene
 
     return opened

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from fractions import Fraction
 from pathlib import Path
@@ -32,7 +33,7 @@ from ..scene.seen.pinhole import pose_of
 from ..scene.seen.room import Room
 from ..settings.render_plan import quiet
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.errors import InputError
+from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
@@ -55,7 +56,9 @@ _IN_AIR = {
     "second_water_share": 0.0,
 }
 """Water that neither absorbs nor scatters nor refracts."""
-_CATEGORY = "category"  # custom property of an object
+_MOST_THINGS = 65535  # of 16 bits
+_CATEGORY, _CATEGORY_ID = "category", "category_id"  # custom properties of an object
+_COPY = re.compile(r"\.\d{3,}$")
 
 
 def plan_data_set(
@@ -95,6 +98,16 @@ def plan_data_set(
         raise InputError(
             "--noise: the views of a data set have the same samples; set it to 0 and give --samples"
         )
+    things = tuple(things_of(scene, held))
+    categories = sorted({thing.category for thing in things})
+    for name in spec.outputs.leave_out:
+        if name not in categories:
+            raise unknown_name("category of output.leave_out", name, categories)
+    if len(things) > _MOST_THINGS:
+        raise InputError(
+            f"the scene shows {len(things)} objects, and pictures of instances number no more than "
+            f"{_MOST_THINGS}; hide some in renders, or join them"
+        )
     views = enumerate_views(with_scene_paths(spec, scene), _room(scene, held))
     make_folder(job.out)
     path = job.out / NAME
@@ -124,7 +137,7 @@ def plan_data_set(
     names = (*(earlier.jobs if earlier else ()), *(item.name for item in new))
     index = Index(
         job.out.absolute(), spec_path.absolute(), blend.absolute(), digest, rendered, names, found,
-        tuple(things_of(scene, held)),
+        things,
     )  # fmt: skip
     write_index(path, index)
     return index
@@ -303,18 +316,22 @@ def stage_of_views(item: ViewJob, held: int) -> Stage:
 def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
     """Return the objects of a scene that can be seen, at a frame.
 
-    Their category is their custom property ``category``, else the name of their collection, else
-    that of their data.
+    Their category is their custom property ``category``, else the name of their collection (their
+    own where all are in the same one), else that of their data; its number in COCO is the custom
+    property ``category_id``, as BlenderProc has it.
     """
     scene.frame_set(held)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     names = set[str]()
     models: dict[object, int] = {}
     found = []
-    shown = in_rendered_collections(rendered_layer(scene))
+    shown = [
+        item
+        for item in in_rendered_collections(rendered_layer(scene))
+        if item.type not in _UNSEEN and not item.hide_render
+    ]
+    categories = _categories(scene, shown)
     for item in sorted(shown, key=lambda item: item.name):
-        if item.type in _UNSEEN or item.hide_render:
-            continue
         if item.name in names:
             raise InputError(
                 f"two objects are named {item.name!r}, of different files, and an instance is told "
@@ -328,15 +345,56 @@ def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
         pose.translation = place
         rows = tuple(tuple(float(x) for x in row) for row in pose)
         number = models.setdefault(key, len(models) + 1)
-        found.append(SceneThing(item.name, _category(scene, item), number, rows))
+        found.append(SceneThing(item.name, *categories[item], number, rows))
     return found
 
 
 _UNSEEN = {"CAMERA", "LIGHT", "LIGHT_PROBE", "SPEAKER", "EMPTY", "LATTICE", "ARMATURE"}
 
 
-def _category(scene: bpy.types.Scene, item: bpy.types.Object) -> str:
-    if item.get(_CATEGORY):
-        return str(item[_CATEGORY])
-    owners = [c.name for c in item.users_collection if c != scene.collection]
-    return owners[0] if owners else str(item.data.name if item.data else item.name)
+def _categories(
+    scene: bpy.types.Scene, shown: Sequence[bpy.types.Object]
+) -> dict[bpy.types.Object, tuple[str, int | None]]:
+    """Name and number of each object's category; a number that several names have names it."""
+    owners = {
+        item: [c.name for c in item.users_collection if c != scene.collection] for item in shown
+    }
+    one = len({tuple(names[:1]) for names in owners.values()}) == 1
+
+    def name_of(item: bpy.types.Object) -> str:
+        if item.get(_CATEGORY):
+            return str(item[_CATEGORY])
+        if owners[item]:
+            return _COPY.sub("", item.name) if one else owners[item][0]
+        return str(item.data.name if item.data else item.name)
+
+    found = {item: (name_of(item), _number(item)) for item in shown}
+    names: dict[int, set[str]] = {}
+    for name, number in found.values():
+        if number is not None:
+            names.setdefault(number, set()).add(name)
+    several = {number for number, known in names.items() if len(known) > 1}
+    found = {
+        item: (f"category {number}" if number in several else name, number)
+        for item, (name, number) in found.items()
+    }
+    numbers: dict[str, int | None] = {}
+    for item, (name, number) in found.items():
+        if numbers.setdefault(name, number) != number:
+            raise InputError(
+                f"object {item.name!r}: others of category {name!r} have another {_CATEGORY_ID}, "
+                "or none; give all objects of a category the same"
+            )
+    return found
+
+
+def _number(item: bpy.types.Object) -> int | None:
+    number = item.get(_CATEGORY_ID)
+    if number is None:
+        return None
+    if not isinstance(number, int) or number < 0:
+        raise InputError(
+            f"object {item.name!r}: its custom property {_CATEGORY_ID!r} is {number!r}; give a "
+            "whole number, 0 or more"
+        )
+    return number

@@ -116,7 +116,7 @@ class Output:
 
     ``resolution`` is width, height and percentage; ``denoise`` whether developed pictures are
     denoised; ``extent`` half the width of the water and the depth of its bottom, in m; ``scripts``
-    whether the scene has Python of its own that runs.
+    whether the scene has Python of its own that runs; ``scene_name`` is that of the .blend.
     """
 
     engine: Engine
@@ -129,6 +129,7 @@ class Output:
     extent: tuple[float, float]
     decisions: tuple[str, ...]
     scripts: bool = False
+    scene_name: str = ""
 
     @property
     def size(self) -> tuple[int, int]:

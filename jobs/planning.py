@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import Device
 from ..quality.sampling import parts_of
 from ..scene import colour_space, contents, scripts, view_transform
@@ -42,8 +43,6 @@ from .manifest import (
     View,
     folders,
 )
-
-_LARGEST_SEED = 2**31 - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +122,7 @@ def _plan(
         extent=(max(e.half_width for e in extents), max(e.bottom for e in extents)),
         decisions=job.decisions,
         scripts=scripts.scripts_run(),
+        scene_name=scene.name,
     )
     picture_size.check_memory(output.size, 3 if engine.method.draws_colours else len(first.bands))
     base = asdict(first.settings)
@@ -328,7 +328,7 @@ def part_seed(seed: int, part: int) -> int:
     if part == 0:
         return seed
     digest = hashlib.sha256(f"{seed} {part}".encode()).digest()
-    return int.from_bytes(digest[:4], "big") % _LARGEST_SEED
+    return int.from_bytes(digest[:4], "big") % LARGEST_SEED
 
 
 def _views(

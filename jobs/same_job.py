@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 from ..scene import scripts
+from ..scene.session import select_scene
 from ..uw_spectral.errors import InputError
 from . import job_files
 from .manifest import Manifest
@@ -43,6 +44,8 @@ def check_scene(manifest: Manifest, blend: Path | None, placed: Callable[[str], 
     found = _programs(manifest) + _tables(manifest)
     if job_files.scene_digest(blend) != manifest.scene_sha256:
         found.append(f"the scene {blend or '(none)'} is not the file that was planned")
+    if manifest.output.scene_name:
+        select_scene(manifest.output.scene_name)
     bpy.context.view_layer.update()  # drivers that may not run are known once they were tried
     if scripts.scripts_run() != manifest.output.scripts:
         found.append(

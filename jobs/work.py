@@ -22,6 +22,7 @@ from ..scene.seen import cameras, picture_size, stereo
 from ..scene.seen.missing_data import missing_notes
 from ..scene.seen.own_seabed import floor_note
 from ..scene.seen.surroundings import has_things
+from ..scene.session import other_scenes
 from ..scene.temporary import held
 from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..scene.water.shade import Kept
@@ -149,7 +150,7 @@ def render(
     require_no_water(scene)
     # Of the scene as it came.
     said = (*missing_notes(scene, manifest.frames), *scripts.notes(), *unheeded(scene))
-    said = tuple(dict.fromkeys(said))
+    said = tuple(filter(None, dict.fromkeys((*said, other_scenes(scene)))))
     if bpy.app.background:
         made = contents.make_local(scene)
         if made:

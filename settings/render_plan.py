@@ -346,6 +346,9 @@ def _wavelengths(text: str) -> tuple[float, ...]:
         ) from error
 
 
+_MOST_STOPS = 60  # pictures of 32 bits reach no further
+
+
 def _stops(text: str) -> float | None:
     """Read an exposure; None is automatic."""
     if text in (AUTO, BY_PICTURE):
@@ -358,4 +361,6 @@ def _stops(text: str) -> float | None:
         raise InputError(
             f"--exposure: {text!r} is neither {AUTO!r}, {BY_PICTURE!r} nor a number of stops"
         )
+    if abs(stops) > _MOST_STOPS:
+        raise InputError(f"--exposure: {stops:g} is outside -{_MOST_STOPS} to {_MOST_STOPS} stops")
     return stops

@@ -17,7 +17,7 @@ from pycocotools.coco import COCO
 from underwater_spectral.datasets.axes import blender_from_opencv
 from underwater_spectral.datasets.bop import write_bop
 from underwater_spectral.datasets.card import DataCard, Source, write_card
-from underwater_spectral.datasets.coco import write_coco
+from underwater_spectral.datasets.coco import category_ids, write_coco
 from underwater_spectral.datasets.colmap import SparsePoint, write_colmap
 from underwater_spectral.datasets.depth_maps import (
     euclidean_range,
@@ -171,6 +171,26 @@ def test_coco_is_read_and_its_masks_decode(views, tmp_path):
             assert np.array_equal(mask, masks[item.number])
             assert coco_mask.area(annotation["segmentation"]) == annotation["area"]
             assert coco_mask.toBbox(annotation["segmentation"]).tolist() == annotation["bbox"]
+
+
+def test_coco_numbers_categories_as_the_scene_does_and_alike_in_all_splits(views, tmp_path):
+    """A split that lacked a category numbered the others anew."""
+
+    def with_ids(view, ids):
+        seen = [dataclasses.replace(x, category_id=ids.get(x.category)) for x in view.instances]
+        return dataclasses.replace(view, instances=tuple(seen))
+
+    names = sorted({x.category for view in views for x in view.instances})
+    first, *others = names
+    assert category_ids([with_ids(view, {first: 17}) for view in views])[first] == 17
+    assert category_ids(views) == {name: n for n, name in enumerate(names, 1)}
+    given = category_ids([with_ids(view, {first: 17}) for view in views])
+    assert sorted(given.values()) == [17, *range(18, 18 + len(others))]
+    of_set = {"another": 1} | {name: n for n, name in enumerate(names, 2)}
+    write_coco(tmp_path / "few.json", views[:1], CARD, of_set)
+    written = json.loads((tmp_path / "few.json").read_text())
+    assert {x["name"]: x["id"] for x in written["categories"]} == of_set
+    assert {x["category_id"] for x in written["annotations"]} <= {*range(2, 2 + len(names))}
 
 
 def test_coco_leaves_out_what_is_hidden(views, tmp_path):

@@ -101,7 +101,7 @@ def index(tmp_path) -> Index:
     spec = spec_with()
     views = enumerate_views(spec)
     jobs, places = group_views(spec, views, seeded=False)
-    thing = SceneThing("rock", "rocks", 1, tuple(map(tuple, np.eye(4).tolist())))
+    thing = SceneThing("rock", "rocks", 7, 1, tuple(map(tuple, np.eye(4).tolist())))
     return Index(
         tmp_path, tmp_path / "spec.toml", tmp_path / "reef.blend", "12ab", {"engine": "eevee"},
         tuple(job.name for job in jobs), {v.name: indexed(v, places[v.name]) for v in views},

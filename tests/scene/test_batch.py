@@ -327,6 +327,19 @@ def test_this_machine_has_memory():
         (["--floor-reflectance", "2"], "reflectance 2 is not between 0 and 1"),
         (["--camera", "Cam"], "no camera 'Cam' in 'Scene'; there are: Camera"),
         (["--floor-depth", "4"], "the floor at 4 m is above camera 'Camera', which is at 5 m"),
+        (["--exposure", "2000"], "--exposure: 2000 is outside -60 to 60 stops"),
+        (["--seed", "99999999999"], "--seed: 99999999999 is not 0 to 2147483647"),
+        (["--seed", "-1"], "--seed: -1 is not 0"),
+        (["--cameras", ","], "--cameras: ',' names none"),
+        (["--out", ""], "'' is no path"),
+        (["--plan", "/proc/plan.json"], "cannot write /proc/plan.json"),
+        (["--plan", "/sys/none/plan.json"], "cannot write /sys/none/plan.json"),
+        (["--plan", "/tmp"], "cannot write /tmp"),
+        (["--bundle", "/proc/none"], "cannot write /proc/none"),
+        (["--scene", "Scen"], "unknown scene 'Scen'. Near names: Scene"),
+        (["--frames", "1-9:0"], "the step of '1-9:0' is 1 or more"),
+        (["--frames", "9999999999"], "goes beyond 1048574"),
+        (["--frames", ","], "',' names none"),
         (["--mode", "realtime"], "--mode realtime and --shafts need --engine eevee"),
         (["--out", "/proc/none/here"], "cannot write to /proc/none/here"),
     ],
@@ -352,6 +365,23 @@ def test_bad_options_end_with_one_clear_line(blend, tmp_path, capsys, options, m
 def test_bad_water_tables_name_the_place(blend, tmp_path, capsys, table, message):
     assert _run(blend, "--water", _csv(tmp_path, table), "--out", tmp_path / "out") == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_scene_is_named_and_others_are_said(blend, tmp_path, capfd):
+    other = bpy.data.scenes.new("Other")
+    (camera,) = (item for item in bpy.data.objects if item.type == "CAMERA")
+    other.camera = camera.copy()
+    other.collection.objects.link(other.camera)
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    arguments = [blend, *FAST, "--bands", 2, "--out"]
+    assert _run(*arguments, tmp_path / "one") == 0
+    assert "only scene 'Scene' of the file is rendered, not 'Other'" in capfd.readouterr().out
+    plan = tmp_path / "plan.json"
+    assert _run(*arguments, tmp_path / "two", "--scene", "Other", "--plan", plan) == 0
+    capfd.readouterr()
+    assert _run("--from", plan) == 0
+    assert bpy.context.scene.name == "Other"
+    assert "only scene 'Other' of the file is rendered" in capfd.readouterr().out
 
 
 def test_no_camera(blend, tmp_path, capsys):

@@ -33,7 +33,13 @@ from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.index import read_index
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.datasets.specification import read_spec
-from underwater_spectral.jobs import batch, data_set_batch, data_set_export, staging
+from underwater_spectral.jobs import (
+    batch,
+    data_set_batch,
+    data_set_export,
+    data_set_plan,
+    staging,
+)
 from underwater_spectral.jobs.manifest import read_manifest
 from underwater_spectral.jobs.progress import Progress
 from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
@@ -41,6 +47,7 @@ from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.seen.pinhole import pinhole_of, pose_of
 from underwater_spectral.scene.seen.room import Room
 from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 # pycocotools' own, of its masks as arrays.
@@ -183,6 +190,33 @@ def test_a_stage_is_what_it_says_and_leaves_no_trace(empty_blender):
     assert box.parent is None
     scene.frame_set(6)
     assert box.matrix_world.translation.x == pytest.approx(5.0)
+
+
+def test_categories_and_their_numbers_are_those_of_the_scene(empty_blender):
+    scene, things = _blank(), {}
+    holder = bpy.data.collections.new("Everything")
+    scene.collection.children.link(holder)
+    for name in ("fish", "fish.001", "rock"):
+        things[name] = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+        holder.objects.link(things[name])
+
+    def found():
+        rows = data_set_plan.things_of(scene, 1)
+        return {row.name: (row.category, row.category_id) for row in rows}
+
+    assert found() == {"fish": ("fish", None), "fish.001": ("fish", None), "rock": ("rock", None)}
+    for name, number in (("fish", 4), ("fish.001", 4), ("rock", 9)):
+        things[name]["category_id"] = number
+    assert found() == {"fish": ("fish", 4), "fish.001": ("fish", 4), "rock": ("rock", 9)}
+    things["rock"]["category_id"] = 4
+    assert set(found().values()) == {("category 4", 4)}
+    things["fish"]["category_id"] = 5
+    things["rock"]["category_id"] = 9
+    with pytest.raises(InputError, match="category 'fish' have another"):
+        found()
+    things["fish"]["category_id"] = "four"
+    with pytest.raises(InputError, match="whole number"):
+        found()
 
 
 def test_room_knows_inside_and_outside(empty_blender):
@@ -709,6 +743,8 @@ def test_the_way_of_a_camera_of_the_scene_is_planned(tmp_path, capsys):
         ("samples = 1", "sample = 1", r"\[render\].*--sample"),
         ("samples = 1", "samples = 0", "--samples: 0 is outside"),
         ("radius = 3", "radius = 30", "above the water"),
+        ('["sand"]', '["sandd"]', "category of output.leave_out 'sandd'. Near names: sand"),
+        ("seed = 5", "seed = 99999999999", "seed: 99999999999 is above 2147483647"),
         ('name = "probe"', 'name = "disc 0"', "the scene has an object of that name"),
         ("seed = 5", "seed = 5\nrepeats = 2", None),
         ('[detector]\npattern = "GRBG"', '[detector]\npattern = "GBRB"', "GBRB"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import functools
 import re
 from dataclasses import dataclass
@@ -112,6 +113,11 @@ class Spectrum(ComparedByContent):
         return result * inside.reshape((-1,) + (1,) * (result.ndim - 1))
 
 
+_NUMBERED = re.compile(r"^([A-Za-z][^:=\n]{1,29}?)\s*[:=]\s*[-+]?\.?\d", re.MULTILINE)
+_ALIKE = 0.8
+"""Of 1, how alike a word of a comment is to a key that is meant."""
+
+
 @dataclass(frozen=True, eq=False)
 class Table:
     """A CSV table: comment header, column names, numbers.
@@ -141,10 +147,11 @@ class Table:
         Raises
         ------
         InputError
-            If it is not a number, or there are two.
+            If it is not a number, there are two, or the key is misspelt.
         """
         found = re.findall(rf"^{re.escape(key)}\s*[:=](.*)$", self.header, re.MULTILINE)
         if not found:
+            self._require_no_other(key)
             return None
         if len(found) > 1:
             raise InputError(f"{self.path}: the comment gives {key} twice; keep one")
@@ -155,6 +162,16 @@ class Table:
                 f"{self.path}: the comment gives {key} as {found[0].strip()!r}; write "
                 f"'# {key}: ' and a number, or leave it out"
             ) from error
+
+    def _require_no_other(self, key: str) -> None:
+        """Refuse the number of a key that looks like another, which nobody would read."""
+        for other in _NUMBERED.findall(self.header):
+            plain = other.strip().lower()
+            if other != key and difflib.get_close_matches(plain, [key], cutoff=_ALIKE):
+                raise InputError(
+                    f"{self.path}: the comment gives {other.strip()!r}, which is not read; write "
+                    f"'# {key}: ' if that is meant, or the number before the word"
+                )
 
 
 def is_file(path: str | Path) -> bool:

@@ -86,6 +86,10 @@ def test_the_comment_states_what_holds_at_all_depths(tmp_path):
     path.write_text("# mineral-slope: steep\ndepth_m,cdom\n0,0.1\n5,0.2\n")
     with pytest.raises(InputError, match="the comment gives mineral-slope as 'steep'"):
         read_profile(path)
+    for line in ("cdom-slop: 0.018", "CDOM-slope: 0.018", "cdom_slope = 0.018"):
+        path.write_text(f"# {line}\n# cast: 3\ndepth_m,cdom\n0,0.1\n5,0.2\n")
+        with pytest.raises(InputError, match="write '# cdom-slope: '"):
+            read_profile(path)
 
 
 def test_each_depth_has_its_own_reach(tmp_path):
