@@ -12,6 +12,7 @@ from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import (
     band_colors,
+    closure_walk,
     realtime_materials,
     shader_nodes,
     wet_trees,
@@ -360,6 +361,6 @@ def test_clear_things_that_hide_lamps_are_said(empty_blender):
         material.surface_render_method = method
         notes = []
         dithered = method == "DITHERED"
-        walk = realtime_materials._Walk(tree, "pane", notes, surfaces, dithered=dithered)
+        walk = closure_walk.ClosureWalk(tree, "pane", notes, surfaces, dithered=dithered)
         walk.closure(output.inputs["Surface"])
         assert sum("Blended" in note for note in notes) == expected

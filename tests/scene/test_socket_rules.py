@@ -13,6 +13,7 @@ from underwater_spectral.scene.materials import (
     band_colors,
     bare_colours,
     inlined_shaders,
+    kept_closures,
     realtime_materials,
     wet_trees,
 )
@@ -454,7 +455,7 @@ def test_materials_that_share_a_group_of_shaders_are_lit_one_way(empty_blender):
             ),
         )
         materials = _tiles(empty_blender, made)[-2:]
-        assert len(realtime_materials._kept(materials, surfaces)) == expected
+        assert len(kept_closures.kept_materials(materials, surfaces)) == expected
 
 
 @pytest.mark.slow
