@@ -28,7 +28,9 @@ from ..datasets.pose_sets import ScenePath
 from ..datasets.specification import DataSetCamera, DataSetSpec
 from ..datasets.trajectory_files import TimedPoses
 from ..quality.methods import method_of
-from ..scene.rendered import as_rendered, in_rendered_collections, rendered_layer
+from ..scene.as_rendered import as_rendered
+from ..scene.rendered import in_rendered_collections, rendered_layer
+from ..scene.seen.cameras import camera_of
 from ..scene.seen.pinhole import pose_of
 from ..scene.seen.room import Room
 from ..settings.render_plan import quiet
@@ -191,7 +193,7 @@ def _way(path: ScenePath, scene: bpy.types.Scene) -> TimedPoses:
     """Ask a camera of the scene where it is at each frame."""
     cameras = [item for item in scene.objects if item.type == "CAMERA"]
     named = {item.name: item for item in cameras}
-    camera = named.get(path.camera) if path.camera else scene.camera
+    camera = named.get(path.camera) if path.camera else camera_of(scene)
     if camera is None:
         wanted = repr(path.camera) if path.camera else "of its own"
         raise InputError(

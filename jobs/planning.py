@@ -17,11 +17,11 @@ from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import Device
 from ..quality.sampling import parts_of
 from ..scene import colour_space, contents, scripts, view_transform
+from ..scene.as_rendered import as_rendered
 from ..scene.engines import cycles_settings, housed
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
-from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, clouds, lamps, picture_size, stereo
 from ..scene.seen.pinhole import require_pinhole
 from ..scene.water import metering

@@ -15,7 +15,7 @@ from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
 from ..quality.seen_points import SeenPoints
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
-from ..scene.rendered import as_rendered
+from ..scene.as_rendered import as_rendered
 from ..scene.seen.cameras import camera_depth
 from ..scene.seen.picture_size import rendered_size
 from ..scene.seen.view_tracing import trace_from_above, trace_view
@@ -135,7 +135,7 @@ def choose(
     if not (method.traced or from_above):
         shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
         drawn = eevee_water(
-            shaded, scene, Eye(scene.camera, views[0].depth), np.ones((3, len(plan.bands)))
+            shaded, scene, Eye(camera, views[0].depth), np.ones((3, len(plan.bands)))
         )
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     render = scene.render

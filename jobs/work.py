@@ -13,11 +13,11 @@ import bpy
 import numpy as np
 
 from ..scene import colour_space, contents, scripts
+from ..scene.as_rendered import as_rendered
 from ..scene.engines import housed
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
-from ..scene.rendered import as_rendered
 from ..scene.seen import cameras, picture_size, stereo
 from ..scene.seen.missing_data import missing_notes
 from ..scene.seen.own_seabed import floor_note
@@ -221,6 +221,7 @@ class _Water:
         self._scene, self._manifest, self._plans = scene, manifest, plans
         self._camera, self._stack, self._report = camera, stack, report_note
         self._engine: BandEngine | None = None
+        self._lamps = 0
         self._notes: tuple[str, ...] = ()
         self._frame: tuple[int, RenderPass] | None = None
 
@@ -229,7 +230,7 @@ class _Water:
         manifest, view = self._manifest, task.view
         item = manifest.passes[task.number]
         path = manifest.pass_path(view, task.number)
-        engine = self._opened()
+        engine = self._opened(len(manifest.lamps_of(view.frame)))
         if self._frame is None or self._frame[0] != view.frame:
             self._scene.frame_set(view.frame)
             ready = engine.frame(self._plans.of(view.frame), view.depth, _weights(manifest, view))
@@ -239,13 +240,18 @@ class _Water:
         seconds = band_passes.render_pass(self._frame[1], item.bands, path, key, self._notes)
         return Rendered(task, band_passes.RenderedPass(path, item.bands, seconds), self._notes)
 
-    def _opened(self) -> BandEngine:
-        """Return the engine as it is at the first frame of the job, whatever is rendered of it."""
-        if self._engine is not None:
+    def _opened(self, count: int) -> BandEngine:
+        """Return the engine as it is at the first frame of the job with a number of lamps.
+
+        Whatever is rendered of it: nodes are there for as many, and instances come and go.
+        """
+        if self._engine is not None and self._lamps == count:
             return self._engine
+        self._stack.close()
+        self._frame, self._lamps = None, count
         scene, manifest = self._scene, self._manifest
         of_camera = [view for view in manifest.views if view.camera == self._camera]
-        first = of_camera[0]
+        first = next(x for x in of_camera if len(manifest.lamps_of(x.frame)) == count)
         camera = cameras.find_camera(scene, self._camera)
         self._stack.enter_context(_resolution(scene, manifest.output.resolution))
         scene.frame_set(first.frame)
@@ -279,9 +285,10 @@ class _Water:
                 "the passes of the manifest are not those of its settings; write it again with "
                 "--plan"
             )
-        self._notes = tuple(note for note in (*said, *engine.notes) if note)
-        for note in self._notes:
-            self._report(note)
+        known, self._notes = self._notes, tuple(note for note in (*said, *engine.notes) if note)
+        for note in dict.fromkeys(self._notes):
+            if note not in known:
+                self._report(note)
         self._engine = engine
         return engine
 

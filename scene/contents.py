@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import bpy
 
 from ..uw_spectral.errors import InputError
-from .rendered import ever_rendered
+from .rendered import VERTEX_INSTANCERS, ever_rendered
 
 _NAMED = 3  # of what is linked
 _SOCKETS = {"OBJECT", "COLLECTION", "MATERIAL"}
@@ -20,21 +20,34 @@ def objects(
 
     Instanced are collections, and what geometry nodes and particle systems name.
     """
-    found: dict[bpy.types.Object, None] = {}
+    return list(reached(scene.objects if among is None else among))
 
-    def visit(items: Iterable[bpy.types.Object]) -> None:
+
+def reached(items: Iterable[bpy.types.Object]) -> dict[bpy.types.Object, bool]:
+    """Objects and those that they instance, and whether one of them may instance it."""
+    found: dict[bpy.types.Object, bool] = {}
+
+    def visit(items: Iterable[bpy.types.Object], is_named: bool) -> None:
         for item in items:
-            if item in found:
-                continue
-            found[item] = None
-            for named in _instanced(item):
-                if isinstance(named, bpy.types.Object):
-                    visit([named])
-                elif isinstance(named, bpy.types.Collection):
-                    visit(named.all_objects)
+            by_parent = item.parent is not None and item.parent.instance_type in VERTEX_INSTANCERS
+            is_new = item not in found
+            found[item] = found.get(item, False) or is_named or by_parent
+            if is_new:
+                for named in _instanced(item):
+                    if isinstance(named, bpy.types.Object):
+                        visit([named], True)
+                    elif isinstance(named, bpy.types.Collection):
+                        visit(named.all_objects, True)
 
-    visit(scene.objects if among is None else among)
-    return list(found)
+    visit(items, False)
+    return found
+
+
+def instanced_collections(items: Iterable[bpy.types.Object]) -> list[bpy.types.Collection]:
+    """Collections that objects may instance, and those in them, each once."""
+    named = (block for item in items for block in _instanced(item))
+    found = dict.fromkeys(block for block in named if isinstance(block, bpy.types.Collection))
+    return list(dict.fromkeys(x for one in found for x in (one, *one.children_recursive)))
 
 
 def require_local(scene: bpy.types.Scene) -> None:

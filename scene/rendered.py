@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Iterator
 
 import bpy
 
 from .animation import curves
 
+VERTEX_INSTANCERS = ("VERTS", "FACES")
+"""Ways in which an object instances its children; renders then do not show these themselves."""
 _DRY = ("is_holdout", "is_shadow_catcher")
 
 
@@ -66,38 +67,3 @@ def ever_rendered(scene: bpy.types.Scene) -> list[bpy.types.Object]:
         if not item.hide_render or is_hidden_by_animation(item)
     )
     return sorted(shown, key=lambda item: item.name_full)
-
-
-@contextlib.contextmanager
-def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
-    """Let the viewport show what renders show while the block runs.
-
-    What looks at a scene evaluates it as the viewport does; without this it would miss what is
-    hidden there only.
-    """
-    layer = rendered_layer(scene)
-    with contextlib.ExitStack() as stack:
-
-        def put(owner: bpy.types.bpy_struct, name: str, value: bool) -> None:
-            before = getattr(owner, name)
-            if before != value:
-                setattr(owner, name, value)
-                stack.callback(setattr, owner, name, before)
-
-        def visit(part: bpy.types.LayerCollection) -> None:
-            if not part.collection.hide_render:
-                put(part.collection, "hide_viewport", False)
-                for child in part.children:
-                    visit(child)
-
-        visit(layer.layer_collection)
-        for item in ever_rendered(scene):
-            for curve in curves(item, "hide_viewport"):
-                put(curve, "mute", True)
-            put(item, "hide_viewport", False)
-            if item.hide_get(view_layer=layer):
-                item.hide_set(False, view_layer=layer)
-                stack.callback(item.hide_set, True, view_layer=layer)
-            for modifier in item.modifiers:
-                put(modifier, "show_viewport", modifier.show_render)
-        yield

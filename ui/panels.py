@@ -80,6 +80,7 @@ class MainPanel(_Panel, bpy.types.Panel):
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
+        from ..scene.seen.cameras import camera_of
         from ..scene.viewport import live
 
         layout, scene = self.layout, context.scene
@@ -97,8 +98,9 @@ class MainPanel(_Panel, bpy.types.Panel):
         if migration.is_newer(scene):
             _say(layout, "A newer version of the extension has saved this file.", "ERROR")
         notes = unheeded(scene)
-        if scene.camera is not None and scene.camera.type == "CAMERA":
-            notes += unheeded_of_camera(scene, scene.camera, traced=not is_live(scene))
+        camera = camera_of(scene)
+        if camera is not None:
+            notes += unheeded_of_camera(scene, camera, traced=not is_live(scene))
         for note in notes:
             _say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
         problem = live.problem(scene)

@@ -78,7 +78,7 @@ def geometry_layers(
         },
         "lamps": [
             {**lamp_record(lamp), **lamps.record(item)}
-            for item, lamp in zip(shining.objects, shining.lamps, strict=True)
+            for item, lamp in zip(shining.shown, shining.lamps, strict=True)
         ],
     }
     if "position" in wanted:

@@ -38,6 +38,12 @@ def stand_in(
         bpy.data.cameras.remove(data)
 
 
+def camera_of(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """Return a scene's camera; None if it has none, or another object in its place."""
+    camera = scene.camera
+    return camera if camera is not None and camera.type == "CAMERA" else None
+
+
 def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:
     """Return the named camera, or the scene's own.
 
@@ -47,15 +53,23 @@ def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:
         If there is no such camera.
     """
     cameras = sorted(o.name for o in scene.objects if o.type == "CAMERA")
-    if name is None:
-        if scene.camera is None:
-            known = f"; set one of {', '.join(cameras)}" if cameras else "; add one"
-            raise InputError(f"scene {scene.name!r} has no active camera{known}, or use --camera")
-        return scene.camera
+    if name is None and (own := camera_of(scene)) is not None:
+        name = own.name
+    elif name is None:
+        known = f"; set one of {', '.join(cameras)}" if cameras else "; add one"
+        raise InputError(f"scene {scene.name!r} {why_no_camera(scene)}{known}, or use --camera")
     if name not in cameras:
         known = ", ".join(cameras) or "none"
         raise InputError(f"--camera: no camera {name!r} in {scene.name!r}; there are: {known}")
     return scene.objects[name]
+
+
+def why_no_camera(scene: bpy.types.Scene) -> str:
+    """Say of a scene why :func:`camera_of` finds no camera."""
+    other = scene.camera
+    if other is None:
+        return "has no active camera"
+    return f"has {other.name!r} as its active camera, which is none ({other.type.lower()})"
 
 
 def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:

@@ -28,6 +28,7 @@ from .. import marks
 from ..stored_lamps import ROV, LampSettings, stored_lamp
 from .lamp_files import PROFILE, LampFile, files_of
 from .lamp_nodes import LampNodes
+from .shown_lamps import ShownLamp
 
 _POINTS = 24
 """Of a measured profile."""
@@ -64,7 +65,7 @@ class LampForm:
     share: float
 
 
-def form_of(item: bpy.types.Object, nodes: LampNodes, n: float) -> LampForm:
+def form_of(lamp: ShownLamp, nodes: LampNodes, n: float) -> LampForm:
     """Return the form of a lamp with its nodes in water of a refractive index.
 
     Raises
@@ -72,10 +73,10 @@ def form_of(item: bpy.types.Object, nodes: LampNodes, n: float) -> LampForm:
     InputError
         If a file cannot be used, or the intensity on the axis is asked for where there is none.
     """
-    light, chosen = item.data, stored_lamp(item.data)
+    light, chosen = lamp.light, stored_lamp(lamp.light)
     measured = _measured(chosen, files_of(light).get(PROFILE))
     gain, blenders = nodes.factor, measured is None
-    profile = _of_blender(item) if measured is None else measured
+    profile = _of_blender(lamp) if measured is None else measured
     if measured is None and nodes.photometry is not None and light.type != "AREA":
         profile, highest = _times(profile, nodes.photometry.profile())
         gain, blenders = gain * highest, False
@@ -93,12 +94,12 @@ def form_of(item: bpy.types.Object, nodes: LampNodes, n: float) -> LampForm:
             raise InputError("there is no light on its axis; give the power in lm or W")
     if chosen.behind_port and _has_cone(light, chosen, nodes):
         profile = BehindFlatPort(profile, n)
-    return LampForm(profile, radius_of(item), power_of(item), gain, share)
+    return LampForm(profile, radius_of(lamp), power_of(lamp), gain, share)
 
 
-def power_of(item: bpy.types.Object) -> float:
+def power_of(lamp: ShownLamp) -> float:
     """Power of a whole lamp in the unit of its settings."""
-    return item.data.energy * 2.0**item.data.exposure * _area_of_power(item)
+    return lamp.light.energy * 2.0**lamp.light.exposure * _area_of_power(lamp)
 
 
 def colour_of(light: bpy.types.Light) -> NDArray[np.float64]:
@@ -107,12 +108,12 @@ def colour_of(light: bpy.types.Light) -> NDArray[np.float64]:
     return colour * np.array(light.temperature_color) if light.use_temperature else colour
 
 
-def radius_of(item: bpy.types.Object) -> float:
+def radius_of(lamp: ShownLamp) -> float:
     """Radius of the disc, or of the sphere, that is as large as a lamp, m."""
-    light = item.data
+    light = lamp.light
     if light.type != "AREA":
         return float(light.shadow_soft_size)
-    across, along = (abs(x) for x in item.matrix_world.to_scale()[:2])
+    across, along = (abs(x) for x in lamp.place.to_scale()[:2])
     width, height = light.size * across, light.size * along
     if light.shape in ("RECTANGLE", "ELLIPSE"):
         height = light.size_y * along
@@ -122,9 +123,9 @@ def radius_of(item: bpy.types.Object) -> float:
     return math.sqrt(area / math.pi)
 
 
-def why_no_light(item: bpy.types.Object, nodes: LampNodes) -> str:
+def why_no_light(lamp: ShownLamp, nodes: LampNodes) -> str:
     """Say why a lamp sends no light at this frame, empty if it does."""
-    light = item.data
+    light = lamp.light
     if light.energy < 0:
         return "its power is negative, which no light is"
     if not stored_lamp(light).spectrum and np.any(nodes.factor * colour_of(light) < 0):
@@ -132,13 +133,13 @@ def why_no_light(item: bpy.types.Object, nodes: LampNodes) -> str:
     return "" if np.any(nodes.factor) else "its nodes send no light"
 
 
-def unheeded(item: bpy.types.Object, nodes: LampNodes) -> tuple[str, ...]:
+def unheeded(lamp: ShownLamp, nodes: LampNodes) -> tuple[str, ...]:
     """Return what a lamp asks for that changes nothing, or is not as Blender has it."""
-    return tuple(_unheeded(item, nodes))
+    return tuple(_unheeded(lamp, nodes))
 
 
-def _unheeded(item: bpy.types.Object, nodes: LampNodes) -> Iterator[str]:
-    light, chosen = item.data, stored_lamp(item.data)
+def _unheeded(lamp: ShownLamp, nodes: LampNodes) -> Iterator[str]:
+    light, chosen = lamp.light, stored_lamp(lamp.light)
     if nodes.unheeded:
         yield f"its nodes {', '.join(map(repr, nodes.unheeded))} are not heeded"
     if nodes.photometry is not None and (chosen.profile or light.type == "AREA"):
@@ -154,13 +155,13 @@ def _unheeded(item: bpy.types.Object, nodes: LampNodes) -> Iterator[str]:
     if chosen.behind_port and not _has_cone(light, chosen, nodes):
         yield "it has no cone and no profile that were measured in air"
     if light.type == "SPOT" and not chosen.profile:
-        across, along, _ = (abs(x) for x in item.matrix_world.to_scale())
+        across, along, _ = (abs(x) for x in lamp.place.to_scale())
         if abs(across - along) > _ALIKE * max(across, along):
             yield "its cone is elliptical by its scale, and taken as round, as wide in the mean"
         if light.use_square:
             yield "its square cone is taken as round"
     if light.type == "AREA" and not chosen.profile and light.spread < _WIDEST_SPREAD:
-        parallel = radius_of(item) / math.tan(_spread(light) / 2.0)
+        parallel = radius_of(lamp) / math.tan(_spread(light) / 2.0)
         if parallel > _NEAR:
             yield (
                 f"its narrow beam is that of a point in EEVEE, too bright within {parallel:.2g} m; "
@@ -171,8 +172,9 @@ def _unheeded(item: bpy.types.Object, nodes: LampNodes) -> Iterator[str]:
         yield "its factors (diffuse, specular, transmission, volume) are not heeded"
     if light.use_custom_distance:
         yield "its custom distance is not heeded: light ends with the water"
-    rays = marks.UNSEEN not in item and not all(getattr(item, name) for name in _RAYS)
-    if rays or getattr(getattr(light, "cycles", None), "max_bounces", 0) < _MOST_BOUNCES:
+    item, kept = lamp.item, lamp.item.get(marks.UNSEEN)
+    rays = list(kept)[1:] if kept else [getattr(item, name) for name in _RAYS]
+    if not all(rays) or getattr(getattr(light, "cycles", None), "max_bounces", 0) < _MOST_BOUNCES:
         yield "its ray visibility but to the camera, and its bounces, are not heeded"
 
 
@@ -194,10 +196,10 @@ def _is_ies(file: LampFile) -> bool:
     return file.whole.suffix.lower() == ".ies"
 
 
-def _of_blender(item: bpy.types.Object) -> LampProfile:
-    light = item.data
+def _of_blender(lamp: ShownLamp) -> LampProfile:
+    light = lamp.light
     if light.type == "SPOT":
-        across, along, length = (abs(x) for x in item.matrix_world.to_scale())
+        across, along, length = (abs(x) for x in lamp.place.to_scale())
         wider = math.sqrt(across * along) / length if across * along * length else 1.0
         size = min(light.spot_size, math.pi)
         if abs(wider - 1.0) > _ALIKE:
@@ -222,11 +224,11 @@ def _times(blenders: LampProfile, table: TableProfile) -> tuple[TableProfile, fl
     return TableProfile.of_angles(angles, values, 2 * _POINTS), float(values.max())
 
 
-def _area_of_power(item: bpy.types.Object) -> float:
+def _area_of_power(lamp: ShownLamp) -> float:
     """What the power is of: 1 for the whole lamp, else Blender's area in m²."""
-    light = item.data
+    light = lamp.light
     if light.normalize:
         return 1.0
     if light.type == "AREA":
-        return math.pi * radius_of(item) ** 2
+        return math.pi * radius_of(lamp) ** 2
     return 4.0 * (math.pi * light.shadow_soft_size**2 if light.shadow_soft_size else 1.0)

@@ -33,18 +33,13 @@ from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase
-from .. import contents, marks
-from ..rendered import (
-    ever_rendered,
-    in_rendered_collections,
-    is_hidden_by_animation,
-    rendered_layer,
-)
+from .. import marks
 from ..stored_lamps import stored_lamp
 from . import cameras
-from .lamp_files import KINDS, SPECTRUM, files_of
+from .lamp_files import SPECTRUM, files_of
 from .lamp_form import colour_of, form_of, power_of, radius_of, unheeded, why_no_light
 from .lamp_nodes import LampNodes, nodes_of
+from .shown_lamps import ShownLamp, shown_lamps
 
 _RAYS = (12, 8)
 _LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
@@ -53,6 +48,7 @@ _FORM = (
     "use_shadow",
 )  # fmt: skip
 _DOWN = Vector((0.0, 0.0, -1.0))
+_HIDDEN = "it is hidden"
 _ABOVE = "it is above the water; lower it, or let it shine in from above with its switch"
 _THROUGH = (
     "it is above the water: what of its light enters through the mean surface lights the water; "
@@ -82,11 +78,11 @@ class SeenByLamp:
 
 @dataclass(frozen=True, eq=False)
 class SceneLamps:
-    """Lamps of a scene that light its water, and the objects they come from.
+    """Lamps of a scene that light its water, and what of the scene they come from.
 
     Attributes
     ----------
-    objects : tuple of Object
+    shown : tuple of ShownLamp
     lamps : tuple of Lamp
     notes : tuple of str
     seen : tuple of SeenByLamp or None
@@ -101,7 +97,7 @@ class SceneLamps:
         The water of all of them then.
     """
 
-    objects: tuple[bpy.types.Object, ...] = ()
+    shown: tuple[ShownLamp, ...] = ()
     lamps: tuple[Lamp, ...] = ()
     notes: tuple[str, ...] = ()
     seen: tuple[SeenByLamp | None, ...] = ()
@@ -145,83 +141,52 @@ class SceneLamps:
 
 
 def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Return the lamps that light the water of a scene, by name."""
-    return [item for item in _shown(scene) if not why_dark(item)]
+    """Return the lamps that light the water of a scene, by name, each once."""
+    return list(dict.fromkeys(lamp.item for lamp in _lighting(scene)))
 
 
 def left_out(scene: bpy.types.Scene) -> dict[bpy.types.Object, str]:
     """Return the lamps of a scene that do not light its water, and why."""
-    own = in_rendered_collections(rendered_layer(scene))
-    shown = contents.objects(scene, ever_rendered(scene))
-    instanced = [x for x in shown if x not in own and _is_lamp(x)]
-    return {item: why_dark(item) for item in _shown(scene) if why_dark(item)} | dict.fromkeys(
-        instanced, "it is in an instance; make that real (Object, Apply, Make Instances Real)"
-    )
+    return {lamp.item: why_dark(lamp) for lamp in shown_lamps(scene) if why_dark(lamp)}
 
 
-def why_dark(item: bpy.types.Object) -> str:
+def why_dark(lamp: ShownLamp) -> str:
     """Say why a lamp does not light the water, empty if it does.
 
     One that moves counts everywhere: nodes for it are needed in all frames.
     """
-    if not stored_lamp(item.data).in_water:
+    if not stored_lamp(lamp.light).in_water:
         return "it belongs to the air; let it light the water with its switch"
-    if getattr(getattr(item.data, "cycles", None), "is_portal", False):
+    if getattr(getattr(lamp.light, "cycles", None), "is_portal", False):
         return "it is a portal, which sends no light itself"
-    return _ABOVE if _stays_dark_above(item) and not moves(item) else ""
+    return _ABOVE if _stays_dark_above(lamp) and not lamp.moves else ""
 
 
 def said_of(item: bpy.types.Object) -> tuple[str, ...]:
     """Return what to know of a lamp that lights the water, for the panel."""
+    lamp = ShownLamp(item, item.matrix_world)
     try:
-        nodes = nodes_of(item.data)
-        why = why_no_light(item, nodes)
-        notes = [f"it is dark: {why}"] if why else [_THROUGH] if _is_above(item) else []
-        return (*unheeded(item, nodes), *notes)
+        nodes = nodes_of(lamp.light)
+        why = why_no_light(lamp, nodes)
+        notes = [f"it is dark: {why}"] if why else [_THROUGH] if lamp.is_above else []
+        return (*unheeded(lamp, nodes), *notes)
     except InputError as error:
         return (str(error),)
 
 
-def _why_not_now(item: bpy.types.Object, nodes: LampNodes) -> str:
+def _why_not_now(lamp: ShownLamp, nodes: LampNodes) -> str:
     """Say why a lamp with its nodes does not light the water at this frame, empty if it does."""
-    hidden = "it is hidden" if marks.is_hidden(item) else ""
-    why = why_dark(item) or hidden or why_no_light(item, nodes)
-    return why or (_ABOVE if _stays_dark_above(item) else "")
+    is_hidden = lamp.instancer is None and marks.is_hidden(lamp.item)
+    why = why_dark(lamp) or (_HIDDEN if is_hidden else "") or why_no_light(lamp, nodes)
+    return why or (_ABOVE if _stays_dark_above(lamp) else "")
 
 
-def _stays_dark_above(item: bpy.types.Object) -> bool:
-    return _is_above(item) and not stored_lamp(item.data).from_above
+def _stays_dark_above(lamp: ShownLamp) -> bool:
+    return lamp.is_above and not stored_lamp(lamp.light).from_above
 
 
-def _is_above(item: bpy.types.Object) -> bool:
-    return item.matrix_world.translation.z > 0.0
-
-
-def _shown(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    found = [
-        item
-        for item in in_rendered_collections(rendered_layer(scene))
-        if _is_lamp(item)
-        and MARK not in item
-        and (not marks.is_hidden(item) or is_hidden_by_animation(item))
-    ]
-    return sorted(found, key=lambda item: item.name_full)
-
-
-def _is_lamp(item: bpy.types.Object) -> bool:
-    return item.type == "LIGHT" and item.data.type in KINDS
-
-
-def moves(item: bpy.types.Object | None) -> bool:
-    """Whether an object may come to another place: keyed, driven, bound, or by a simulation."""
-    while item is not None:
-        if item.animation_data is not None or item.constraints or item.rigid_body is not None:
-            return True
-        # A bone is posed, and what deforms a mesh or a lattice carries what hangs on a point of it.
-        if item.parent is not None and item.parent_type != "OBJECT":
-            return True
-        item = item.parent
-    return False
+def _lighting(scene: bpy.types.Scene) -> list[ShownLamp]:
+    return [lamp for lamp in shown_lamps(scene) if not why_dark(lamp)]
 
 
 def lamps_of(
@@ -250,25 +215,28 @@ def lamps_of(
     InputError
         If a spectrum, a power or a profile cannot be used; it names the lamp.
     """
-    objects, lamps, surface = objects_of(scene), [], surface or Surface(n)
-    notes = [f"lamp {item.name!r} is left out: {why}" for item, why in left_out(scene).items()]
-    for item in objects:
+    every, surface = shown_lamps(scene), surface or Surface(n)
+    dark = {lamp.name: why_dark(lamp) for lamp in every if why_dark(lamp)}
+    notes = [f"lamp {name!r} is left out: {why}" for name, why in dark.items()]
+    shown, lamps = [one for one in every if not why_dark(one)], []
+    for one in shown:
         try:
-            nodes = nodes_of(item.data)
-            why = _why_not_now(item, nodes)
-            lamp = through_surface(_lamp(item, nodes, bands, unit, n, dark=bool(why)), surface)
-            notes += [f"lamp {item.name!r}: {said}" for said in unheeded(item, nodes)]
+            nodes = nodes_of(one.light)
+            why = _why_not_now(one, nodes)
+            lamp = through_surface(_lamp(one, nodes, bands, unit, n, dark=bool(why)), surface)
+            notes += [f"lamp {one.name!r}: {said}" for said in unheeded(one, nodes)]
         except InputError as error:
-            raise InputError(f"lamp {item.name!r}: {error}") from error
-        if why and not marks.is_hidden(item):
-            notes.append(f"lamp {item.name!r} is dark: {why}")
+            raise InputError(f"lamp {one.name!r}: {error}") from error
+        if why and why != _HIDDEN:
+            notes.append(f"lamp {one.name!r} is dark: {why}")
         if not why and lamp.shines_in:
-            notes.append(f"lamp {item.name!r}: {_THROUGH}")
+            notes.append(f"lamp {one.name!r}: {_THROUGH}")
         lamps.append(lamp)
     # One that moves may rise: its nodes are there in all frames.
-    shining_in = [item for item in objects if stored_lamp(item.data).from_above]
-    from_air = any(_is_above(item) or moves(item) for item in shining_in)
-    return SceneLamps(tuple(objects), tuple(lamps), tuple(notes), from_air=from_air)
+    shining_in = [one for one in shown if stored_lamp(one.light).from_above]
+    from_air = any(one.is_above or one.moves for one in shining_in)
+    said = tuple(dict.fromkeys(notes))  # instances have what to say in common
+    return SceneLamps(tuple(shown), tuple(lamps), said, from_air=from_air)
 
 
 def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
@@ -281,16 +249,16 @@ def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
 
 def lamplight(
     scene: bpy.types.Scene,
-    camera: bpy.types.Object,
+    camera: bpy.types.Object | None,
     plan: RenderPlan,
     seen: Sequence[tuple[float, ...]] | None = None,
 ) -> NDArray[np.float64] | None:
-    """Return the irradiance of lamps that a camera exposes by; None without lamps.
+    """Return the irradiance of lamps that a camera exposes by; None without lamps or camera.
 
     What it sees is looked for unless it is given, see :func:`seen_places`.
     """
     lamps = plan_lamps(scene, plan).lamps
-    if not lamps:
+    if not lamps or camera is None:
         return None
     place = tuple(camera.matrix_world.translation)
     water = plan.lamp_water(max(-place[2], 0.0))
@@ -301,35 +269,35 @@ def lamplight(
 def records(scene: bpy.types.Scene) -> tuple[dict[str, Any], ...]:
     """Return the lamps of a scene's current frame as JSON holds them, dark ones with the reason."""
     found = []
-    for item in _shown(scene):
-        nodes = _nodes(item)
-        why = _why_not_now(item, nodes)
-        found.append({**_record(item, nodes), **({"left_out": why} if why else {})})
+    for lamp in shown_lamps(scene):
+        nodes = _nodes(lamp)
+        why = _why_not_now(lamp, nodes)
+        found.append({**_record(lamp, nodes), **({"left_out": why} if why else {})})
     return tuple(found)
 
 
-def record(item: bpy.types.Object) -> dict[str, Any]:
+def record(lamp: ShownLamp) -> dict[str, Any]:
     """Return what a lamp is, where it is and where it shines to; lengths are m."""
-    return _record(item, _nodes(item))
+    return _record(lamp, _nodes(lamp))
 
 
-def _nodes(item: bpy.types.Object) -> LampNodes:
+def _nodes(lamp: ShownLamp) -> LampNodes:
     # The files of lamps that are left out may be missing.
-    return LampNodes() if why_dark(item) else nodes_of(item.data)
+    return LampNodes() if why_dark(lamp) else nodes_of(lamp.light)
 
 
-def _record(item: bpy.types.Object, nodes: LampNodes) -> dict[str, Any]:
-    light, chosen, place = item.data, stored_lamp(item.data), item.matrix_world
+def _record(lamp: ShownLamp, nodes: LampNodes) -> dict[str, Any]:
+    light, chosen, place = lamp.light, stored_lamp(lamp.light), lamp.place
     found: dict[str, Any] = {
-        "name": item.name,
+        "name": lamp.name,
         "kind": light.type.lower(),
         "spectrum": chosen.spectrum or "colour",
-        "power": power_of(item),
+        "power": power_of(lamp),
         "unit": chosen.unit if chosen.spectrum else WATTS,
         "profile": chosen.profile or "Blender",
         "position": list(place.translation),
         "axis": list(_axis(place)),
-        "radius": radius_of(item),
+        "radius": radius_of(lamp),
     }
     if not chosen.spectrum:
         found["colour"] = (colour_of(light) * nodes.factor).tolist()
@@ -343,7 +311,7 @@ def _record(item: bpy.types.Object, nodes: LampNodes) -> dict[str, Any]:
         found["behind_port"] = True
     if not light.use_shadow:
         found["shadow"] = False
-    if _is_above(item) and chosen.from_above:
+    if lamp.is_above and chosen.from_above:
         found["through_surface"] = True
     return found
 
@@ -367,24 +335,24 @@ def seen_places(scene: bpy.types.Scene, camera: bpy.types.Object) -> list[tuple[
 def state(scene: bpy.types.Scene) -> tuple[object, ...]:
     """Return all that the light of a scene's lamps depends on, to be compared."""
     found = []
-    for item in objects_of(scene):
-        light = item.data
+    for lamp in _lighting(scene):
+        light, item = lamp.light, lamp.item
         numbers = (
             light.energy, light.exposure, *light.color, light.use_temperature, light.temperature,
             marks.is_seen(item), marks.is_hidden(item),
-            *(x for row in item.matrix_world for x in row),
+            *(x for row in lamp.place for x in row),
         )  # fmt: skip
         form = [getattr(light, name, 0.0) for name in _FORM]
         nodes = nodes_of(light)
         form += [*nodes.factor.tolist(), nodes.photometry and nodes.photometry.candela.tobytes()]
-        found.append((item.name_full, light.type, stored_lamp(light), *numbers, *form))
+        found.append((item.name_full, lamp.name, light.type, stored_lamp(light), *numbers, *form))
     return tuple(found)
 
 
 def _lamp(
-    item: bpy.types.Object, nodes: LampNodes, bands: Bands, unit: str, n: float, *, dark: bool
+    shown: ShownLamp, nodes: LampNodes, bands: Bands, unit: str, n: float, *, dark: bool
 ) -> Lamp:
-    light, chosen, form = item.data, stored_lamp(item.data), form_of(item, nodes, n)
+    light, chosen, form = shown.light, stored_lamp(shown.light), form_of(shown, nodes, n)
     if dark:
         intensity = np.zeros(len(bands))
     elif chosen.spectrum:
@@ -395,7 +363,7 @@ def _lamp(
             intensity = intensity / full_sun()
     else:
         intensity = intensity_of_colour(colour_of(light) * form.gain, form.power, bands)
-    place, seen = item.matrix_world, float(marks.is_seen(item))
+    place, seen = shown.place, float(marks.is_seen(shown.item))
     return Lamp(
         tuple(place.translation), _axis(place), intensity, form.profile, form.radius, seen,
         unblocked=float(not light.use_shadow),

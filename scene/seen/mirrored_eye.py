@@ -21,7 +21,7 @@ from ...uw_spectral.surface.mirrored_view import MirroredView
 from ...uw_spectral.surface.refraction import apparent_height, direction_in_air, is_in_window
 from .. import contents, marks
 from ..temporary import held
-from . import lamps
+from . import shown_lamps
 from .cameras import stand_in
 from .pinhole import pinhole_of, pose_of, set_pinhole
 from .ray_casting import Meshes
@@ -297,7 +297,7 @@ def _changes(item: bpy.types.Object) -> bool:
     keys = getattr(item.data, "shape_keys", None)
     deformed = any(modifier.type in _DEFORMING for modifier in item.modifiers)
     keyed = keys is not None and keys.animation_data is not None
-    return keyed or deformed or lamps.moves(item)
+    return keyed or deformed or shown_lamps.moves(item)
 
 
 def _top(item: bpy.types.Object) -> float:

@@ -13,8 +13,9 @@ from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ...uw_spectral.last_used import LastUsed
+from .. import marks
 from ..materials.mean_colours import MeanSurface, mask_of, mean_surface
-from ..rendered import in_rendered_collections
+from ..rendered import VERTEX_INSTANCERS, in_rendered_collections
 
 _OPAQUE = 0.5  # coverage from which a surface counts as whole
 
@@ -90,12 +91,23 @@ def visible_instances(
         owner = (found.parent or item) if found.is_instance else item
         if owner.hide_render or owner.original in left_out or owner.original not in shown:
             continue
-        if not found.is_instance and not found.show_self:
-            continue
-        # What geometry nodes and particles show may well be hidden where it stands itself.
-        if found.is_instance and owner.instance_type == "COLLECTION" and item.hide_render:
+        if found.is_instance:
+            # What geometry nodes and particles show may well be hidden where it stands itself.
+            if owner.instance_type != "NONE" and _is_hidden(item):
+                continue
+        elif not found.show_self or _is_instanced(item):
             continue
         yield found
+
+
+def _is_hidden(item: bpy.types.Object) -> bool:
+    """Whether renders do not show an object as an instance; the water hides lamps."""
+    return marks.is_hidden(item.original) if item.type == "LIGHT" else item.hide_render
+
+
+def _is_instanced(item: bpy.types.Object) -> bool:
+    """Whether renders show instances of an object at its parent's vertices or faces instead."""
+    return item.parent is not None and item.parent.instance_type in VERTEX_INSTANCERS
 
 
 def visible_meshes(

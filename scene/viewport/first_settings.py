@@ -6,7 +6,7 @@ import bpy
 
 from ...settings.scene_settings import BY_PICTURE
 from .. import stored_lamps, stored_settings
-from ..seen.lamps import KINDS
+from ..seen.shown_lamps import ShownLamp, is_lamp, shown_lamps
 from ..water.water_body import scene_reach
 from . import live, submerging
 
@@ -33,10 +33,10 @@ def is_dry(scene: bpy.types.Scene) -> bool:
 
 def leave_lamps_in_air(scene: bpy.types.Scene) -> None:
     """Let the lamps that are above the water stay out of it, wherever they go."""
-    for item in scene.objects:
-        is_lamp = item.type == "LIGHT" and item.data.type in KINDS and item.data.is_editable
-        if is_lamp and item.matrix_world.translation.z > 0.0:
-            getattr(item.data, stored_lamps.PROPERTY).in_water = False
+    hidden_too = [ShownLamp(item, item.matrix_world) for item in scene.objects if is_lamp(item)]
+    for lamp in (*hidden_too, *shown_lamps(scene)):
+        if lamp.is_above and lamp.light.is_editable:
+            getattr(lamp.light, stored_lamps.PROPERTY).in_water = False
 
 
 def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:

@@ -12,6 +12,7 @@ import bpy
 
 from .. import stored_settings, view_transform
 from ..engines import eevee_settings
+from ..seen.cameras import camera_of
 from ..session import SESSION
 from ..water.frame_water import RealtimeWater
 
@@ -20,7 +21,7 @@ _KEPT, _CAMERA, _VIEW, _TONE = "kept", "camera", "view", "tone"
 
 def apply(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     """Set what the live water needs of Blender, and keep what was there."""
-    camera = scene.camera
+    camera = camera_of(scene)
     wanted: list[tuple[Any, str, Any]] = []
     if camera is not None:
         wanted = [
@@ -55,10 +56,10 @@ def show(scene: bpy.types.Scene) -> None:
 
 def use_shafts(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     """Lead the froxels as far as the shafts reach; keep the user's values once."""
-    if scene.camera is None:
+    if camera_of(scene) is None:
         return
     kept = scene[SESSION][_KEPT]
-    for owner, name, value in eevee_settings.wanted_settings(scene, scene.camera, 1, water):
+    for owner, name, value in eevee_settings.wanted_settings(scene, camera_of(scene), 1, water):
         if owner == scene.eevee and name.startswith(("volumetric_", "use_volume_custom")):
             key = f"{type(owner).__name__}.{name}"
             first = key not in kept

@@ -22,7 +22,7 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, scripts, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
-from ..seen import clouds, enclosed_places, lamps, missing_data
+from ..seen import cameras, clouds, enclosed_places, lamps, missing_data
 from ..session import PROBLEM, SESSION, has_strays
 from ..water import (
     continued_seabed,
@@ -111,9 +111,10 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes += realtime.add_realtime(scene, water, extent)
     known = _state.known[scene.session_uid]
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
-    notes += enclosed_places.notes(scene, scene.camera, known.table, known.kept.looked)
-    if scene.camera is not None:
-        notes += moving_surface.limits(scene.camera, chosen, eevee=True, live=True)
+    camera = cameras.camera_of(scene)
+    notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
+    if camera is not None:
+        notes += moving_surface.limits(camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
@@ -337,7 +338,7 @@ def camera_depth(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None
 ) -> float | None:
     """Depth of the scene's camera in m, negative above the water; None without a camera."""
-    camera = scene.camera
+    camera = cameras.camera_of(scene)
     if camera is None:
         return None
     if depsgraph is not None:
@@ -365,7 +366,7 @@ def _roam(extent: WaterExtent, column: WaterColumn) -> float:
 
 
 def _from_the_middle(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None) -> float:
-    camera = scene.camera
+    camera = cameras.camera_of(scene)
     if camera is not None and depsgraph is not None:
         camera = camera.evaluated_get(depsgraph)
     return 0.0 if camera is None else math.hypot(*camera.matrix_world.translation.xy)
@@ -392,7 +393,8 @@ def problem(scene: bpy.types.Scene) -> str:
     depth = camera_depth(scene)
     floor = getattr(scene, stored_settings.PROPERTY).floor_depth
     if depth is None:
-        return "The scene has no camera. Add one below z = 0, the water surface."
+        why = cameras.why_no_camera(scene)
+        return f"The scene {why}. Add one below z = 0, the water surface."
     if floor != NO_FLOOR and depth >= floor:
         return f"The camera, at {depth:.3g} m, is below the floor at {floor:.3g} m."
     return ""
@@ -419,7 +421,7 @@ def _water(
     scene: bpy.types.Scene, chosen: SceneSettings, depth: float, *, hasty: bool = False
 ) -> frame_water.RealtimeWater:
     plan = plan_of(chosen.with_at_most(_FEW_BANDS) if hasty else chosen)
-    camera = scene.camera
+    camera = cameras.camera_of(scene)
     last = _state.known.get(scene.session_uid)
     known = last if hasty else None
     if known is not None:
@@ -427,7 +429,7 @@ def _water(
     else:
         seen = lamps.seen_places(scene, camera) if camera and lamps.objects_of(scene) else ()
     with quiet():
-        lit = lamps.lamplight(scene, camera, plan, seen) if camera else None
+        lit = lamps.lamplight(scene, camera, plan, seen)
         stops = _exposure(scene, plan, depth, lit, hasty=hasty)
         weights = plan.reduction(depth, lit, stops).weights
         kept = last.kept if last else Kept()
@@ -459,9 +461,10 @@ def _exposure(
     if hasty and session is not None and _STOPS in session:
         known = session[_STOPS]
         return known if plan.settings.exposure == BY_PICTURE else None
-    if scene.camera is None:
+    camera = cameras.camera_of(scene)
+    if camera is None:
         return None
-    stops = metering.metered(scene, scene.camera, plan, depth, lit)
+    stops = metering.metered(scene, camera, plan, depth, lit)
     if session is not None:
         if stops is None:
             session.pop(_STOPS, None)

@@ -148,8 +148,8 @@ def add_water(
     floor = sea_floor.build() if own_seabed or math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
     lit = [
-        (water_lamp.build(index, lamp, item.data), item)
-        for index, (lamp, item) in enumerate(zip(lamps.lamps, lamps.objects, strict=True))
+        (water_lamp.build(index, lamp, one.light), one)
+        for index, (lamp, one) in enumerate(zip(lamps.lamps, lamps.shown, strict=True))
     ]
     filling = scene_water.Filling(world, suns, floor, objects, images, parts, lit)
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
@@ -188,14 +188,15 @@ def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
 
     Those in the air are put where they seem to be: their light goes straight through the surface.
     """
-    found = zip(marks.followers(scene), lamps.lamps, lamps.objects, strict=True)
+    found = zip(marks.followers(scene), lamps.lamps, lamps.shown, strict=True)
     for index, (item, lamp, own) in enumerate(found):
         before = item.data
-        if not water_lamp.fits(before, lamp, own.data):
-            item.data = water_lamp.build(index, lamp, own.data)
+        if not water_lamp.fits(before, lamp, own.light):
+            item.data = water_lamp.build(index, lamp, own.light)
             if marks.MARK in before:
                 item.data[marks.MARK] = before[marks.MARK]
             bpy.data.lights.remove(before)
+        scene_water.follow(item, own)
         for constraint in item.constraints:
             constraint.mute = lamp.shines_in
         if lamp.shines_in:

@@ -108,7 +108,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     values = realtime_values.build(shape)
     shade = None if water.seen.shade is None else realtime_shade.new_image()
     cover = None if water.seen.cover is None else realtime_cover.new_image()
-    shining = water.seen.lamps.objects
+    shining = water.seen.lamps.shown
     lit = _lamp_images(water) if shining else None
     rays = realtime_refraction.build(values, images) if shape.above else None
     if shape.port:
@@ -195,8 +195,8 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             )
             if image is not None
         },
-        list(zip(realtime_lamps.shadow_lamps([x.data for x in shining]), shining, strict=True)),
-        followers_seen=False,  # EEVEE would draw them; the shaders draw the lamps
+        list(zip(realtime_lamps.shadow_lamps([x.light for x in shining]), shining, strict=True)),
+        traced=False,  # EEVEE would draw them; the shaders draw the lamps
         floor_shades=False,
     )
     notes += water.seen.cloud_notes
@@ -443,7 +443,9 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
     )  # fmt: skip
     images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
     realtime_lamps.write_lamps(images, folded, shown)
-    for item, lamp, colour in zip(marks.followers(scene), lamps, colours, strict=True):
+    followers, shown = marks.followers(scene), water.seen.lamps.shown
+    for item, lamp, own, colour in zip(followers, lamps, shown, colours, strict=True):
+        scene_water.follow(item, own)
         code = numbers[realtime_lamps.CODE]
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import bpy
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 from ...node_groups.node_mathematics import MARK
 from ...node_groups.realtime_waves import WaveImages
@@ -22,6 +22,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents, marks
 from ..rendered import is_hidden_by_animation
+from ..seen.shown_lamps import ShownLamp
 from . import giving_back, pass_values, seabed, water_body
 from .water_body import WaterExtent
 
@@ -48,9 +49,10 @@ class Filling:
     parts : mapping of str to ID
         Data-blocks that :func:`part` returns.
     followers : sequence of tuples
-        Lamps that are where objects of the scene are.
-    followers_seen : bool
-        Whether cameras see them where they see these objects; else never.
+        Lamps that are where lamps of the scene are.
+    traced : bool
+        Whether rays meet lamps: then cameras see followers where they see what these follow, and
+        nothing sees the scene's own, not even as instances.
     floor_shades : bool
         Whether the floor throws shadows; nothing is seen under it, and maps of it cost time.
     """
@@ -61,8 +63,8 @@ class Filling:
     objects: list[bpy.types.Object]
     images: WaveImages | None = None
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
-    followers: Sequence[tuple[bpy.types.Light, bpy.types.Object]] = ()
-    followers_seen: bool = True
+    followers: Sequence[tuple[bpy.types.Light, ShownLamp]] = ()
+    traced: bool = True
     floor_shades: bool = True
 
 
@@ -127,14 +129,14 @@ def add(
     list of str
         What could not be treated, one line each.
     """
-    notes = _hide_lamps(scene)
+    notes = _hide_lamps(scene, from_rays=filling.traced)
     collection = bpy.data.collections.new("Underwater")
     items, parts = list(filling.objects), dict(filling.parts)
     for lamp in filling.lamps:
         items.append(bpy.data.objects.new(lamp.name, lamp))
         items[-1][marks.IS_SUN] = lamp == filling.lamps[0]
     for number, (lamp, leader) in enumerate(filling.followers):
-        items.append(_follower(lamp, leader, seen=filling.followers_seen))
+        items.append(_follower(lamp, leader, seen=filling.traced))
         items[-1][marks.FOLLOWS] = number
     if filling.images is not None:
         parts[marks.CAUSTICS], parts[marks.SLOPES] = filling.images.caustics, filling.images.slopes
@@ -265,10 +267,26 @@ def turn(lamp: bpy.types.Object, direction: Iterable[float]) -> None:
     lamp.rotation_quaternion = Vector([float(x) for x in direction]).to_track_quat("-Z", "Y")
 
 
-def _follower(lamp: bpy.types.Light, leader: bpy.types.Object, *, seen: bool) -> bpy.types.Object:
+def follow(follower: bpy.types.Object, leader: ShownLamp) -> None:
+    """Bring a lamp to an instance that it follows; objects it follows by itself."""
+    if leader.instancer is None:
+        return
+    place = leader.place
+    if follower.data.type != "AREA":
+        # A mirrored matrix has no rotation of its own.
+        axis = place.to_3x3() @ Vector((0.0, 0.0, -1.0))
+        place = Matrix.LocRotScale(place.translation, axis.to_track_quat("-Z", "Y"), None)
+    if follower.matrix_basis != place:
+        follower.matrix_basis = place
+
+
+def _follower(lamp: bpy.types.Light, leader: ShownLamp, *, seen: bool) -> bpy.types.Object:
     item = bpy.data.objects.new(lamp.name, lamp)
-    item.visible_camera = seen and marks.is_seen(leader)
-    item.constraints.new("COPY_TRANSFORMS").target = leader
+    item.visible_camera = seen and marks.is_seen(leader.item)
+    if leader.instancer is not None:
+        follow(item, leader)
+        return item
+    item.constraints.new("COPY_TRANSFORMS").target = leader.item
     if lamp.type != "AREA":
         # Scale is in the profile; here it would stretch the directions that nodes read.
         even = item.constraints.new("LIMIT_SCALE")
@@ -301,7 +319,7 @@ def _mark(*blocks: bpy.types.ID | None) -> None:
             block[MARK] = True
 
 
-def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
+def _hide_lamps(scene: bpy.types.Scene, *, from_rays: bool = False) -> list[str]:
     notes = []
     for item in contents.objects(scene):
         if item.type != "LIGHT" or marks.HIDDEN in item:
@@ -309,13 +327,13 @@ def _hide_lamps(scene: bpy.types.Scene) -> list[str]:
         if not item.is_editable:
             notes.append(f"lamp {item.name!r} is linked and cannot be hidden; make it local")
             continue
-        # The next frame would show it again: no ray of Cycles meets it instead.
+        # The next frame would show it again, and instances show: no ray of Cycles meets it.
         animated = is_hidden_by_animation(item)
         marks.hide(
             item,
             render=not animated,
             viewport=item.data.type == "SUN" or not item.data.is_editable,
-            rays=animated,
+            rays=animated or from_rays,
         )
         if item.data.is_editable:
             marks.dim(item.data)

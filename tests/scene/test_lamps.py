@@ -314,20 +314,6 @@ def test_a_spectrum_that_cannot_be_used_names_the_lamp(scene):
         lamps.lamps_of(scene, BANDS, RELATIVE)
 
 
-def test_a_lamp_in_an_instance_is_named(scene):
-    lamp = _lamp((0.0, 1.0, -DEPTH))
-    vehicle = bpy.data.collections.new("vehicle")
-    for collection in lamp.users_collection:
-        collection.objects.unlink(lamp)
-    vehicle.objects.link(lamp)
-    empty = bpy.data.objects.new("vehicle", None)
-    empty.instance_type, empty.instance_collection = "COLLECTION", vehicle
-    scene.collection.objects.link(empty)
-    assert "Make Instances Real" in lamps.left_out(scene)[lamp]
-    found = lamps.lamps_of(scene, BANDS, RELATIVE)
-    assert (len(found.lamps), len(found.notes)) == (0, 1)
-
-
 def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
     item = _lamp((0.0, 1.0, 2.0))
     assert "above the water" in lamps.left_out(scene)[item]
@@ -336,8 +322,8 @@ def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
     assert "above the water" in found.notes[0]
     assert "above the water" in " ".join(lamps.said_of(item))
-    assert lamps.record(item)["through_surface"]
-    assert lamps.record(item)["position"] == pytest.approx([0.0, 1.0, 2.0])
+    assert lamps.records(scene)[0]["through_surface"]
+    assert lamps.records(scene)[0]["position"] == pytest.approx([0.0, 1.0, 2.0])
     assert found.from_air
     (lamp,) = found.lamps
     assert lamp.position == pytest.approx((0.0, 1.0, 1.34 * 2.0))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from underwater_spectral.jobs import batch, planning
 from underwater_spectral.scene import contents
+from underwater_spectral.scene.as_rendered import as_rendered
 from underwater_spectral.scene.materials.mean_colours import mean_colour, mean_surface
-from underwater_spectral.scene.rendered import as_rendered
 from underwater_spectral.scene.seen import lamps, surroundings
 from underwater_spectral.scene.seen.lamp_shadows import KeptLampShadows
 from underwater_spectral.scene.seen.ray_casting import Meshes
@@ -74,18 +74,21 @@ def test_lamps_that_blender_does_not_render_light_nothing(where):
     assert lamps.objects_of(scene) == []
 
 
-def test_lamps_of_a_collection_that_is_left_out_and_instanced_are_named():
+def test_lamps_of_a_collection_that_is_left_out_shine_where_they_are_instanced():
     scene = bpy.context.scene
     item = _lamp()
     _in_collection(item).exclude = True
     empty = bpy.data.objects.new("group", None)
     empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.collections["own"]
     scene.collection.objects.link(empty)
+    empty.location.x = 3.0
+    bpy.context.view_layer.update()
+    (found,) = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE).shown
+    assert (found.item, found.instancer) == (item, empty)
+    assert found.place.translation.x == item.location.x + 3.0
+    empty.hide_render = True
     bpy.context.view_layer.update()
     assert lamps.objects_of(scene) == []
-    assert list(lamps.left_out(scene)) == [item]
-    empty.hide_render = True
-    assert lamps.left_out(scene) == {}
 
 
 @pytest.mark.parametrize("where", HIDDEN)

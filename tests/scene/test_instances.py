@@ -1,0 +1,275 @@
+"""What instances renders show, and lamps among them: Blender's own answer is that of a render."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+import numpy as np
+import pytest
+from underwater_spectral.jobs import batch
+from underwater_spectral.scene.as_rendered import as_rendered
+from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.seen.shown_lamps import shown_lamps
+from underwater_spectral.scene.seen.visible_meshes import visible_instances
+from underwater_spectral.scene.viewport import live
+from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+
+pytestmark = pytest.mark.usefixtures("registered")
+
+
+class _Look(bpy.types.RenderEngine):
+    """Notes what there is to be rendered."""
+
+    bl_idname, bl_label = "UNDERWATER_LOOK", "Look"
+    found: list[tuple] = []  # noqa: RUF012
+
+    def render(self, depsgraph):
+        shown = (x for x in depsgraph.object_instances if x.is_instance or x.show_self)
+        type(self).found = sorted(map(_row, shown))
+
+
+def _row(one):
+    place = tuple(round(x, 3) for x in one.matrix_world.translation)
+    return one.object.name, one.object.type, one.is_instance, place
+
+
+@pytest.fixture
+def rendered():
+    """What renders show of the scene now."""
+    bpy.utils.register_class(_Look)
+
+    def look():
+        scene = bpy.context.scene
+        engine, scene.render.engine = scene.render.engine, _Look.bl_idname
+        scene.render.resolution_x = scene.render.resolution_y = 4
+        bpy.ops.render.render()
+        scene.render.engine = engine
+        return _Look.found
+
+    yield look
+    bpy.utils.unregister_class(_Look)
+
+
+def _add(name, data=None, parent=None, place=(0.0, 0.0, 0.0)):
+    item = bpy.data.objects.new(name, data)
+    item.location, item.parent = place, parent
+    bpy.context.scene.collection.objects.link(item)
+    return item
+
+
+def _spot(name="torch"):
+    light = bpy.data.lights.new(name, "SPOT")
+    light.energy, light.spot_size, light.shadow_soft_size = 300.0, math.radians(90.0), 0.05
+    return light
+
+
+def _points(*places):
+    mesh = bpy.data.meshes.new("points")
+    mesh.from_pydata(places, [], [])
+    return mesh
+
+
+def _nodes(of_points, *, in_render_only=False):
+    """Geometry nodes that show what a node of a kind makes on points."""
+    tree = bpy.data.node_groups.new("scatter", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, end, dots, on, switch, asks = (
+        tree.nodes.new(kind)
+        for kind in (
+            "NodeGroupInput",
+            "NodeGroupOutput",
+            "GeometryNodeMeshToPoints",
+            "GeometryNodeInstanceOnPoints",
+            "GeometryNodeSwitch",
+            "GeometryNodeIsViewport",
+        )
+    )
+    switch.input_type = "GEOMETRY"
+    tree.links.new(start.outputs[0], dots.inputs[0])
+    tree.links.new(dots.outputs[0], on.inputs["Points"])
+    of_points(tree, on)
+    if in_render_only:
+        tree.links.new(asks.outputs[0], switch.inputs["Switch"])
+    tree.links.new(on.outputs[0], switch.inputs["False"])
+    tree.links.new(switch.outputs[0], end.inputs[0])
+    return tree
+
+
+def _object(item):
+    def feed(tree, on):
+        node = tree.nodes.new("GeometryNodeObjectInfo")
+        node.inputs["As Instance"].default_value = True
+        node.inputs["Object"].default_value = item
+        tree.links.new(node.outputs["Geometry"], on.inputs["Instance"])
+
+    return feed
+
+
+def _collection(found):
+    def feed(tree, on):
+        node = tree.nodes.new("GeometryNodeCollectionInfo")
+        node.inputs["Collection"].default_value = found
+        tree.links.new(node.outputs[0], on.inputs["Instance"])
+
+    return feed
+
+
+PLACES = (0.0, 0.0, -1.0), (5.0, 0.0, -2.0)
+
+
+def _by_nodes(item, **asked):
+    made = _add("scatter", _points(*PLACES))
+    made.modifiers.new("scatter", "NODES").node_group = _nodes(_object(item), **asked)
+    item.hide_render = True
+    return made
+
+
+def _by_collection_on_points(item):
+    kept = _asset(item)
+    made = _add("scatter", _points(*PLACES))
+    made.modifiers.new("scatter", "NODES").node_group = _nodes(_collection(kept))
+    return made
+
+
+def _by_collection(item):
+    kept = _asset(item)
+    for place in PLACES:
+        made = _add("vehicle", place=place)
+        made.instance_type, made.instance_collection = "COLLECTION", kept
+    return made
+
+
+def _asset(*items):
+    kept = bpy.data.collections.new("asset")
+    for item in items:
+        for owner in list(item.users_collection):
+            owner.objects.unlink(item)
+        kept.objects.link(item)
+    return kept
+
+
+def _by_vertices(item):
+    made = _add("holder", _points(*PLACES))
+    item.parent, made.instance_type = made, "VERTS"
+    return made
+
+
+def _by_faces(item):
+    mesh = bpy.data.meshes.new("faces")
+    corners = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)]
+    corners += [(x + 5, y, z - 1) for x, y, z in corners]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3), (4, 5, 6, 7)])
+    made = _add("holder", mesh)
+    item.parent, made.instance_type = made, "FACES"
+    return made
+
+
+def _by_particles(item, kind="OBJECT"):
+    corners = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)]
+    mesh = bpy.data.meshes.new("emitter")
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
+    made = _add("emitter", mesh)
+    made.modifiers.new("particles", "PARTICLE_SYSTEM")
+    settings = made.particle_systems[0].settings
+    settings.type, settings.count, settings.render_type = "HAIR", 8, kind
+    settings.use_advanced_hair, settings.particle_size = True, 1.0
+    if kind == "OBJECT":
+        settings.instance_object = item
+    else:
+        settings.instance_collection = _asset(item)
+    settings.display_percentage = 50
+    item.hide_render = kind == "OBJECT"
+    return made
+
+
+WAYS = {
+    "geometry nodes": _by_nodes,
+    "geometry nodes in renders only": lambda item: _by_nodes(item, in_render_only=True),
+    "a collection on points": _by_collection_on_points,
+    "a collection": _by_collection,
+    "vertices": _by_vertices,
+    "faces": _by_faces,
+    "particles": _by_particles,
+    "a collection of particles": lambda item: _by_particles(item, "COLLECTION"),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_instances_are_those_of_a_render(way, rendered):
+    """Whatever the viewport's switches say; afterwards all is as it was."""
+    scene = bpy.context.scene
+    scenes.add_camera()
+    lamp, thing = _add("lamp", _spot()), scenes._cube("thing", (0.0, 0.0, 0.0))
+    made = WAYS[way](lamp)
+    if way in ("vertices", "faces"):
+        thing.parent = made
+        hidden = _add("hidden", _spot(), made)
+        hidden.hide_render = True
+    bpy.context.view_layer.update()
+    for item in (lamp, made):
+        item.hide_viewport = True
+    made.show_instancer_for_viewport, made.show_instancer_for_render = True, False
+    bpy.context.view_layer.update()
+    wanted, before = rendered(), snapshot.snapshot()
+    assert any(row[0] == "lamp" for row in wanted)
+    with as_rendered(scene):
+        found = sorted(map(_row, visible_instances(bpy.context.evaluated_depsgraph_get())))
+        shining = [(one.item.name, tuple(one.place.translation)) for one in shown_lamps(scene)]
+    assert found == wanted
+    seen = [(name, place) for name, kind, _, place in wanted if kind == "LIGHT"]
+    assert sorted(seen) == sorted(
+        (name, tuple(round(x, 3) for x in place)) for name, place in shining
+    )
+    assert snapshot.differences(before, snapshot.snapshot()) == []
+
+
+def test_instances_that_come_and_go_between_frames_light_theirs(tmp_path):
+    """One lamp in the second frame, two in the others; each frame as it is by itself."""
+    scene = bpy.context.scene
+    scenes.add_camera((0.0, -1.0, -20.0), (math.pi / 2, 0.0, 0.0))
+    scenes.wall("wall", (0.0, 4.0, -20.0), 12.0)
+    lamp = _add("lamp", _spot())
+    lamp.rotation_euler.x = math.pi / 2
+    _by_collection(lamp)
+    first, empty = (scene.objects[name] for name in ("vehicle", "vehicle.001"))
+    first.location, empty.location = (-1.0, 1.0, -20.0), (1.0, 1.0, -20.0)
+    for frame in (1, 2, 3):
+        empty.hide_render = frame == 2
+        empty.keyframe_insert("hide_render", frame=frame)
+    path = str(tmp_path / "job.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    found = {}
+    for frames in ("1-3", "2"):
+        out = tmp_path / frames
+        options = ["--engine", "cycles", "--samples", "4", "--bands", "3", "--sunlight", "0"]
+        options += ["--exposure", "0", "--resolution", "16", "9", "--phase", "hg:0.8"]
+        options += ["--surface", "none", "--frames", frames, "--out", str(out)]
+        assert batch.main([path, *options], inside_blender=False) == 0
+        found |= {(frames, f.stem): read_exr(f)[0] for f in out.glob("0*.exr")}
+    all_three = [found["1-3", f"000{n}"] for n in (1, 2, 3)]
+    np.testing.assert_array_equal(all_three[1], found["2", "0002"])
+    assert all_three[0].mean() == pytest.approx(all_three[2].mean(), rel=0.05)
+    assert all_three[1].mean() < 0.7 * all_three[0].mean()
+
+
+def test_a_camera_that_is_none_is_named():
+    """A lamp as the active camera ended in a traceback."""
+    scene = bpy.context.scene
+    scenes.add_camera((0.0, 0.0, -5.0))
+    for other in (_add("lamp", _spot()), _add("empty"), scenes._cube("cube", (0.0, 0.0, 0.0))):
+        scene.camera = other
+        with pytest.raises(InputError, match=rf"'{other.name}' as its active.*set one of Camera"):
+            cameras.find_camera(scene, None)
+        assert f"'{other.name}' as its active camera" in live.problem(scene)
+    live.add(scene)
+    live.remove(scene)
+    scene.camera = None
+    with pytest.raises(InputError, match="has no active camera"):
+        cameras.find_camera(scene, None)
+    scene.camera = bpy.data.objects.new("elsewhere", bpy.data.cameras.new("elsewhere"))
+    with pytest.raises(InputError, match="no camera 'elsewhere'"):
+        cameras.find_camera(scene, None)
