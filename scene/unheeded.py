@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import bpy
 
 from . import scripts, units
+from .materials import glowing_meshes
 from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
@@ -82,6 +83,7 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     yield from _of_layer(layer)
     yield from _of_frames(scene)
     yield from _of_objects(scene)
+    yield from glowing_meshes.notes(scene)
     if not is_live(scene):
         yield from _of_world(scene.world)
 

@@ -409,3 +409,16 @@ def test_a_reference_takes_no_shortcuts_that_the_scene_has(tmp_path):
         scene = bpy.context.scene
     np.testing.assert_array_equal(*found)
     assert scene.cycles.use_sample_subset
+
+
+def test_meshes_that_glow_are_named():
+    """EEVEE gives none of their light to other things."""
+    scene = _scene()
+    assert not any("glows" in note for note in unheeded.unheeded(scene))
+    panel = scenes._cube("panel", (0.0, 1.0, -3.0))
+    panel.data.materials.append(scenes.glow(5.0))
+    (said,) = [note for note in unheeded.unheeded(scene) if "glows" in note]
+    assert said.startswith("'panel': ")
+    assert "lights nothing" in said
+    panel.hide_render = True
+    assert not any("glows" in note for note in unheeded.unheeded(scene))
