@@ -352,7 +352,8 @@ class ChannelWater:
         if self.layered:
             v = elevation(w[2], self.m)
             found = [p * self.tables.once_on_path(i, v, P) for i, p in enumerate(self.parts)]
-            return _sum(found) * path_unit(P, self.fastest)
+            # The last entry of the table holds from there on, in its own unit.
+            return _sum(found) * path_unit(self.numbers.lengths.held(P, self.m), self.fastest)
         return self._integrated("once", self.numbers.once_decay, y_o, y_e, P)
 
     def single_scattering(
@@ -568,14 +569,11 @@ class ChannelWater:
         seen, mirrored, down = under_surface_shares(w, sky, index, m, slopes)
         M, rest = self.ahead(0.0 * w[2], down)
         to_floor = distance_in_water(0.0 * w[2], -down[2], self.numbers.y_f, m)
-        columns = [self.tables.along("mirrored", j, P) for j in range(3)]
-        risen = _sum(
-            [c * part for c, part in zip(columns, self.tables.split(M + rest), strict=True)]
-        )
-        floor = self._floor_after(P + to_floor)
-        total = skylight * seen + mirrored * (peaked * risen + floor)
+        risen = peaked * self._risen(M + rest, P)
+        floor = self._floor_mirrored(P, to_floor, 2)
+        total = skylight * seen + mirrored * (risen + floor)
         if picture is not None:
-            rising = M + rest + self._floor_after(to_floor)
+            rising = M + rest + self._floor_mirrored(P, to_floor, 1)
             total = total + mirrored * self._brought(picture(down), rising, P)
         free: Operand = 1.0
         if window is not None:
@@ -598,6 +596,20 @@ class ChannelWater:
     def _floor_after(self, P: Operand) -> Operand:
         """Radiance of the floor that is left after P."""
         return self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
+
+    def _floor_mirrored(self, P: Operand, to_floor: Operand, times: int) -> Operand:
+        """Radiance of the floor seen from the surface, past the water above the camera so often."""
+        if not self.layered:
+            return self._floor_after(to_floor if times == 1 else P + to_floor)
+        # What is above the camera is other water than what lies between it and the floor.
+        below = self._floor_after(self.m.maximum(to_floor - P, 0.0))
+        above = P * times
+        return self._risen(below, above) * self.left_with_peak(0.0 * P, above)
+
+    def _risen(self, light: Operand, P: Operand) -> Operand:
+        """Light of the colours of what rises to the surface after P, but for the slowest rate."""
+        parts = self.tables.split(light)
+        return _sum([self.tables.along("mirrored", j, P) * x for j, x in enumerate(parts)])
 
     def _brought(self, things: MirroredThings, rising: Operand, P: Operand) -> Operand:
         """What things bring, or keep away, of light that rises to the surface, left after P.

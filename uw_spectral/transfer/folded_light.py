@@ -90,6 +90,10 @@ class LengthScale:
         """Position of a distance among :data:`LENGTHS`; what is farther is the last."""
         return m.minimum(self.per_log * m.log(1.0 + P / self.first), LENGTHS - 1.0)
 
+    def held(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return a distance, or the last one where it is farther, m."""
+        return m.minimum(P, self.first * (m.exp((LENGTHS - 1.0) / self.per_log) - 1.0))
+
     def step(self, P: Operand) -> Operand:
         """Difference in m between two places at a distance."""
         return (P + self.first) / self.per_log

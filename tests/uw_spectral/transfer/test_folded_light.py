@@ -368,3 +368,36 @@ def test_what_counts_as_unscattered_changes_no_light_of_open_water(planted):
     ):
         off = np.quantile(np.abs(of_few / of_all - 1.0), 0.95)
         assert (off < 0.01) == (planted == 1.0), off
+
+
+CLEAR_BELOW = """depth_m,wavelength_nm,a,b
+1,400,0.03,0.14
+1,700,0.33,0.08
+3,400,0.02,0.04
+3,700,0.23,0.02
+"""
+
+
+@pytest.mark.parametrize(("surface", "floor"), [("none", 5000.0), ("flat", 14.0)])
+def test_open_water_below_a_turbid_layer_is_that_of_the_solution(surface, floor, tmp_path):
+    """However far, and with the floor that the surface mirrors, seen through the layer twice."""
+    (tmp_path / "water.csv").write_text(CLEAR_BELOW)
+    chosen = SceneSettings(
+        water=f"file:{tmp_path / 'water.csv'}", bands=3, surface=surface, floor_depth=floor,
+        floor_reflectance="0.3", sun_zenith=40.0,
+    )  # fmt: skip
+    plan = render_plan.make_plan(chosen)
+    field, sky = plan.solved_field(24), plan.column.skylight
+    folded = fold(field, channels_of_bands(plan.bands, (0, 1, 2)), 5.0, sky.level)
+    v = np.random.default_rng(5).normal(size=(600, 3))
+    v /= np.linalg.norm(v, axis=1)[:, None]
+    window = 1.0 / plan.column.refractive_index
+    v = v[(v @ -np.asarray(field.sun) < FROM_SUN) & (np.abs(np.hypot(*v.T[:2]) - window) > 0.02)]
+    v = v[np.abs(v[:, 2]) > 0.1]
+    w, y = [x[:, None] for x in v.T], np.full((len(v), 1), 5.0)
+    index = plan.column.refractive_index if plan.column.reflects else None
+    ray = along_rays(folded, field.sun, w)
+    found = ray.open_water(y, w, dataclasses.replace(sky, level=1.0), index).total
+    errors = np.abs(found / field.radiance(y[:, 0], v.T) - 1.0)
+    assert np.median(errors) <= 0.005
+    assert np.quantile(errors, 0.99) <= 0.03
