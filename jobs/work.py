@@ -254,6 +254,7 @@ class _Water:
         first = next(x for x in of_camera if len(manifest.lamps_of(x.frame)) == count)
         camera = cameras.find_camera(scene, self._camera)
         self._stack.enter_context(_resolution(scene, manifest.output.resolution))
+        self._stack.enter_context(contents.drawn_by(scene, manifest.output.engine.upper()))
         scene.frame_set(first.frame)
         plan, output = self._plans.of(first.frame), manifest.output
         eyes = tuple(view.eye for view in of_camera if view.eye)

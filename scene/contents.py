@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Iterator
 
 import bpy
@@ -10,6 +11,7 @@ from ..uw_spectral.errors import InputError
 from .rendered import VERTEX_INSTANCERS, ever_rendered
 
 _NAMED = 3  # of what is linked
+_DRAWN_BY = "uw_drawn_by"  # on a tree: an engine, as outputs name it
 _SOCKETS = {"OBJECT", "COLLECTION", "MATERIAL"}
 
 
@@ -116,6 +118,35 @@ def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
     """Materials of the objects of a scene, those that geometry nodes set too, in stable order."""
     found = {m.name_full: m for item in objects(scene) for m in materials_of(item)}
     return [found[name] for name in sorted(found)]
+
+
+@contextlib.contextmanager
+def drawn_by(scene: bpy.types.Scene, engine: str) -> Iterator[None]:
+    """Read materials by the outputs of ``CYCLES`` or ``EEVEE`` while the block runs."""
+    trees = [
+        material.node_tree
+        for material in materials(scene)
+        if material.is_editable and _outputs_differ(material.node_tree)
+    ]
+    for tree in trees:
+        tree[_DRAWN_BY] = engine
+    try:
+        yield
+    finally:
+        for tree in trees:
+            tree.pop(_DRAWN_BY, None)
+
+
+def output_of(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
+    """Return the output of a material that is drawn, EEVEE's where :func:`drawn_by` says nothing.
+
+    Where the user has given each engine one of its own, they are two.
+    """
+    return tree.get_output_node(tree.get(_DRAWN_BY, "EEVEE"))
+
+
+def _outputs_differ(tree: bpy.types.ShaderNodeTree) -> bool:
+    return tree.get_output_node("CYCLES") != tree.get_output_node("EEVEE")
 
 
 def materials_of(item: bpy.types.Object) -> list[bpy.types.Material]:

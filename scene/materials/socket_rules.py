@@ -94,8 +94,3 @@ def as_number(value: NDArray[np.float64], kind: str) -> float:
 def luminance_weights() -> NDArray[np.float64]:
     """Luminance of red, green and blue in the colour space that the file works in, (3,)."""
     return np.array([Color(row).from_scene_linear_to_xyz_d65()[1] for row in np.eye(3).tolist()])
-
-
-def output_of(tree: bpy.types.ShaderNodeTree, engine: str) -> bpy.types.Node | None:
-    """Return the material output that an engine draws; ``engine`` as Blender calls it."""
-    return tree.get_output_node("CYCLES" if engine == "CYCLES" else "EEVEE")

@@ -62,7 +62,7 @@ def refresh() -> None:
 
 def own_shader(tree: bpy.types.ShaderNodeTree) -> bpy.types.NodeSocket | None:
     """Return the input that a material's own shader arrives at, whether it is wet or not."""
-    output = tree.get_output_node("EEVEE")
+    output = contents.output_of(tree)
     if output is None:
         return None
     surface = output.inputs["Surface"]

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import attributes, realtime_surface
+from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import (
     band_colors,
@@ -18,6 +19,7 @@ from underwater_spectral.scene.materials import (
     wet_trees,
 )
 from underwater_spectral.scene.materials.inserted import has_inserted
+from underwater_spectral.scene.materials.mean_colours import mean_colour
 from underwater_spectral.scene.seen.lamp_nodes import nodes_of
 from underwater_spectral.scene.seen.snapshot import Snapshot
 from underwater_spectral.scene.water import frame_water, realtime, water_body
@@ -550,3 +552,17 @@ def test_nothing_covers_less_than_nothing(empty_blender, colour, covers):
     inlined = made[0].inline_shader_nodes()
     told = next(n for n in inlined.node_tree.nodes if n.bl_idname == "ShaderNodeEmission")
     assert told.inputs["Color"].default_value[0] == pytest.approx(covers)
+
+
+def test_mean_colours_are_those_of_the_output_that_is_drawn(empty_blender):
+    (material,) = _tiles(empty_blender, [_diffuse])
+    tree, other = material.node_tree, (0.1, 0.2, 0.7)
+    tree.get_output_node("ALL").target = "EEVEE"
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    output.target = "CYCLES"
+    tree.links.new(_diffuse(tree, other), output.inputs["Surface"])
+    for engine, colour in (("EEVEE", _PALE), ("CYCLES", other)):
+        with contents.drawn_by(empty_blender, engine):
+            assert mean_colour(material) == pytest.approx(colour)
+    assert mean_colour(material) == pytest.approx(_PALE)
+    assert not tree.keys()
