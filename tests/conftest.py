@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import runpy
 import warnings
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,24 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 _ROOT = Path(__file__).resolve().parent.parent
 runpy.run_path(str(_ROOT / "tools" / "load_checkout.py"))["load"]()
+
+
+def pytest_addoption(parser):
+    """Let the files be listed by what they cost."""
+    parser.addoption("--costs", action="store_true", help="list seconds of each file")
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Print seconds by file, set-up included, dearest first."""
+    if not config.getoption("--costs"):
+        return
+    seconds = Counter()
+    for kind in ("passed", "failed", "error", ""):
+        for report in terminalreporter.getreports(kind):
+            seconds[report.nodeid.partition("::")[0]] += report.duration
+    terminalreporter.section("seconds by file")
+    for name, spent in seconds.most_common():
+        terminalreporter.write_line(f"{spent:7.1f} {name}")
 
 
 @pytest.fixture(autouse=True)
