@@ -73,8 +73,10 @@ def take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
     home = node.inputs[0]
     source = home.links[0] if home.is_linked else None
     for target in [link.to_socket for link in node.outputs[0].links]:
-        _copy_value(home, target)
-        move_curves(tree, home, target)
+        if target.type == home.type or {target.type, home.type} == {"RGBA", "VECTOR"}:
+            # Else the user has led it elsewhere.
+            _copy_value(home, target)
+            move_curves(tree, home, target)
         tree.links.remove(target.links[0])
         if source is not None:
             _link(tree, source.from_socket, target, source.is_muted)
