@@ -18,7 +18,7 @@ from .compositor_exr import write_compositor_exrs
 from .croissant import write_croissant
 from .depth_maps import read_depth_png
 from .euroc import write_euroc_sequences
-from .files import make_folder, write_json
+from .files import make_folder, place_file, write_json
 from .hdf5 import write_hdf5s
 from .kitti import write_kitti_sequences
 from .nerfstudio import write_nerfstudio
@@ -136,8 +136,11 @@ def _nerfstudio(files: SetFiles) -> None:
 
 
 def _colmap(files: SetFiles) -> None:
-    """Write each scene."""
+    """Write each scene, with its pictures beside, where loaders of 3D Gaussians seek them."""
     for name, views in _groups(files.views).items():
+        images = make_folder(_scene(files, name) / "images")
+        for view in views:
+            place_file(view.image, images / view.image.name)
         points = sparse_points(views, _depth, shown_pixels, files.points, files.seed)
         write_colmap(_scene(files, name) / "sparse" / "0", views, points, files.folder / "images")
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..scene import colour_space, contents, scripts
+from ..scene import colour_space, contents, scripts, unlit_scans
 from ..scene.as_rendered import as_rendered
 from ..scene.engines import housed
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
@@ -149,8 +149,11 @@ def render(
     """
     require_no_water(scene)
     # Of the scene as it came.
-    said = (*missing_notes(scene, manifest.frames), *scripts.notes(), *unheeded(scene))
-    said = tuple(filter(None, dict.fromkeys((*said, other_scenes(scene)))))
+    said = (
+        *missing_notes(scene, manifest.frames),
+        *(*scripts.notes(), *unheeded(scene), *unlit_scans.notes(scene), other_scenes(scene)),
+    )
+    said = tuple(filter(None, dict.fromkeys(said)))
     if bpy.app.background:
         made = contents.make_local(scene)
         if made:

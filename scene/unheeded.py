@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import bpy
+import numpy as np
 
 from . import scripts, units
 from .materials import glowing_meshes
@@ -12,6 +13,7 @@ from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
 _NAMED = 3
+_FAR = 10_000.0  # m, where single precision tells 1 mm apart
 _PICTURES = {"TEX_ENVIRONMENT", "TEX_IMAGE"}
 _SEEN = ("use_solid", "use_volumes")
 
@@ -29,6 +31,13 @@ def unheeded_of_camera(
 
 
 def _of_camera(scene: bpy.types.Scene, camera: bpy.types.Object, traced: bool) -> Iterator[str]:
+    distance = camera.matrix_world.translation.length
+    if distance > _FAR:
+        yield (
+            f"camera {camera.name!r} is {distance:.3g} m from the origin, where Blender's single "
+            f"precision tells {np.spacing(np.float32(distance)) * 1000:.2g} mm apart: light and "
+            "surfaces are not accurate; move everything to the origin"
+        )
     # Eyes of stereo hang on the camera that they are of.
     own = {camera.name, camera.parent.name if camera.parent is not None else ""}
     bound = {marker.camera.name for marker in scene.timeline_markers if marker.camera}

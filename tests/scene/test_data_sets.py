@@ -311,6 +311,9 @@ def test_discs_are_seen_where_poses_and_cameras_put_them(made):
     transforms = json.loads((made.folder / "transforms.json").read_text())
     frames = {Path(frame["file_path"]).stem: frame for frame in transforms["frames"]}
     groups = [pycolmap.Reconstruction(str(p)) for p in made.folder.glob("scenes/*/sparse/0")]
+    for path in made.folder.glob("scenes/*"):
+        named = pycolmap.Reconstruction(str(path / "sparse" / "0")).images.values()
+        assert {i.name for i in named} == {p.name for p in (path / "images").iterdir()}
     of_colmap = {Path(i.name).stem: i for model in groups for i in model.images.values()}
     assert len(groups) == 2
     assert len(of_colmap) == len(frames) == 4

@@ -9,8 +9,9 @@ from pathlib import Path
 import bpy
 import pytest
 from underwater_spectral.jobs import batch, job_files
-from underwater_spectral.scene import scripts
+from underwater_spectral.scene import scripts, unlit_scans
 from underwater_spectral.scene.seen import missing_data
+from underwater_spectral.scene.unheeded import unheeded_of_camera
 from underwater_spectral.tests.scene import scenes
 
 SMALL = ["--samples", 1, "--resolution", 8, 8, "--phase", "hg:0.8", "--bands", 2]
@@ -211,6 +212,33 @@ def test_workers_let_python_run_where_the_plan_did(driven, tmp_path, capfd):
     assert scripts.TRUST in (bundle / "template.json").read_text()
     assert _run(driven, *SMALL, "--bundle", bundle) == 0
     assert scripts.TRUST not in (bundle / "template.json").read_text()
+
+
+def test_unlit_scans_and_far_cameras_are_named(empty_blender):
+    scene, item = bpy.context.scene, _object("scan")
+    node = _textured(item, bpy.data.images.new("photo", 4, 4))
+    tree = node.id_data
+    assert not unlit_scans.notes(scene)
+    bsdf, end = tree.nodes["Principled BSDF"], tree.get_output_node("ALL")
+    glow = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(node.outputs[0], glow.inputs[0])
+    tree.links.new(glow.outputs[0], end.inputs[0])
+    tree.nodes.remove(bsdf)
+    mix, clear = (tree.nodes.new(f"ShaderNode{x}") for x in ("MixShader", "BsdfTransparent"))
+    for one, other in ((clear, mix.inputs[1]), (glow, mix.inputs[2]), (mix, end.inputs[0])):
+        tree.links.new(one.outputs[0], other)
+    (note,) = unlit_scans.notes(scene)
+    assert "'photo'" in note
+    item.hide_render = True
+    assert not unlit_scans.notes(scene)
+    camera = scenes.add_camera((500_000.0, 0.0, -5.0), (0.0, 0.0, 0.0))
+    bpy.context.view_layer.update()
+    (note,) = unheeded_of_camera(scene, camera, traced=True)
+    assert "5e+05 m from the origin" in note
+    assert "31 mm" in note
+    camera.location.x = 5_000.0
+    bpy.context.view_layer.update()
+    assert not unheeded_of_camera(scene, camera, traced=True)
 
 
 def test_a_driver_with_an_error_is_named(empty_blender):
