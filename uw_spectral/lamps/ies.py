@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -124,7 +125,7 @@ def parse_ies(text: str, place: str = "photometric file") -> Photometry:
         numbers.take(1, "orientation of the tilt")
         count = numbers.count("number of tilt angles")
         numbers.take(2 * count, "tilt factors")
-    head = dict(zip(_HEADER, numbers.take(len(_HEADER), "header"), strict=True))
+    head: dict[str, float] = dict(zip(_HEADER, numbers.take(len(_HEADER), "header"), strict=True))
     kind = head["photometric type"]
     if kind not in (_C, _B, _A):
         raise InputError(
@@ -150,7 +151,7 @@ def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     return Photometry(place, *map(constant, about_nadir(vertical, horizontal, candela, place)))
 
 
-def _factor(head: dict[str, float], first_line: str, place: str) -> float:
+def _factor(head: Mapping[str, float], first_line: str, place: str) -> float:
     """What the candela of a file are multiplied by."""
     factor = head["candela multiplier"] * head["ballast factor"]
     of_lamp = head["ballast-lamp photometric factor"]

@@ -25,7 +25,7 @@ _IRRADIANCE = {
     "": 0.01, "uw/cm^2/nm": 0.01, "mw/cm^2/um": 0.01, "mw/m^2/nm": 0.001, "w/m^2/um": 0.001,
     "w/m^2/nm": 1.0,
 }  # fmt: skip
-_UNITS = dict.fromkeys(("ed", "es"), _IRRADIANCE)
+_UNITS: dict[str, dict[str, float]] = {"ed": _IRRADIANCE, "es": _IRRADIANCE}
 _NEAR = 0.02  # degrees that a ship drifts during a station: 2 km
 _DATES = ("%Y%m%d", "%Y-%m-%d")
 
