@@ -286,7 +286,7 @@ def _eevee(
     samples: int,
     froxels: int | None,
 ) -> Iterator[list[str]]:
-    notes = realtime.add_realtime(scene, water, extent)
+    notes = [*cameras.clip_notes(camera), *realtime.add_realtime(scene, water, extent)]
     try:
         with eevee_settings.realtime_settings(
             scene, camera, samples=samples, water=water, froxels=froxels

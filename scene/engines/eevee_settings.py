@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..seen.cameras import clip_range
 from ..temporary import render_settings
 from ..water.frame_water import RealtimeWater
 
@@ -19,8 +20,6 @@ _FROXEL_TILE = "4"
 _FROXEL_DISTRIBUTION = 0.95
 _FROXEL_START = 0.01
 _CLIP_START = 0.01
-# At a ratio of 1e-8 EEVEE draws nothing at all.
-_CLIP_RATIO = 1e-6
 
 
 def wanted_settings(
@@ -55,8 +54,10 @@ def wanted_settings(
     if water is not None and (water.particles.clouds or water.shape.layers):
         # Particles come closer than things do, and depths are finer then; else what is nearer
         # stays cut away, as a housing about the camera is.
-        near = max(min(start, _CLIP_START), _CLIP_RATIO * end)
-        wanted.append((camera.data, "clip_start", near))
+        start = min(start, _CLIP_START)
+    for name, value in zip(("clip_start", "clip_end"), clip_range(start, end), strict=True):
+        if value != getattr(camera.data, name):
+            wanted.append((camera.data, name, value))
     if water is not None and water.shafts is not None:
         wanted += [
             (eevee, "use_volume_custom_range", True),

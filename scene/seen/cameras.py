@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.errors import InputError
 
+_CLIP_RATIO, _FAR = 1e6, 1e4
 PORT_DISTANCE = "uw_port"
 """Property of a camera that looks through a port: where the water begins, m along its axis."""
 
@@ -42,6 +43,36 @@ def camera_of(scene: bpy.types.Scene) -> bpy.types.Object | None:
     """Return a scene's camera; None if it has none, or another object in its place."""
     camera = scene.camera
     return camera if camera is not None and camera.type == "CAMERA" else None
+
+
+def clip_range(start: float, end: float) -> tuple[float, float]:
+    """Return from where to where EEVEE can draw, for the clip distances of a camera, m.
+
+    Far over near above some 1e7, it loses the light of water and lamps, and at last draws nothing.
+    What is farther than 10 km gives way first.
+
+    Examples
+    --------
+    >>> clip_range(0.1, 1000.0), clip_range(1e-4, 5000.0), clip_range(0.1, 1e7)
+    ((0.1, 1000.0), (0.005, 5000.0), (0.1, 100000.0))
+    """
+    end = min(end, max(start * _CLIP_RATIO, _FAR))
+    return max(start, end / _CLIP_RATIO), end
+
+
+def clip_notes(camera: bpy.types.Object | None) -> list[str]:
+    """Say where EEVEE draws a camera's view in other clip distances than its own."""
+    if camera is None or camera.type != "CAMERA":
+        return []
+    own = camera.data.clip_start, camera.data.clip_end
+    start, end = clip_range(*own)
+    if np.allclose((start, end), own, rtol=1e-4):
+        return []
+    return [
+        f"EEVEE draws camera {camera.name!r} from {start:.3g} to {end:.3g} m, not from "
+        f"{own[0]:.3g} to {own[1]:.3g} m: where the far is more than a million times the near, it "
+        "loses the light of the water; raise Clip Start"
+    ]
 
 
 def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:

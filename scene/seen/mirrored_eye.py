@@ -22,7 +22,7 @@ from ...uw_spectral.surface.refraction import apparent_height, direction_in_air,
 from .. import contents, marks
 from ..temporary import held
 from . import shown_lamps
-from .cameras import stand_in
+from .cameras import clip_range, stand_in
 from .pinhole import pinhole_of, pose_of, set_pinhole
 from .ray_casting import Meshes
 
@@ -316,7 +316,8 @@ def looking(
         set_pinhole(data, (of.width, of.height), (of.fx, of.fy), (of.cx, of.cy))
         # The main picture blurs what is on the surface as what is far away.
         data.dof.use_dof = False
-        data.clip_start = max(min(camera.data.clip_start, eye.height), _CLIP_START)
+        near = max(min(camera.data.clip_start, eye.height), _CLIP_START)
+        data.clip_start, data.clip_end = clip_range(near, data.clip_end)
         found.matrix_world = Matrix(eye.pose.tolist())
         wanted = [
             (render, "resolution_x", of.width),

@@ -113,6 +113,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     camera = cameras.camera_of(scene)
     notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
+    notes += cameras.clip_notes(camera)
     if camera is not None:
         notes += moving_surface.limits(camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)

@@ -164,6 +164,26 @@ def test_each_is_said_by_itself(words):
     assert [words for words in more if "volume of world" not in words] == []
 
 
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+def test_clip_distances_that_eevee_cannot_draw_are_kept_off_and_said(kind, tmp_path):
+    """From 10⁻⁴ to 5000 m the light of the water was lost, in silence."""
+    scene, found = bpy.context.scene, []
+    camera = scenes.add_camera((0.0, 0.0, -3.0), (np.pi / 2, 0.0, 0.0))
+    camera.data.type = kind
+    path = tmp_path / "a.blend"
+    for start, end in ((0.1, 1000.0), (1e-4, 5000.0), (0.1, 1e8)):
+        camera.data.clip_start, camera.data.clip_end = start, end
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        assert _run(path, *FAST, *EEVEE, "--bands", "3", "--out", tmp_path / f"{start} {end}") == 0
+        camera = bpy.context.scene.camera
+        assert camera.data.clip_end == pytest.approx(end)
+        found.append(read_exr(tmp_path / f"{start} {end}" / "0001.exr")[0])
+        notes = json.loads((tmp_path / f"{start} {end}" / "0001.json").read_text())["notes"]
+        assert any("raise Clip Start" in note for note in notes) == (end > 1000.0)
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], rtol=0.01)
+
+
 def _run(*arguments: object) -> int:
     return batch.main([str(a) for a in arguments], inside_blender=False)
 
