@@ -18,7 +18,7 @@ from ..scene.engines import housed
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
-from ..scene.seen import cameras, picture_size, stereo
+from ..scene.seen import cameras, picture_size, stereo, unusable_places
 from ..scene.seen.missing_data import missing_notes
 from ..scene.seen.own_seabed import floor_note
 from ..scene.seen.surroundings import has_things
@@ -282,6 +282,7 @@ class _Water:
             *self._said,
             *unheeded_of_camera(scene, camera, traced=traced),
             floor_note(plan, ground),
+            *unusable_places.notes(),
         )
         engine = self._stack.enter_context(housed.opened(_engine(manifest), scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:

@@ -12,6 +12,7 @@ from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from ...uw_spectral.errors import InputError
+from .unusable_places import has_place
 
 _CLIP_RATIO, _FAR = 1e6, 1e4
 PORT_DISTANCE = "uw_port"
@@ -109,10 +110,12 @@ def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
     Raises
     ------
     InputError
-        If the camera is at or below the floor.
+        If the camera is at or below the floor, or has no usable place.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    depth = max(-camera.evaluated_get(depsgraph).matrix_world.translation.z, 0.0)
+    place = camera.evaluated_get(depsgraph).matrix_world
+    require_usable(camera, place)
+    depth = max(-place.translation.z, 0.0)
     frame = bpy.context.scene.frame_current
     if math.isfinite(floor_depth) and depth >= floor_depth:
         raise InputError(
@@ -120,6 +123,22 @@ def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
             f"{depth:g} m depth at frame {frame}; give a larger --floor-depth"
         )
     return depth
+
+
+def require_usable(camera: bpy.types.Object, place: Matrix) -> None:
+    """Refuse a camera whose place or direction is not finite, or that is too far away.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
+    if not has_place(place):
+        raise InputError(
+            f"camera {camera.name!r}: its place or direction at frame "
+            f"{bpy.context.scene.frame_current} is not finite, or farther away than 1000 km; check "
+            "its transforms, constraints and drivers"
+        )
 
 
 def camera_rays(

@@ -29,6 +29,7 @@ from ..stored_lamps import ROV, LampSettings, stored_lamp
 from .lamp_files import PROFILE, LampFile, files_of
 from .lamp_nodes import LampNodes
 from .shown_lamps import ShownLamp
+from .unusable_places import has_place
 
 _POINTS = 24
 """Of a measured profile."""
@@ -124,8 +125,18 @@ def radius_of(lamp: ShownLamp) -> float:
 
 
 def why_no_light(lamp: ShownLamp, nodes: LampNodes) -> str:
-    """Say why a lamp sends no light at this frame, empty if it does."""
+    """Say why a lamp sends no light at this frame, empty if it does.
+
+    Raises
+    ------
+    InputError
+        If it has no usable place.
+    """
     light = lamp.light
+    if not has_place(lamp.place):
+        raise InputError("its place at this frame is not finite, or farther away than 1000 km")
+    if not np.isfinite([light.energy, *light.color]).all():
+        return "its power or colour is not finite"
     if light.energy < 0:
         return "its power is negative, which no light is"
     if not stored_lamp(light).spectrum and np.any(nodes.factor * colour_of(light) < 0):

@@ -40,6 +40,7 @@ from .lamp_files import SPECTRUM, files_of
 from .lamp_form import colour_of, form_of, power_of, radius_of, unheeded, why_no_light
 from .lamp_nodes import LampNodes, nodes_of
 from .shown_lamps import ShownLamp, shown_lamps
+from .unusable_places import has_place
 
 _RAYS = (12, 8)
 _LAYERS, _STEP = 4, 1e-3  # of the water's own things that a ray passes; m behind each
@@ -159,6 +160,8 @@ def why_dark(lamp: ShownLamp) -> str:
         return "it belongs to the air; let it light the water with its switch"
     if getattr(getattr(lamp.light, "cycles", None), "is_portal", False):
         return "it is a portal, which sends no light itself"
+    if not (has_place(lamp.place) or lamp.moves):
+        return "its place is not finite, or farther away than 1000 km"
     return _ABOVE if _stays_dark_above(lamp) and not lamp.moves else ""
 
 

@@ -16,6 +16,7 @@ from ...uw_spectral.last_used import LastUsed
 from .. import marks
 from ..materials.mean_colours import MeanSurface, mask_of, mean_surface
 from ..rendered import VERTEX_INSTANCERS, in_rendered_collections
+from .unusable_places import has_place, usable, vertices_of
 
 _OPAQUE = 0.5  # coverage from which a surface counts as whole
 
@@ -96,6 +97,8 @@ def visible_instances(
             if owner.instance_type != "NONE" and _is_hidden(item):
                 continue
         elif not found.show_self or _is_instanced(item):
+            continue
+        if not has_place(found.matrix_world):
             continue
         yield found
 
@@ -192,9 +195,8 @@ def _arrays(
 ) -> MeshArrays:
     """Return the triangles of a mesh but those of some materials."""
     found = mesh.loop_triangles
-    vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    vertices = vertices_of(mesh)
     triangles = np.empty((len(found), 3), dtype=np.int32)
-    mesh.vertices.foreach_get("co", vertices.ravel())
     found.foreach_get("vertices", triangles.ravel())
     slots = np.empty(len(mesh.polygons), dtype=np.int32)
     mesh.polygons.foreach_get("material_index", slots)
@@ -204,10 +206,18 @@ def _arrays(
     if clear:
         kept = ~np.isin(np.minimum(used, materials - 1), list(clear))
         triangles, used = triangles[kept], used[kept]
+    known = usable(vertices)
+    if not known.all():
+        kept = known[triangles].all(axis=1)
+        triangles, used, vertices = (
+            triangles[kept],
+            used[kept],
+            np.where(known[:, None], vertices, 0),
+        )
     levels = np.zeros(len(triangles), dtype=np.int32)
     if mask:
         values = np.empty(len(vertices), dtype=np.float32)
         mesh.attributes[mask].data.foreach_get("value", values)
-        mean = np.clip(values[triangles].mean(axis=1), 0.0, 1.0)
+        mean = np.nan_to_num(np.clip(values[triangles].mean(axis=1), 0.0, 1.0))
         levels = np.rint(mean * (len(MASKS) - 1)).astype(np.int32)
     return MeshArrays(vertices, triangles, used, digest, levels)

@@ -22,7 +22,7 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, scripts, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
-from ..seen import cameras, clouds, enclosed_places, lamps, missing_data
+from ..seen import cameras, clouds, enclosed_places, lamps, missing_data, unusable_places
 from ..session import PROBLEM, SESSION, has_strays
 from ..water import (
     continued_seabed,
@@ -113,7 +113,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     camera = cameras.camera_of(scene)
     notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
-    notes += cameras.clip_notes(camera)
+    notes += [*unusable_places.notes(), *cameras.clip_notes(camera)]
     if camera is not None:
         notes += moving_surface.limits(camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)
@@ -353,6 +353,8 @@ def preview_depth(
     depsgraph: bpy.types.Depsgraph | None = None,
 ) -> float:
     """Depth in m that the water is computed for: the camera's, or a nominal one."""
+    if scene.camera is not None:
+        cameras.require_usable(scene.camera, scene.camera.matrix_world)
     depth = camera_depth(scene, depsgraph)
     depth = NOMINAL_DEPTH if depth is None else max(depth, 0.0)
     floor = chosen.floor_depth or math.inf

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.transfer.water_column import WaterColumn
+from ..seen.unusable_places import usable, vertices_of
 from ..seen.visible_meshes import visible_instances
 
 Place = tuple[float, float, float]
@@ -64,12 +65,15 @@ def scene_reach(scene: bpy.types.Scene) -> SceneReach:
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     own = [item for item in scene.objects if MARK in item]
-    corners = [np.empty((0, 3))]
+    corners: list[NDArray[np.floating]] = [np.empty((0, 3))]
     for found in visible_instances(depsgraph, own):
         if found.object.type in _SOLID:
-            place = np.array(found.matrix_world)
-            corners.append(np.array(found.object.bound_box) @ place[:3, :3].T + place[:3, 3])
-    return reach_of(np.concatenate(corners))
+            place, box = np.array(found.matrix_world), np.array(found.object.bound_box)
+            if not usable(box).all() and isinstance(found.object.data, bpy.types.Mesh):
+                box = vertices_of(found.object.data)
+            corners.append(box[usable(box)] @ place[:3, :3].T + place[:3, 3])
+    places = np.concatenate(corners)
+    return reach_of(places[usable(places)])
 
 
 def reach_of(places: Iterable[Sequence[float]]) -> SceneReach:

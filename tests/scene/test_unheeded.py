@@ -167,7 +167,7 @@ def test_each_is_said_by_itself(words):
 @pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
 def test_clip_distances_that_eevee_cannot_draw_are_kept_off_and_said(kind, tmp_path):
     """From 10⁻⁴ to 5000 m the light of the water was lost, in silence."""
-    scene, found = bpy.context.scene, []
+    found = []
     camera = scenes.add_camera((0.0, 0.0, -3.0), (np.pi / 2, 0.0, 0.0))
     camera.data.type = kind
     path = tmp_path / "a.blend"

@@ -1,0 +1,71 @@
+"""What has no usable place in a scene: not finite, or too far away for single precision."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+from mathutils import Matrix
+from numpy.typing import ArrayLike, NDArray
+
+from .. import marks
+from ..rendered import in_rendered_collections
+
+_FARTHEST = 1e6
+"""Coordinates from which on things are left out, m."""
+_NAMED = 3
+
+
+def usable(numbers: ArrayLike) -> NDArray[np.bool_]:
+    """Whether all numbers of each row are finite and not too far away.
+
+    Examples
+    --------
+    >>> usable([[0.0, 1.0], [np.nan, 0.0], [0.0, 1e30]]).tolist()
+    [True, False, False]
+    """
+    return (np.abs(np.asarray(numbers)) <= _FARTHEST).all(axis=-1)
+
+
+def has_place(place: Matrix) -> bool:
+    """Whether the matrix of an object is usable."""
+    return bool(usable([value for row in place for value in row]))
+
+
+def notes() -> list[str]:
+    """Name what is left out of the open scene because of its place; every mesh is looked at."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    shown = in_rendered_collections(depsgraph.view_layer)
+    lost: dict[str, None] = {}
+    torn: dict[str, None] = {}
+    meshes: dict[int, bool] = {}
+    for found in depsgraph.object_instances:
+        item = found.object
+        owner = (found.parent or item) if found.is_instance else item
+        if owner.hide_render or owner.original not in shown or marks.MARK in owner:
+            continue
+        if not has_place(found.matrix_world):
+            lost[item.name] = None
+        elif isinstance(item.data, bpy.types.Mesh):
+            key = item.data.as_pointer()
+            if key not in meshes:
+                meshes[key] = bool(usable(vertices_of(item.data)).all())
+            if not meshes[key]:
+                torn[item.name] = None
+    said = "not finite, or farther away than 1000 km"
+    return [
+        f"{what} of {_list(list(names))}: {said}; left out"
+        for what, names in (("place or scale", lost), ("vertices", torn))
+        if names
+    ]
+
+
+def vertices_of(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
+    """Vertices of a mesh as they are in its own axes, (v, 3)."""
+    vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+    mesh.vertices.foreach_get("co", vertices.ravel())
+    return vertices
+
+
+def _list(names: list[str]) -> str:
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"{', '.join(repr(name) for name in names[:_NAMED])}{more}"
