@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -17,13 +18,18 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import Graph
 from .. import contents
+from ..seen.unusable_places import vertices_of
+from ..seen.visible_meshes import visible_instances
 
 _BEFORE = "uw_displacement"
 _MODIFIER, _MODIFIER_UID = "UW Subdivision", "uw_subdivision"
 _LONGEST = 0.25  # size of a face that stays whole, over its distance from the camera
 _LONGEST_ABOVE = 0.15  # the same in the air: near the rim of the window places bend more
 _MOST_LEVELS = 7
-_MOST_FACES = 300_000
+_MOST_FACES, _MOST_OF_ALL = 300_000, 1_000_000
+"""Of an object, and of a scene with all its instances; beyond, EEVEE may never end."""
+_MOST_PLACES = 16  # of instances of an object that are looked at
+_HALVING = {"SUBSURF", "MULTIRES"}
 
 
 def insert(
@@ -93,14 +99,21 @@ def subdivide(scene: bpy.types.Scene, camera: Sequence[float], *, from_air: bool
     from_air : bool
         Whether that is in the air, and the meshes in the water.
     """
-    for item in contents.objects(scene):
-        if item.type != "MESH" or not item.is_editable or _MODIFIER in item.modifiers:
-            continue
-        levels = _levels(item, np.array(camera), from_air=from_air)
-        if levels:
-            modifier = item.modifiers.new(_MODIFIER, "SUBSURF")
+    parts = [
+        part
+        for part in _parts(scene, np.array(camera), from_air=from_air).values()
+        if part.item.is_editable and _MODIFIER not in part.item.modifiers
+    ]
+    while sum(part.total for part in parts) > _MOST_OF_ALL:
+        largest = max(parts, key=lambda part: part.total if part.levels else 0)
+        if not largest.levels:
+            break
+        largest.levels -= 1
+    for part in parts:
+        if part.levels > 0:
+            modifier = part.item.modifiers.new(_MODIFIER, "SUBSURF")
             modifier.subdivision_type = "SIMPLE"
-            modifier.levels = modifier.render_levels = levels
+            modifier.levels = modifier.render_levels = part.levels
             modifier.show_expanded = False
             item[_MODIFIER_UID] = modifier.persistent_uid
 
@@ -116,15 +129,55 @@ def unite(scenes: Iterable[bpy.types.Scene]) -> None:
             item.modifiers.remove(modifier)
 
 
-def _levels(item: bpy.types.Object, camera: NDArray[np.float64], *, from_air: bool) -> int:
-    """How often the faces of an object are to be halved in each direction."""
-    mesh = item.data
-    if not mesh.polygons:
-        return 0
-    places = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", places)
-    matrix = np.array(item.matrix_world)
-    places = places.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+@dataclass
+class _Part:
+    """An object, its faces as renders have them, how often it is there, and halvings of these."""
+
+    item: bpy.types.Object
+    faces: int
+    instances: int = 0
+    levels: int = 0
+
+    @property
+    def total(self) -> int:
+        """Faces that are drawn of it."""
+        return self.faces * self.instances * 4**self.levels
+
+
+def _parts(
+    scene: bpy.types.Scene, camera: NDArray[np.float64], *, from_air: bool
+) -> dict[bpy.types.Object, _Part]:
+    """Return the objects with meshes that are seen, as they are after all their modifiers."""
+    known = set(contents.objects(scene))
+    found: dict[bpy.types.Object, _Part] = {}
+    for instance in visible_instances(bpy.context.evaluated_depsgraph_get()):
+        item, mesh = instance.object.original, instance.object.data
+        if item not in known or not isinstance(mesh, bpy.types.Mesh) or not len(mesh.polygons):
+            continue
+        part = found.setdefault(item, _Part(item, len(mesh.polygons) * _more_in_renders(item)))
+        part.instances += 1
+        if part.instances <= _MOST_PLACES:
+            wanted = _levels(mesh, np.array(instance.matrix_world), camera, from_air=from_air)
+            affordable = math.floor(math.log(max(_MOST_FACES / part.faces, 1.0), 4))
+            part.levels = max(part.levels, min(wanted, affordable, _MOST_LEVELS))
+    return found
+
+
+def _more_in_renders(item: bpy.types.Object) -> int:
+    """How many faces renders have for one that the viewport has."""
+    halvings = [m for m in item.modifiers if m.type in _HALVING and m.show_render]
+    return 4 ** max(sum(m.render_levels - m.levels for m in halvings), 0)
+
+
+def _levels(
+    mesh: bpy.types.Mesh,
+    place: NDArray[np.float64],
+    camera: NDArray[np.float64],
+    *,
+    from_air: bool,
+) -> int:
+    """How often the faces of a mesh should be halved in each direction."""
+    places = vertices_of(mesh) @ place[:3, :3].T + place[:3, 3]
     corners, starts = (np.empty(len(x), np.int32) for x in (mesh.loops, mesh.polygons))
     mesh.loops.foreach_get("vertex_index", corners)
     mesh.polygons.foreach_get("loop_start", starts)
@@ -133,7 +186,5 @@ def _levels(item: bpy.types.Object, camera: NDArray[np.float64], *, from_air: bo
     longest = _LONGEST if from_air else _LONGEST_ABOVE
     size = np.linalg.norm(high - low, axis=1) / (longest * np.maximum(away, 1.0))
     moves = low[:, 2] < 0 if from_air else high[:, 2] > 0
-    coarsest = float(np.where(moves, size, 0.0).max())
-    wanted = math.ceil(math.log2(max(coarsest, 1.0)))
-    affordable = math.floor(math.log(max(_MOST_FACES / len(mesh.polygons), 1.0), 4))
-    return min(wanted, affordable, _MOST_LEVELS)
+    coarsest = float(np.nan_to_num(np.where(moves, size, 0.0), posinf=0.0).max())
+    return math.ceil(math.log2(max(coarsest, 1.0)))

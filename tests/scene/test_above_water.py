@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.water import apparent_places, realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -225,3 +225,37 @@ def test_undersides_are_lit_from_the_water_as_cycles_does_it(empty_blender, in_a
         left = N**2 * (1.0 - fresnel_reflectance(1.0, N)) * np.exp(-c * depth)
     wanted = left * 0.8 / math.pi * (light.leaving + light.mirrored * light.sky)
     np.testing.assert_allclose(seen[1] - seen[0], wanted, rtol=0.03)
+
+
+@pytest.mark.parametrize("kind", ["plain", "viewport", "renders", "instances", "many"])
+def test_what_is_bent_has_no_more_faces_than_a_scene_can_bear(kind):
+    """A subdivision of the user's comes before the one that is added: 4 million faces."""
+    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -5.0))
+    item, count = bpy.context.object, 1
+    if kind in {"viewport", "renders"}:
+        modifier = item.modifiers.new("Own", "SUBSURF")
+        modifier.subdivision_type = "SIMPLE"
+        modifier.render_levels = 4
+        modifier.levels = 4 if kind == "viewport" else 1
+    if kind == "instances":
+        count = 40
+        inner = bpy.data.collections.new("inner")
+        inner.objects.link(item)
+        bpy.context.scene.collection.objects.unlink(item)
+        for k in range(count):
+            empty = bpy.data.objects.new("empty", None)
+            empty.instance_type, empty.instance_collection = "COLLECTION", inner
+            empty.location.x = 0.1 * k
+            bpy.context.scene.collection.objects.link(empty)
+    if kind == "many":
+        for k in range(40):
+            bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -5.0 - k))
+    bpy.context.view_layer.update()
+    apparent_places.subdivide(bpy.context.scene, (0.0, 0.0, 1.0))
+    meshes = [x for x in bpy.data.objects if x.type == "MESH"]
+    faces = [
+        len(x.data.polygons) * 4 ** sum(m.render_levels for m in x.modifiers) for x in meshes
+    ]
+    assert max(faces) > 4000, "they are subdivided"
+    assert max(faces) <= 300_000
+    assert sum(faces) * count <= 1_000_000
