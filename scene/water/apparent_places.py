@@ -115,7 +115,7 @@ def subdivide(scene: bpy.types.Scene, camera: Sequence[float], *, from_air: bool
             modifier.subdivision_type = "SIMPLE"
             modifier.levels = modifier.render_levels = part.levels
             modifier.show_expanded = False
-            item[_MODIFIER_UID] = modifier.persistent_uid
+            part.item[_MODIFIER_UID] = modifier.persistent_uid
 
 
 def unite(scenes: Iterable[bpy.types.Scene]) -> None:

@@ -253,9 +253,7 @@ def test_what_is_bent_has_no_more_faces_than_a_scene_can_bear(kind):
     bpy.context.view_layer.update()
     apparent_places.subdivide(bpy.context.scene, (0.0, 0.0, 1.0))
     meshes = [x for x in bpy.data.objects if x.type == "MESH"]
-    faces = [
-        len(x.data.polygons) * 4 ** sum(m.render_levels for m in x.modifiers) for x in meshes
-    ]
+    faces = [len(x.data.polygons) * 4 ** sum(m.render_levels for m in x.modifiers) for x in meshes]
     assert max(faces) > 4000, "they are subdivided"
     assert max(faces) <= 300_000
     assert sum(faces) * count <= 1_000_000
