@@ -6,7 +6,7 @@ one whose refractive index is against air.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import bpy
 
@@ -70,9 +70,18 @@ def dress(
     if makers:
         layer = rendered_layer(scene)
         layer.update()
-        for item in (i for i in makers if _makes_bare(i, layer.depsgraph)):
-            material = material or _grey()
-            give_material(item, material)
+        instancing = _with_bare_instances(layer.depsgraph)
+        for item in makers:
+            geometry = item.evaluated_get(layer.depsgraph).evaluated_geometry()
+            are_bare = [not any(part.materials) for part in _parts(geometry)]
+            if are_bare and all(are_bare) and geometry.instances_pointcloud() is None:
+                material = material or _grey()
+                give_material(item, material)
+            elif any(are_bare) or item in instancing:
+                notes.append(
+                    f"some of what geometry nodes of {item.name!r} make has no material and stays "
+                    "dry; give it one there with Set Material"
+                )
     return material, notes
 
 
@@ -108,12 +117,25 @@ def _may_make_bare(item: bpy.types.Object) -> bool:
     )
 
 
-def _makes_bare(item: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> bool:
-    """Whether an object's geometry nodes make a mesh without materials; instances may have some."""
-    geometry = item.evaluated_get(depsgraph).evaluated_geometry()
-    mesh = geometry.mesh
-    bare = mesh is not None and len(mesh.polygons) > 0 and not any(mesh.materials)
-    return bare and geometry.instances_pointcloud() is None
+def _parts(geometry: bpy.types.GeometrySet) -> Iterator[bpy.types.ID]:
+    """Yield what of a geometry is seen; instances apart."""
+    if geometry.mesh is not None and len(geometry.mesh.polygons):
+        yield geometry.mesh
+    if geometry.pointcloud is not None and len(geometry.pointcloud.points):
+        yield geometry.pointcloud
+    if geometry.curves is not None and len(geometry.curves.curves):
+        yield geometry.curves
+
+
+def _with_bare_instances(depsgraph: bpy.types.Depsgraph) -> set[bpy.types.Object]:
+    """Objects whose geometry nodes instance what is no object and has no material."""
+    return {
+        one.parent.original
+        for one in depsgraph.object_instances
+        if one.is_instance
+        and one.object.original == one.parent.original
+        and not any(slot.material for slot in one.object.material_slots)
+    }
 
 
 def give_material(item: bpy.types.Object, material: bpy.types.Material) -> None:

@@ -7,14 +7,19 @@ import math
 import bpy
 import numpy as np
 import pytest
+from mathutils import Vector
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene.as_rendered import as_rendered
-from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.materials import bare_surfaces
+from underwater_spectral.scene.seen import cameras, lamps
 from underwater_spectral.scene.seen.shown_lamps import shown_lamps
 from underwater_spectral.scene.seen.visible_meshes import visible_instances
 from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 pytestmark = pytest.mark.usefixtures("registered")
@@ -273,3 +278,75 @@ def test_a_camera_that_is_none_is_named():
     scene.camera = bpy.data.objects.new("elsewhere", bpy.data.cameras.new("elsewhere"))
     with pytest.raises(InputError, match="no camera 'elsewhere'"):
         cameras.find_camera(scene, None)
+
+
+def _made(name, *kinds):
+    """An object whose geometry nodes make points, or a cube, or cubes on points."""
+    tree = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    start, end, join = (
+        tree.nodes.new(kind)
+        for kind in ("NodeGroupInput", "NodeGroupOutput", "GeometryNodeJoinGeometry")
+    )
+    for kind in kinds:
+        dots = tree.nodes.new("GeometryNodeMeshToPoints")
+        tree.links.new(start.outputs[0], dots.inputs[0])
+        cube = tree.nodes.new("GeometryNodeMeshCube")
+        on = tree.nodes.new("GeometryNodeInstanceOnPoints")
+        tree.links.new(dots.outputs[0], on.inputs["Points"])
+        tree.links.new(cube.outputs[0], on.inputs["Instance"])
+        made = {"points": dots, "cube": cube, "cubes": on}[kind]
+        tree.links.new(made.outputs[0], join.inputs[0])
+    tree.links.new(join.outputs[0], end.inputs[0])
+    item = _add(name, _points(*PLACES))
+    item.modifiers.new(name, "NODES").node_group = tree
+    return item
+
+
+def test_what_geometry_nodes_make_without_a_material_gets_one_or_is_named():
+    """Points were drawn dry, and glaring white."""
+    points, both = _made("points", "points"), _made("both", "points", "cube")
+    cubes = _made("cubes", "cubes")
+    material, notes = bare_surfaces.dress(bpy.context.scene)
+    (said,) = notes
+    assert "'cubes'" in said
+    assert "Set Material" in said
+    bpy.context.view_layer.update()
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    for item in (points, both):
+        geometry = item.evaluated_get(depsgraph).evaluated_geometry()
+        parts = [geometry.pointcloud, *([geometry.mesh] if item == both else [])]
+        for part in parts:
+            assert [m.original for m in part.materials if m] == [material]
+    bare_surfaces.undress([])
+    assert all([m.name for m in item.modifiers] == [item.name] for item in (points, both, cubes))
+
+
+@pytest.mark.parametrize("kind", ["SPOT", "AREA", "POINT"])
+def test_an_instance_is_the_lamp_that_it_would_be_if_it_were_real(kind):
+    """Mirrored and stretched, too; what follows it shines the same way."""
+    scene = bpy.context.scene
+    item = _add("lamp", bpy.data.lights.new("lamp", kind))
+    item.rotation_euler = 0.9, 0.2, 0.4
+    _by_collection(item)
+    for name, scale in (("vehicle", (-1.0, 1.0, 1.0)), ("vehicle.001", (2.0, 2.0, 0.5))):
+        empty = scene.objects[name]
+        empty.scale, empty.rotation_euler.z = scale, 0.7
+    bpy.context.view_layer.update()
+    instanced = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE)
+    assert len(instanced.lamps) == len(PLACES)
+    for one, lamp in zip(instanced.shown, instanced.lamps, strict=True):
+        real = bpy.data.objects.new("real", item.data)
+        scene.collection.objects.link(real)
+        real.matrix_world = one.place
+        bpy.context.view_layer.update()
+        wanted = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE).lamps[0]
+        assert lamp.position == pytest.approx(wanted.position)
+        assert lamp.axis == pytest.approx(wanted.axis, abs=1e-3)
+        assert lamp.intensity == pytest.approx(wanted.intensity, rel=1e-3)
+        assert lamp.radius == pytest.approx(wanted.radius, rel=1e-3)
+        follower = scene_water._follower(one.light, one, seen=True)
+        shines = follower.matrix_basis.to_3x3() @ Vector((0.0, 0.0, -1.0))
+        assert tuple(shines.normalized()) == pytest.approx(lamp.axis, abs=1e-3)
+        bpy.data.objects.remove(real)
