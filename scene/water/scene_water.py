@@ -271,11 +271,12 @@ def follow(follower: bpy.types.Object, leader: ShownLamp) -> None:
     """Bring a lamp to an instance that it follows; objects it follows by itself."""
     if leader.instancer is None:
         return
-    place = leader.place
-    if follower.data.type != "AREA":
-        # A mirrored matrix has no rotation of its own.
-        axis = place.to_3x3() @ Vector((0.0, 0.0, -1.0))
-        place = Matrix.LocRotScale(place.translation, axis.to_track_quat("-Z", "Y"), None)
+    # An object has no shear, and a mirrored matrix no rotation of its own.
+    across, _, back = (column.normalized() for column in leader.place.to_3x3().col)
+    along = back.cross(across).normalized()
+    rotation = Matrix((along.cross(back), along, back)).transposed().to_quaternion()
+    size = [abs(x) for x in leader.place.to_scale()] if follower.data.type == "AREA" else None
+    place = Matrix.LocRotScale(leader.place.translation, rotation, size)
     if follower.matrix_basis != place:
         follower.matrix_basis = place
 

@@ -339,7 +339,7 @@ def test_an_instance_is_the_lamp_that_it_would_be_if_it_were_real(kind):
     for one, lamp in zip(instanced.shown, instanced.lamps, strict=True):
         real = bpy.data.objects.new("real", item.data)
         scene.collection.objects.link(real)
-        real.matrix_world = one.place
+        real.parent, real.rotation_euler = one.instancer, item.rotation_euler
         bpy.context.view_layer.update()
         wanted = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE).lamps[0]
         assert lamp.position == pytest.approx(wanted.position)
