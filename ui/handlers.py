@@ -12,30 +12,33 @@ from . import live_updates
 @persistent
 def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """Follow an edit, an undo or a redo: once objects are where they belong."""
-    if has_strays():
-        live_updates.tidy()
     if is_live(scene):
         with live_updates.guarded(scene):
             _follow_edit(scene, depsgraph)
+    if has_strays():
+        live_updates.tidy()
 
 
 def _follow_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     from ..scene.viewport import live
 
     live.note_moves(scene, depsgraph)
-    # Nodes are built outside of the handler, where data may be added and removed.
+    shaders = bpy.types.Material, bpy.types.NodeTree
+    painted = any(isinstance(update.id, shaders) for update in depsgraph.updates)
+    if painted:
+        live.refresh_materials()
     hasty = not bpy.app.background
-    if not live_updates.is_waiting() and (
-        live.has_come(scene, depsgraph)
-        or not live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
-    ):
+    if (
+        not live_updates.is_waiting()
+        and (
+            live.has_come(scene, depsgraph)
+            or not live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
+        )
+    ) or (painted and live.has_new_kinds(scene)):
+        # Last: it adds and removes data, after which what the graph lists may be gone.
         live_updates.follow(scene)
     if live.is_stale(scene):
         live_updates.settle()
-    if any(isinstance(u.id, bpy.types.Material | bpy.types.NodeTree) for u in depsgraph.updates):
-        live.refresh_materials()
-        if live.has_new_kinds(scene):
-            live_updates.follow(scene)
 
 
 @persistent
