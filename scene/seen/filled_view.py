@@ -59,4 +59,4 @@ def filled_view(
 def _surface(thing: Triangles) -> Surface:
     every = -(-len(thing.arrays.triangles) // _MOST_TRIANGLES)
     corners = thing.corners_of(slice(None, None, every))
-    return Surface(corners, thing.colours[thing.slots[::every]], float(every))
+    return Surface(corners, thing.colours[thing.arrays.parts[::every]], float(every))

@@ -16,7 +16,6 @@ from ...uw_spectral.lamps.lamp import Lamp, LitPart
 from ...uw_spectral.lamps.lamp_shadow import PART_SIDE, SIDE, shadow_directions, shadow_map
 from ...uw_spectral.lamps.profile import LampProfile
 from ...uw_spectral.lamps.thrown_back import rays_of
-from ..materials.mean_colours import Rgb, mean_colour
 from .lamps import SceneLamps, SeenByLamp
 from .ray_casting import Meshes
 
@@ -74,17 +73,17 @@ class KeptLampShadows:
         """Bring the maps to what is there now."""
         without = [item for item in scene.objects if MARK in item]
         meshes = Meshes(bpy.context.evaluated_depsgraph_get(), without, "shadow")
-        self._meshes, colours = meshes, _colours(meshes)
-        things = _digest(meshes, colours)
+        self._meshes, things = meshes, _digest(meshes)
         known = self._maps if things == self._things else {}
         self._things, self._maps = things, {}
         for lamp in shining:
             key = _key(lamp)
             if key not in self._maps:
-                self._maps[key] = known.get(key) or _around(meshes, lamp, colours)
+                self._maps[key] = known.get(key) or _around(meshes, lamp)
 
 
 _LEVEL = 0.02  # of a ray that goes down, or over what it begins at, at least
+_NO_COLOUR = 0.0, 0.0, 0.0
 _OVER = 1e-3  # m, from where parts of things are looked from
 
 type _Key = tuple[LampProfile | float, ...]
@@ -98,13 +97,7 @@ def _key(lamp: Lamp) -> _Key:
     )
 
 
-def _colours(meshes: Meshes) -> dict[bpy.types.Material | None, Rgb]:
-    """Mean colours of all materials."""
-    found: Iterable[bpy.types.Material | None] = (m for i in meshes.instances for m in i.materials)
-    return {material: mean_colour(material) for material in {None, *found}}
-
-
-def _digest(meshes: Meshes, colours: dict[bpy.types.Material | None, Rgb]) -> bytes:
+def _digest(meshes: Meshes) -> bytes:
     """Digest of all surfaces in their places and colours."""
     digest = hashlib.blake2b(digest_size=16)
     numbers: dict[int, int] = {}
@@ -112,16 +105,15 @@ def _digest(meshes: Meshes, colours: dict[bpy.types.Material | None, Rgb]) -> by
         mesh = instance.mesh
         if id(mesh) not in numbers:
             numbers[id(mesh)] = len(numbers)
-            for part in (mesh.vertices, mesh.triangles):
+            for part in (mesh.vertices, mesh.triangles, mesh.parts):
                 digest.update(np.ascontiguousarray(part).data)
         digest.update(numbers[id(mesh)].to_bytes(4, "little"))
-        shown = [colours[material] for material in instance.materials]
-        for part in (instance.place, shown):
+        for part in (instance.place, instance.colours):
             digest.update(np.array(part, np.float64).tobytes())
     return digest.digest()
 
 
-def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None, Rgb]) -> _Map:
+def _around(meshes: Meshes, lamp: Lamp) -> _Map:
     """Look around a lamp."""
     rays, radius = rays_of(lamp), float(lamp.radius)
     directions = rays.directions
@@ -132,7 +124,7 @@ def _around(meshes: Meshes, lamp: Lamp, colours: dict[bpy.types.Material | None,
     hits = meshes.first(origin, directions, np.where(lit, np.inf, 0.0))
     distances = start + [np.inf if hit is None else hit.distance for hit in hits]
     normals = np.array([(0.0, 0.0, 1.0) if hit is None else hit.normal for hit in hits])
-    base = np.array([colours[None if hit is None else hit.material] for hit in hits])
+    base = np.array([_NO_COLOUR if hit is None else hit.colour for hit in hits])
     shines = np.where(lit, distances, start)[: SIDE**2]
     return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(shines))
 

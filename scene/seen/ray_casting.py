@@ -18,7 +18,9 @@ from mathutils import Matrix, Vector
 from mathutils.bvhtree import BVHTree
 from numpy.typing import NDArray
 
-from .visible_meshes import MeshArrays, Ray, visible_meshes
+from ..materials.mean_colours import Rgb
+from .mesh_parts import MeshArrays
+from .visible_meshes import Ray, visible_meshes
 
 _AT_ONCE = 200_000  # rays times boxes
 _FARTHEST = 1e30  # what a search tree takes for infinite
@@ -29,11 +31,11 @@ _FLAT = 1e-12  # determinant of a matrix without inverse, to the cube of its siz
 
 @dataclass(frozen=True)
 class Hit:
-    """What a ray meets: distance in m, unit normal towards the ray, material if there is one."""
+    """What a ray meets: distance in m, unit normal towards the ray, mean colour if it is known."""
 
     distance: float
     normal: Vector
-    material: bpy.types.Material | None
+    colour: Rgb | None
 
 
 class _Mesh:
@@ -41,7 +43,7 @@ class _Mesh:
 
     def __init__(self, arrays: MeshArrays) -> None:
         self.vertices, self.triangles = arrays.vertices, arrays.triangles
-        self.slots = arrays.slots
+        self.parts = arrays.parts
 
     @functools.cached_property
     def tree(self) -> BVHTree:
@@ -58,10 +60,8 @@ class _Mesh:
 class PlacedMesh:
     """A mesh in its place."""
 
-    def __init__(
-        self, mesh: _Mesh, place: Matrix, materials: list[bpy.types.Material | None]
-    ) -> None:
-        self.mesh, self.materials = mesh, materials
+    def __init__(self, mesh: _Mesh, place: Matrix, colours: list[Rgb]) -> None:
+        self.mesh, self.colours = mesh, colours
         turned = np.array(place)
         corners = mesh.corners @ turned[:3, :3].T + turned[:3, 3]
         self.low, self.high = corners.min(axis=0), corners.max(axis=0)
@@ -108,9 +108,8 @@ class PlacedMesh:
     def hit(self, direction: Vector, distance: float, normal: Vector, triangle: int) -> Hit:
         """Describe what was hit."""
         normal = (self.turn.transposed() @ normal).normalized()
-        slot = min(int(self.mesh.slots[triangle]), len(self.materials) - 1)
-        material = self.materials[slot] if self.materials else None
-        return Hit(distance, normal if normal.dot(direction) < 0 else -normal, material)
+        colour = self.colours[self.mesh.parts[triangle]] if self.colours else None
+        return Hit(distance, normal if normal.dot(direction) < 0 else -normal, colour)
 
 
 class Meshes:
@@ -137,7 +136,8 @@ class Meshes:
         for shown in visible_meshes(depsgraph, leave_out, ray):
             if shown.key not in meshes:
                 meshes[shown.key] = _Mesh(shown.arrays)
-            self.instances.append(PlacedMesh(meshes[shown.key], shown.place, shown.materials))
+            colours = [mean.colour for mean in shown.means]
+            self.instances.append(PlacedMesh(meshes[shown.key], shown.place, colours))
         low, high = (
             np.array([getattr(i, end) for i in self.instances]).reshape(-1, 3)
             for end in ("low", "high")

@@ -1,6 +1,6 @@
 """The surfaces of a scene as samples that are close enough to fill voxels.
 
-Objects and instances count as renders show them, materials by their mean colour.
+Objects and instances count as renders show them, what they are made of by its mean colour.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.shade.filled_voxels import FilledVoxels, Samples
 from ...uw_spectral.shade.triangles import quartered
-from ..materials.mean_colours import mean_colour
-from .visible_meshes import MASKS, KeptMeshes, MeshArrays, visible_meshes
+from .mesh_parts import KeptMeshes, MeshArrays
+from .visible_meshes import visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1)
@@ -33,15 +33,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A visible mesh in its place, with the base colours of its materials, (c, 3).
-
-    Each has ``levels`` colours, of all :data:`.MASKS` or one.
-    """
+    """A visible mesh in its place, with the base colours of its parts, (c, 3)."""
 
     arrays: MeshArrays
     place: NDArray[np.float32]
     colours: Array
-    levels: int = 1
 
     @functools.cached_property
     def key(self) -> bytes:
@@ -57,12 +53,6 @@ class Triangles:
         """Corners of some of the triangles."""
         corners = self.arrays.vertices[self.arrays.triangles[some]]
         return corners @ self.place[:3, :3].T + self.place[:3, 3]
-
-    @property
-    def slots(self) -> NDArray[np.int32]:
-        """Colour of each triangle."""
-        slots = np.minimum(self.arrays.slots, len(self.colours) // self.levels - 1)
-        return slots if self.levels == 1 else slots * self.levels + self.arrays.masks
 
     @functools.cached_property
     def bounds(self) -> tuple[Array, Array]:
@@ -124,10 +114,9 @@ def visible_triangles(
     """
     samples = samples or KeptSamples()
     for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes):
-        colours = [mean.colour for mean in shown.means] or [mean_colour(None)]
+        colours = np.array([mean.colour for mean in shown.means])
         place = np.array(shown.place, dtype=np.float32)
-        levels = len(MASKS) if shown.is_masked else 1
-        yield samples.thing(Triangles(shown.arrays, place, np.array(colours), levels))
+        yield samples.thing(Triangles(shown.arrays, place, colours))
 
 
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:
@@ -136,7 +125,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
     if (highest < low).any() or (lowest > high).any():
         nothing = np.empty((0, 3))
         return Samples(nothing, nothing, nothing, np.empty(0))
-    corners, slots = shown.corners, shown.slots
+    corners, parts = shown.corners, shown.arrays.parts
     # Whatever the box, so that the same places have the same samples.
     more = 1.0
     if len(corners) > _ENOUGH:
@@ -144,7 +133,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         twice = np.linalg.norm(_cross(one, other), axis=1)
         keep = _some(shown.arrays, twice, spacing)
         keep |= _longest(one, other) > spacing / 2.0
-        corners, slots = corners[keep], slots[keep]
+        corners, parts = corners[keep], parts[keep]
         more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
     points, normals, colours, areas = [], [], [], []
     for level in range(_DEEPEST):
@@ -152,19 +141,19 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         highest = np.maximum(np.maximum(first, second), third)
         lowest = np.minimum(np.minimum(first, second), third)
         within = (highest >= low).all(axis=1) & (lowest <= high).all(axis=1)
-        corners, slots = corners[within], slots[within]
+        corners, parts = corners[within], parts[within]
         one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         across = _cross(one, other)
         size = np.linalg.norm(across, axis=1)
         small = (_longest(one, other) <= spacing) | (level == _DEEPEST - 1)
         points.append(corners[small].mean(axis=1))
         normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
-        colours.append(shown.colours[slots[small]])
+        colours.append(shown.colours[parts[small]])
         areas.append(size[small] * (more / 2.0))
-        corners, slots = corners[~small], slots[~small]
+        corners, parts = corners[~small], parts[~small]
         if not len(corners):
             break
-        corners, slots = quartered(corners), np.tile(slots, 4)
+        corners, parts = quartered(corners), np.tile(parts, 4)
     parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours, areas))
     found = Samples(*parts)
     flat = (found.normals**2).sum(axis=1) < 0.5

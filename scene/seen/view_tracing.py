@@ -21,7 +21,6 @@ from ...uw_spectral.transfer.light_from_above import light_from_above
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
-from ..materials.mean_colours import mean_colour
 from . import cameras
 from .ray_casting import Meshes
 from .waterline import PORT
@@ -179,7 +178,7 @@ def _first_seen(
     hits = meshes.first(origin, direction, _to_surface(origin, direction))
     distance = np.array([hit.distance if hit else math.inf for hit in hits])
     normal = np.array([hit.normal if hit else -w for hit, w in zip(hits, direction, strict=True)])
-    colour = np.array([mean_colour(hit.material) if hit else _PLAIN for hit in hits])
+    colour = np.array([hit.colour if hit else _PLAIN for hit in hits])
     to_floor = _along(origin[:, 2] + column.floor_depth, -direction[:, 2])
     on_floor = to_floor < distance
     return SeenPoints(

@@ -89,7 +89,9 @@ def strays() -> list[bpy.types.Collection]:
 def _delete(others: bool) -> list[str]:
     """Delete what is marked: what nobody uses, and without other waters in the file the rest."""
     data, notes = bpy.data, []
-    kinds = ("meshes", "volumes", "lights", "materials", "worlds", "node_groups", "images")
+    kinds = (
+        "meshes", "volumes", "lights", "materials", "worlds", "node_groups", "images", "textures",
+    )  # fmt: skip
 
     def marked() -> list[bpy.types.ID]:
         return [b for k in kinds for b in getattr(data, k) if MARK in b and b.is_editable]

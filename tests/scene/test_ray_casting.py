@@ -97,18 +97,18 @@ def test_a_cube_that_is_squeezed_flat_is_a_plane(empty_blender):
     assert hits[1] is None
 
 
-def test_a_face_has_the_material_of_its_slot(empty_blender):
+def test_a_face_has_the_colour_of_its_slot(empty_blender):
     cube = scenes._cube("cube", (0.0, 0.0, 0.0))
-    names = ("one", "other")
-    for name in names:
-        cube.data.materials.append(bpy.data.materials.new(name))
+    colours = (0.8, 0.1, 0.2), (0.2, 0.7, 0.4)
+    for colour in colours:
+        cube.data.materials.append(scenes.principled("paint", (*colour, 1.0)))
     for polygon in cube.data.polygons:
         polygon.material_index = int(polygon.center.z > 0.5)
     bpy.context.view_layer.update()
-    meshes = Meshes(bpy.context.evaluated_depsgraph_get())
+    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), (), "camera")
     origin = np.array([[0.1, 0.2, 5.0], [0.1, 0.2, -5.0]])
     hits = meshes.first(origin, -origin / 5.0 * [0, 0, 1], np.full(2, math.inf))
-    assert [hit.material.name for hit in hits] == ["other", "one"]
+    np.testing.assert_allclose([hit.colour for hit in hits], colours[::-1], atol=1e-6)
 
 
 def test_an_empty_scene_is_clear(empty_blender):

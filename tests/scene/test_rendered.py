@@ -268,14 +268,14 @@ def test_what_an_attribute_of_the_mesh_mixes_has_its_colour_where_it_is():
     bpy.context.view_layer.update()
     (thing,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
     x = thing.corners[:, :, 0]
-    colours = thing.colours[thing.slots]
+    colours = thing.colours[thing.arrays.parts]
     assert colours[x.max(axis=1) < 0.1] == pytest.approx(np.array([[0.0, 0.1, 0.2]] * 8))
     assert colours[x.min(axis=1) > 0.1] == pytest.approx(np.array([[0.4, 0.5, 0.6]] * 6))
     bpy.context.object.data = mesh.copy()
     bpy.context.object.data.attributes.remove(bpy.context.object.data.attributes["inside"])
     bpy.context.view_layer.update()
     (thing,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
-    assert thing.colours[thing.slots] == pytest.approx(np.array([[0.2, 0.3, 0.4]] * 16))
+    assert thing.colours[thing.arrays.parts] == pytest.approx(np.array([[0.0, 0.1, 0.2]] * 16))
 
 
 def test_an_eye_just_under_the_surface_stays_where_it_is(monkeypatch):
