@@ -35,7 +35,7 @@ def texels(node: bpy.types.ShaderNodeTexImage, places: Array) -> Array:
     if image is None:
         return np.array([_NOTHING])
     image = image.original
-    u, inside = _wrapped(node, places[:, :2])
+    u, inside = _wrapped(node, np.nan_to_num(places[:, :2]))
     texture = _texture(image)
     _put(texture, "use_interpolation", node.interpolation != "Closest")
     if image.source in _MOVING:

@@ -99,8 +99,8 @@ def mean_surface(
         return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
     sockets = SampledSockets(points or SurfacePoints())
     colour, coverage = _Closures(sockets).of(shader)
-    coverage = np.clip(coverage, 0.0, 1.0)
-    shown = colour / np.maximum(coverage, _THINNEST)
+    coverage = np.clip(np.nan_to_num(coverage), 0.0, 1.0)
+    shown = np.nan_to_num(colour) / np.maximum(coverage, _THINNEST)
     if is_porous(material):
         shown = wet_reflectance_TwomeyEtAl1986(
             np.clip(shown, 0.0, 1.0), mean_cosine_of_grains(_GRAINS), -1.0
