@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from . import scripts, units
-from .materials import glowing_meshes
+from .materials import glowing_meshes, own_water
 from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
@@ -93,6 +93,7 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     yield from _of_frames(scene)
     yield from _of_objects(scene)
     yield from glowing_meshes.notes(scene)
+    yield from own_water.notes(scene)
     if not is_live(scene):
         yield from _of_world(scene.world)
 
