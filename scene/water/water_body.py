@@ -69,9 +69,10 @@ def scene_reach(scene: bpy.types.Scene) -> SceneReach:
     for found in visible_instances(depsgraph, own):
         if found.object.type in _SOLID:
             place, box = np.array(found.matrix_world), np.array(found.object.bound_box)
-            if not usable(box).all() and isinstance(found.object.data, bpy.types.Mesh):
-                box = vertices_of(found.object.data)
-            corners.append(box[usable(box)] @ place[:3, :3].T + place[:3, 3])
+            seen = box @ place[:3, :3].T + place[:3, 3]
+            if not usable(seen.ravel()) and isinstance(found.object.data, bpy.types.Mesh):
+                seen = vertices_of(found.object.data) @ place[:3, :3].T + place[:3, 3]
+            corners.append(seen)
     places = np.concatenate(corners)
     return reach_of(places[usable(places)])
 
