@@ -129,7 +129,10 @@ class User:
             self.touch(*(item for item in block.objects))
         if MARK in block:  # links that lead through groups go with them
             self.touch(*bpy.data.materials, *bpy.data.node_groups)
-        bpy.data.batch_remove([block])
+        if isinstance(block, bpy.types.Scene):
+            bpy.data.scenes.remove(block)  # windows let go of it; in a batch they would not
+        else:
+            bpy.data.batch_remove([block])
 
     def copy(self):
         block = self.any("objects", "meshes", "materials", "lights", "worlds", "node_groups")
