@@ -1,4 +1,4 @@
-"""What must not change a picture, and what must, how: in EEVEE, both modes, and in Cycles.
+"""What must not change a picture, and what must, how: in EEVEE in real time and in Cycles.
 
 ``python3 dev.py test -m slow tests/laws``
 """
@@ -14,13 +14,12 @@ import pytest
 from mathutils import Matrix
 from underwater_spectral.scene.seen import surroundings
 
-from .scene import DEPTH, LAMPS, Drawing, off, plan, seal
+from .scene import DEPTH, Drawing, off, plan, seal
 
 pytestmark = pytest.mark.slow
 
 MODES = {
     "realtime": (8, (3, 3), 0.01, 0.05),
-    "bands": (8, (3, 3), 0.01, 0.05),
     "cycles": (128, (13, 48), 0.0, 0.0),
 }
 """Samples, size of blocks in pixels, and what may differ without noise, mean and worst
@@ -138,26 +137,3 @@ def test_a_rolled_camera_sees_the_same(laws):
 def test_bands_in_other_groups_are_the_same(laws):
     if laws.mode != "realtime":  # which has one pass
         _check(laws, laws.base, laws.draw(groups=[(2,), (0, 1)]))
-
-
-@pytest.fixture(scope="module")
-def lit(laws) -> Iterator[_Laws]:
-    laws.close()
-    found = _Laws(laws.mode)
-    found._drawing = Drawing(laws.mode, found.plan(), lamps=True)
-    yield found
-    found.close()
-
-
-def _by(lit: _Laws, *powers: float, sun: float = 0.0) -> np.ndarray:
-    for name, power in zip(LAMPS, powers, strict=True):
-        bpy.data.lights[name].energy = power
-    return lit.draw(sunlight=sun)
-
-
-def test_lamps_add_up_and_with_the_sun(lit):
-    base = _by(lit, 20.0, 20.0, sun=1.0)
-    lit._base = base
-    both = _by(lit, 20.0, 20.0)
-    _check(lit, both, _by(lit, 20.0, 1e-9) + _by(lit, 1e-9, 20.0))
-    _check(lit, base, both + _by(lit, 1e-9, 1e-9, sun=1.0))
