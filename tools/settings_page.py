@@ -22,15 +22,19 @@ from underwater_spectral.settings.setting import SECTIONS, Setting
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
 _HEAD = """# Settings
 
-Every setting of the water, as the panel (*Advanced*), the command line and Python know it. In
-Python they are properties of `bpy.context.scene.underwater`, by the names of the options with
-underscores: `--sun-zenith` is `sun_zenith`. Those marked ◆ can be keyframed.
-`render_bands.py --help` says the same, and what a job takes besides.
+As the panel (*Advanced*), the command line and Python know them. In Python they are properties of
+`bpy.context.scene.underwater`, named as the options: `--sun-zenith` is `sun_zenith`. Switches have
+an opposite: `--shafts`, `--no-shafts`. `render_bands.py --help` says the same, and what a job takes
+besides.
+
+◆ can be keyframed; R for researchers; E in EEVEE only; C in Cycles only. In brackets: what it needs
+to have an effect. Defaults are bold.
 
 Azimuths and directions are where light, wind or water goes to, in degrees from +x towards +y.
 *Sun From* in the panel is the compass bearing of the sun, from north (+y) over east (+x): 270° less
 the azimuth. *Sun Elevation* is 90° less the zenith angle.
 """
+_ENGINES = {"": "", "eevee": "E", "cycles": "C"}
 
 
 def page() -> str:
@@ -40,47 +44,43 @@ def page() -> str:
 
 def _sections() -> Iterator[str]:
     for name, section in SECTIONS.items():
-        yield f"## {section.title}\n\n{section.text}.\n"
-        yield "| in the panel | option | what it does | values | default |\n|---|---|---|---|---|"
-        for setting in SETTINGS.values():
-            if setting.section == name:
-                yield _row(setting)
+        yield f"## {section.title}"
+        yield from (_row(setting) for setting in SETTINGS.values() if setting.section == name)
         yield ""
 
 
 def _row(setting: Setting) -> str:
-    label = f"{setting.label} ◆" if setting.animatable else setting.label
-    option, default = flag(setting.name), setting.default
-    if isinstance(default, bool):
-        option, default = f"{option}, --no-{option.removeprefix('--')}", "on" if default else "off"
-    text = setting.text
-    if setting.engine:
-        text += f"; for {'EEVEE' if setting.engine == 'eevee' else 'Cycles'} only"
-    if setting.needs:
-        text += f"; {_needs(setting)}"
-    if setting.who == "researcher":
-        text += " *(researchers)*"
-    shown = f"`{default}`" if default != "" else "none"
-    return f"| {label} | `{option}` | {text} | {_values(setting)} | {shown} |"
+    marks = "◆" * setting.animatable + "R" * (setting.who == "researcher")
+    marks += _ENGINES[setting.engine]
+    first = " ".join(filter(None, (f"*{setting.label}*", marks, f"`{flag(setting.name)}`")))
+    needs = f" ({_needs(setting)})" if setting.needs else ""
+    return f"- {first}: {setting.text}{needs}. {_values(setting)}"
 
 
 def _values(setting: Setting) -> str:
-    if setting.choices:
-        return "<br>".join(
-            f"`{word}`: {text[:1].lower()}{text[1:]}" if text else f"`{word}`"
-            for word, (_, text) in setting.choices.items()
-        )
+    words = {word: text for word, (_, text) in setting.choices.items()}
     if setting.known in {"illuminants", "phases", "filters"}:
-        return "<br>".join(f"`{word}`" for word, _ in known_words(setting.known))
-    return setting.facts
+        words = dict.fromkeys((word for word, _ in known_words(setting.known)), "")
+    parts = [_word(word, text, word == setting.default) for word, text in words.items()]
+    if setting.default in words:
+        return (". " if any(words.values()) else ", ").join(parts)
+    default, (low, high) = setting.default, setting.limits
+    shown = ("off", "on")[default] if isinstance(default, bool) else f"`{default}`"
+    span = "" if low == float("-inf") else f"{low:g}…{high:g}"
+    named = "none" if default == "" else shown
+    return ", ".join(filter(None, (*parts, setting.unit, span, f"**{named}**")))
+
+
+def _word(word: str, text: str, is_default: bool) -> str:
+    shown = f"**`{word}`**" if is_default else f"`{word}`"
+    return f"{shown}: {text}" if text else shown
 
 
 def _needs(setting: Setting) -> str:
-    parts = []
-    for name, values in setting.needs.items():
-        words = " or ".join(f"`{value}`" for value in values)
-        parts.append(f"`{flag(name)}` {words}" if values else f"a `{flag(name)}`")
-    return f"needs {', '.join(parts)}"
+    found = ((flag(name), "/".join(map(str, values))) for name, values in setting.needs.items())
+    return ", ".join(
+        f"`{option} {values}`" if values else f"`{option}`" for option, values in found
+    )
 
 
 if __name__ == "__main__":
