@@ -11,7 +11,7 @@ from __future__ import annotations
 from . import _answers, planted_errors
 from . import _outside_light as light
 from . import _outside_water as water
-from ._outside import grid
+from ._outside import Row, grid
 from .path_radiance_table import ROOT
 
 
@@ -37,25 +37,35 @@ Only tests with outside references see: {", ".join(alone) or "none of them"}.
 """
 
 
+def lines_of(rows: list[Row]) -> list[str]:
+    """Lines of the table; sources and references are not repeated."""
+    lines, above = [], ("", "")
+    for row in rows:
+        named = row.source, row.theirs
+        source, theirs = ("same" if x == y else x for x, y in zip(named, above, strict=True))
+        cells = row.quantity, source, row.ours, theirs, row.verdict
+        lines.append(f"| {' | '.join(cells)} |".replace(" / ", "/").replace(" … ", "…"))
+        above = named
+    return lines
+
+
 def summary(lead: str) -> str:
     """Return docs/validation.md."""
     return f"""# Validation
 
-Measurements and published computations, and the numbers of this project beside them; nothing is
-fitted unless it says so. ± in *reference* is its spread or error. Each row is explained in
-[the comparisons in detail](measured/outside.md); renderers against each other are in
+Measurements and published computations beside the numbers of this project
+([in detail](measured/outside.md)). Nothing is fitted unless it says so; ± in *reference* is its
+spread or error; / is from depth to depth or case to case. Renderers against each other:
 [accuracy](accuracy.md).
 
 {lead}
 
 ## What has no reference yet
-- Pictures: no photograph with measured water, light and camera was found. The figures of the
-  papers show scenes that are not published; [our numbers for them](measured/paper_figures.md) are
-  beside what they say.
+- Pictures: no photograph with measured water, light and camera was found. The scenes of the papers'
+  figures are not published ([our numbers for them](measured/paper_figures.md)).
 - Fractions of Raman light and fluorescence below the surface, in numbers.
 
-Whether tests notice an error of 10 % was tried with
-[planted errors](measured/outside.md#planted-errors).
+Whether tests notice an error of 10 %: [planted errors](measured/outside.md#planted-errors).
 
 Written by `python3 dev.py run -m benchmarks validation`.
 """
@@ -80,14 +90,8 @@ def main(_arguments: list[str]) -> None:
         light.tyler(), light.canonical(), water.measured_waters(), light.raman(),
         water.caustics(), water.papers(), _answers.pictures(),
     ]  # fmt: skip
-    lead = grid(
-        "| quantity | source | this project | reference | verdict |",
-        [
-            f"| {row.quantity} | {row.source} | {row.ours} | {row.theirs} | {row.verdict} |"
-            for rows, _ in sections
-            for row in rows
-        ],
-    )
+    rows = [row for found, _ in sections for row in found]
+    lead = grid("| quantity | source | this project | reference | verdict |", lines_of(rows))
     texts = "\n".join(text for _, text in sections)
     docs = ROOT / "docs"
     pages = {
