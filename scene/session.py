@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import bpy
 
-from ..node_groups.node_mathematics import MARK
 from ..uw_spectral.errors import unknown_name
 
 SESSION = "uw_session"
@@ -50,6 +49,8 @@ def is_live(scene: bpy.types.Scene) -> bool:
 
 def has_strays() -> bool:
     """Whether the file holds the water of a scene that was deleted; asked at each edit."""
+    from ..node_groups.node_mathematics import MARK
+
     waters = [c for c in bpy.data.collections if MARK in c and c.is_editable]
     if not waters:
         return False

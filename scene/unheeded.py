@@ -8,7 +8,6 @@ import bpy
 import numpy as np
 
 from . import scripts, units
-from .materials import glowing_meshes, own_water
 from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
@@ -92,6 +91,8 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     yield from _of_layer(layer)
     yield from _of_frames(scene)
     yield from _of_objects(scene)
+    from .materials import glowing_meshes, own_water  # slow to import
+
     yield from glowing_meshes.notes(scene)
     yield from own_water.notes(scene)
     if not is_live(scene):
