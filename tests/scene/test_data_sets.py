@@ -44,6 +44,7 @@ from underwater_spectral.jobs.manifest import read_manifest
 from underwater_spectral.jobs.progress import Progress
 from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
 from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.seen import surroundings
 from underwater_spectral.scene.seen.pinhole import pinhole_of, pose_of
 from underwater_spectral.scene.seen.room import Room
 from underwater_spectral.tests.scene import scenes
@@ -269,7 +270,9 @@ def made(tmp_path_factory) -> Made:
     return Made(out, read_index(out / "dataset.json"), spec)
 
 
-def test_a_run_that_was_killed_goes_on_with_the_same_bits(made):
+def test_a_run_that_was_killed_goes_on_with_the_same_bits(made, monkeypatch):
+    monkeypatch.setattr(surroundings, "PROBES", 6000)  # as the set was made
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)
     first = made.index.jobs[0]
     job = made.folder / "jobs" / first
     passes = sorted(job.glob("passes/*/*.exr"))
