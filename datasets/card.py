@@ -34,16 +34,12 @@ class DataCard:
 
     Parameters
     ----------
-    title : str
     licence : str
         Of the pictures, as SPDX writes it.
-    sources : sequence of Source
     versions : mapping
         Of the software that made it, by name.
     version : str
         Of the set.
-    description : str
-    licence_url : str
     conventions : sequence of str
         Of the poses in its formats, a line each.
 
@@ -75,9 +71,6 @@ def write_card(
 
     Parameters
     ----------
-    path : Path
-    card : DataCard
-    views : sequence of DataSetView
     notes : sequence of str
         What the set could not hold, a line each.
 

@@ -41,7 +41,6 @@ def write_coco(
     ----------
     path : Path
         The file; names of pictures are relative to its folder.
-    views : sequence of DataSetView
     card : DataCard
         Its title, version and licence.
     categories : mapping, optional

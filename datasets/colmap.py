@@ -47,7 +47,6 @@ def write_colmap(
     ----------
     folder : Path
         Of the three files; made if it is not there.
-    views : sequence of DataSetView
     points : sequence of SparsePoint
         None make an empty ``points3D.txt``.
     images : Path, optional

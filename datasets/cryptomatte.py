@@ -103,7 +103,6 @@ def numbers(first_rank: ArrayLike, names: Iterable[str]) -> NDArray[np.float32]:
     ----------
     first_rank : array_like, shape (height, width)
         Identifiers.
-    names : iterable of str
     """
     found = np.ascontiguousarray(first_rank, dtype=np.float32).view(np.uint32)
     known = np.array([identifier(name) for name in names], dtype=np.uint32)

@@ -52,7 +52,6 @@ def world_positions(
     ----------
     distances : array_like, shape (height, width)
         Euclidean range, m; where it is infinite, points are at 0.
-    camera : PinholeCamera
     camera_to_world : array_like, shape (4, 4)
         Its pose in Blender's axes.
 
@@ -74,7 +73,6 @@ def write_depth_png(path: Path, depth: ArrayLike) -> int:
 
     Parameters
     ----------
-    path : Path
     depth : array_like, shape (height, width)
         m; infinite or 0 where nothing is seen.
 
@@ -108,10 +106,8 @@ def write_depth_exr(path: Path, distances: ArrayLike, camera: PinholeCamera) -> 
 
     Parameters
     ----------
-    path : Path
     distances : array_like, shape (height, width)
         Euclidean range, m; infinite where nothing is seen.
-    camera : PinholeCamera
     """
     pixels = np.stack([_of_picture(distances, camera), planar_depth(distances, camera)], axis=-1)
     header = {

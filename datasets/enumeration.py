@@ -42,18 +42,14 @@ class PlannedView:
     ----------
     name : str
         Digest of everything but the split.
-    pose_set : str
     pose : int
         Its place among all poses; views of one pose differ by water, light, camera and noise.
     camera_to_world : array, shape (4, 4)
         In Blender's axes, in the lowered scene.
-    camera : DataSetCamera
     settings : mapping
         Of the scene, by name.
     lowered : float
         Metres that the scene is lowered by.
-    rig : CameraRig
-    noise_seed : int
     split : str
         The same for all views of a pose.
     repeat : int
@@ -104,7 +100,6 @@ def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> lis
 
     Parameters
     ----------
-    spec : DataSetSpec
     scene : RoomForPoses, optional
         For poses that must fit into it.
 

@@ -62,8 +62,6 @@ def export_set(
 
     Parameters
     ----------
-    index : Index
-    spec : DataSetSpec
     rendered : callable
         Returns where the files of a view lie.
     versions : mapping

@@ -95,7 +95,6 @@ class Format:
         ----------
         name : str
             Of the format.
-        camera : str
         coefficients : int
             Up to the last one that is not 0; 5 for a camera behind a port.
 

@@ -30,11 +30,8 @@ class ViewJob:
         Of its folder.
     group : str
         Of its water, light and rig, whose views show one scene.
-    camera : DataSetCamera
-    rig : CameraRig
     settings : mapping
         Of all frames.
-    in_air : bool
     seed : int
         Of the noise.
     frames : mapping of int to PlannedView
@@ -71,7 +68,6 @@ def group_views(
 
     Parameters
     ----------
-    spec : DataSetSpec
     views : iterable of PlannedView
         In the order of :func:`.enumerate_views`.
     seeded : bool

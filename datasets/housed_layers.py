@@ -40,7 +40,6 @@ class PortView:
 
     Parameters
     ----------
-    housing : Housing
     view : PinholeView
         The pinhole that rendered.
     depth : array, shape (rows, columns)
@@ -88,8 +87,6 @@ def seen_layers(
 
     Parameters
     ----------
-    found : FrameLayers
-    port : PortView
     wavelengths : mapping of str to float
         Of bands, by the names of their channels, nm.
     sensor : sequence of 3 floats

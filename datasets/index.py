@@ -80,16 +80,12 @@ class Index:
     ----------
     folder : Path
         Of the set.
-    spec : Path
-    scene : Path
-    scene_sha256 : str
     rendered : mapping
         What all jobs share besides the views: engine, mode, settings.
     jobs : tuple of str
         Folders of the jobs below ``jobs``.
     views : mapping of str to IndexedView
         In order.
-    things : tuple of SceneThing
     """
 
     folder: Path

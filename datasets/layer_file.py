@@ -50,7 +50,6 @@ class LayerImage:
     values : array, shape (height, width, k)
     channels : tuple of str
         Their k names; one without a name is the layer itself.
-    units : str
     text : str
         What it holds and how it was made.
     whole : bool

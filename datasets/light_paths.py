@@ -20,8 +20,6 @@ def extinction_to(
 
     Parameters
     ----------
-    optics : ResolvedOptics
-    camera : PinholeCamera
     camera_to_world : array_like, shape (4, 4)
         Its pose in Blender's axes.
     distances : array_like, shape (height, width)

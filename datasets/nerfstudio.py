@@ -23,7 +23,6 @@ def write_nerfstudio(path: Path, views: Sequence[DataSetView]) -> None:
     ----------
     path : Path
         The file; paths in it are relative to its folder.
-    views : sequence of DataSetView
 
     Raises
     ------

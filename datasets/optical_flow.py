@@ -32,7 +32,6 @@ def optical_flow(view: DataSetView, depth: ArrayLike, following: DataSetView) ->
 
     Parameters
     ----------
-    view, following : DataSetView
     depth : array_like, shape (height, width)
         Planar depth of the first, m; infinite where nothing is seen.
 
@@ -52,7 +51,6 @@ def flow_mask(
 
     Parameters
     ----------
-    view, following : DataSetView
     depth, next_depth : array_like, shape (height, width)
         Planar depths of both, m.
     """

@@ -40,7 +40,6 @@ class Outputs:
         Categories that are no instances, such as the ground.
     version : str
         Of the set.
-    description : str
     """
 
     picture: str = "png"
@@ -60,15 +59,11 @@ class RawOutputs:
 
     Parameters
     ----------
-    detector : Detector
     white : float
         Share of the counts that what is developed to white fills in its brightest channel, at any
         ISO: a higher one is for less light.
     exposure_time : float
         s.
-    iso : float, optional
-    pattern : str, optional
-    vignetting : Vignetting, optional
     file : str
         One of :data:`RAW_FILES`.
     """
@@ -112,9 +107,6 @@ class RawOutputs:
         ----------
         channels : array_like, shape (height, width, 3)
             Responses before white balance and exposure.
-        camera : PinholeCamera
-        white_response : float
-        seed : int
         """
         chosen = self.settings(white_response, seed)
         focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)

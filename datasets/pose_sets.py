@@ -127,10 +127,8 @@ class RandomPoses:
 
         Parameters
         ----------
-        seed, number : int
         camera : PinholeCamera
             Whose picture counts.
-        scene : RoomForPoses, optional
 
         Raises
         ------

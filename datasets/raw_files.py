@@ -23,10 +23,8 @@ def write_raw(
 
     Parameters
     ----------
-    path : Path
     view : IndexedView
         Whose noise seed counts.
-    raw : RawOutputs
     channels : array_like, shape (height, width, 3)
         Linear responses of the sensor before white balance and exposure.
     to_rec709 : array, shape (3, 3)
@@ -50,8 +48,6 @@ def write_counts(
 
     Parameters
     ----------
-    path : Path
-    raw : RawOutputs
     counts : array of uint16
     to_rec709 : array, shape (3, 3)
         As of :func:`write_raw`.

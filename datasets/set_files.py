@@ -83,12 +83,8 @@ class SetFiles:
 
     Attributes
     ----------
-    folder : Path
-    views : sequence of DataSetView
-    card : DataCard
     points : int
         Known points of each view, where a format has these.
-    seed : int
     rendered : mapping
         What was rendered of the views, by name.
     shapes : callable

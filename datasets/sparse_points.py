@@ -35,7 +35,6 @@ def sparse_points(
         Its picture, shape (height, width, 3).
     count : int
         Points of each view.
-    seed : int
     """
     depths = {view.name: depth_of(view) for view in views}
     found = []

@@ -100,16 +100,12 @@ class DataSetSpec:
 
     Parameters
     ----------
-    title, licence : str
     seed : int
         Of all that is drawn.
     settings : mapping of Quantity
         By the names of the settings of a scene; what is not named is left to the scene.
     lowered : Quantity
         Metres that the scene and its cameras are lowered by.
-    cameras : tuple of DataSetCamera
-    poses : tuple of PoseSet
-    rigs : tuple of CameraRig
     repeats : int
         Pictures of a view that differ by their noise.
     shares : tuple of 3 floats
@@ -122,7 +118,6 @@ class DataSetSpec:
         At which its animation is held; its current one by default.
     render : tuple of str
         Options of the render, as on the command line.
-    outputs : Outputs
     raw : RawOutputs, optional
         The detector, if there are raw pictures.
     """

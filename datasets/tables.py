@@ -11,7 +11,6 @@ class SpecTable:
 
     Parameters
     ----------
-    content : mapping
     where : str
         For messages.
 

@@ -60,7 +60,6 @@ def read_euroc(path: Path, camera_in_body: Array | None = None) -> TimedPoses:
 
     Parameters
     ----------
-    path : Path
     camera_in_body : array, shape (4, 4), optional
         T_BS of the camera's ``sensor.yaml``; without it the body is the camera in OpenCV's axes.
 

@@ -65,8 +65,6 @@ class DataSetView:
     ----------
     name : str
         Unlike that of every other view of the set.
-    image : Path
-    camera : PinholeCamera
     camera_to_world : array, shape (4, 4)
         Pose in Blender's axes: the camera looks along its -z, y is up; m, world z up.
     split : {"train", "val", "test"}
@@ -76,7 +74,6 @@ class DataSetView:
         8-bit picture, 0 where the picture is to be left out.
     instance_map : Path, optional
         16-bit picture of the instances' numbers (:func:`.write_instance_map`).
-    instances : tuple of SeenInstance
     metadata : mapping
         What else is known, as JSON holds it: water, depth, truth.
 

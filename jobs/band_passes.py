@@ -62,7 +62,6 @@ def render_pass(
     ----------
     render : callable
         Renders one pass, see :data:`.band_engine.RenderPass`.
-    bands : tuple of int
     path : Path
         The file; its folder is there.
     key : str
@@ -138,7 +137,6 @@ def look_at(
 
     Parameters
     ----------
-    path : Path
     key : str
         Which pass it should be.
     size : tuple of int

@@ -150,8 +150,6 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
 
     Parameters
     ----------
-    index : Index
-    progress : Progress
     insist : bool
         Answer for all of them and develop; else leave to others what they are rendering.
     """

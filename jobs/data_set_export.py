@@ -31,8 +31,6 @@ def export(
 
     Parameters
     ----------
-    index : Index
-    spec : DataSetSpec
     scene : callable
         Opens the scene, where silhouettes are needed.
     report_note : callable

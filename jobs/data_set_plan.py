@@ -78,8 +78,6 @@ def plan_data_set(
     ----------
     scene : Scene
         Saved.
-    spec : DataSetSpec
-    spec_path : Path
     settings_now : callable
         Returns the settings of the scene, of which the views change some.
     job : Job

@@ -21,7 +21,6 @@ def developments(
 
     Parameters
     ----------
-    plan : RenderPlan
     depths : sequence of float
         Of the cameras, m.
     lamplight : sequence of array or None

@@ -151,19 +151,14 @@ class Manifest:
         Content of the .blend; ``"unsaved"`` without one.
     versions : mapping
         Of Blender, of the extension and of its source.
-    output : Output
     settings : mapping
         Of the first frame; ``changes`` holds what differs in other frames.
-    frames : tuple of int
-    cameras : tuple of CameraOutput
     passes : tuple of Pass
         Of every frame and camera.
     bands_nm, widths_nm : tuple of float
         Centres and widths of the bands.
-    developments : tuple of Development
     views : tuple of View
         Cameras in turn, the frames of each in order.
-    files : tuple of ExternalFile
     lamps : mapping
         Those of the scene by frame, where they are others than at the frame before.
     clouds : mapping

@@ -68,13 +68,10 @@ def develop_layers(
 
     Parameters
     ----------
-    manifest : Manifest
-    view : View
     passes : sequence of Rendered
         Of the view, in order; their layers lie beside them.
     plan : RenderPlan
         Of the frame.
-    picture : Path
 
     Returns
     -------

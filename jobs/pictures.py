@@ -103,8 +103,6 @@ def develop(
 
     Parameters
     ----------
-    manifest : Manifest
-    view : View
     rendered : sequence of Rendered
         All passes of the view, in order.
     plans : FramePlans

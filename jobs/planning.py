@@ -72,10 +72,6 @@ def plan_job(
     job : Job
         Frames, engine, cameras and folder.
 
-    Returns
-    -------
-    Manifest
-
     Raises
     ------
     InputError

@@ -38,7 +38,6 @@ class Progress:
 
     Parameters
     ----------
-    format : str
     quiet : bool
         Print notes only.
     """

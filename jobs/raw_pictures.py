@@ -51,8 +51,6 @@ def write_raw_picture(
 
     Parameters
     ----------
-    manifest : Manifest
-    view : View
     plan : RenderPlan
         Of the frame.
     linear : array, shape (height, width, 3)

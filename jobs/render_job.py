@@ -127,7 +127,6 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
 
     Parameters
     ----------
-    manifest : Manifest
     resume : bool
         Go on with the passes that are there, if the same job made them; else they
         are rendered again.
@@ -215,8 +214,6 @@ def develop(
 
     Parameters
     ----------
-    manifest : Manifest
-    views : sequence of View
     report_note : callable
         Receives what could not be done, a line each.
 

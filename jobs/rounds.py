@@ -79,8 +79,6 @@ def reached(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Rea
 
     Parameters
     ----------
-    manifest : Manifest
-    view : View
     rendered : sequence of Rendered
         Its parts: of each pass the first ones, an even number.
     """

@@ -30,7 +30,6 @@ def check_scene(manifest: Manifest, blend: Path | None, placed: Callable[[str], 
 
     Parameters
     ----------
-    manifest : Manifest
     blend : Path or None
         The .blend that is open.
     placed : callable

@@ -73,7 +73,6 @@ def choose(
     ----------
     scene : Scene
         Its current frame moves and comes back.
-    camera : Object
     settings_now : callable
         Returns the settings at the scene's current frame; those of the
         first frame that is looked at count.
@@ -87,10 +86,6 @@ def choose(
         Settings that must stay as they are.
     others : sequence of Object
         Further cameras, for which the choice is made too.
-
-    Returns
-    -------
-    Choice
 
     Raises
     ------

@@ -70,11 +70,8 @@ def run(
 
     Parameters
     ----------
-    request : SplitRequest
     blend : Path or None
         The scene, if it is not where the manifest says.
-    progress : Progress
-    open_scene : callable
     inside_blender : bool
         Whether Blender may have opened the scene already.
 

@@ -90,8 +90,6 @@ def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered |
 
     Parameters
     ----------
-    manifest : Manifest
-    task : Task
     thorough : bool
         Read all its pixels; else its header and length count.
     """
@@ -125,8 +123,6 @@ def render(
     ----------
     scene : Scene
         The scene of the job.
-    manifest : Manifest
-    tasks : iterable of Task
     plans : FramePlans
         Of the manifest.
     report_note : callable

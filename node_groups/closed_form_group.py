@@ -143,7 +143,6 @@ def build_water(
 
     Parameters
     ----------
-    name, text : str
     column : WaterColumn
         Deep, of one layer; its last band stands for red.
     phase : BandPhase

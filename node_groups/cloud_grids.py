@@ -173,10 +173,8 @@ def grid(
 
     Parameters
     ----------
-    graph : Graph
     image : Image
         Of :func:`new_image`.
-    index : int
     of_lamps : Image, optional
         Of :func:`new_lamp_image`.
     lamps : int

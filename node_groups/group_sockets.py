@@ -26,8 +26,6 @@ class OpenGroup:
 
     Parameters
     ----------
-    name : str
-    inputs, outputs : mapping of str to Socket
     text : str
         What the group is for.
     part_size : int, optional

@@ -17,8 +17,6 @@ def summed(
 
     Parameters
     ----------
-    graph : Graph
-    count : int
     terms : callable
         Makes the nodes of one iteration, for its index.
     """
@@ -41,8 +39,6 @@ def followed(
 
     Parameters
     ----------
-    graph : Graph
-    count : int
     terms : callable
         Makes the nodes of one iteration, for its index and that sum: returns the number, and terms.
     met : NodeValue or float
@@ -87,7 +83,6 @@ def iterated(
 
     Parameters
     ----------
-    graph : Graph
     count : int
         Iterations.
     state : sequence

@@ -61,8 +61,6 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
 
     Parameters
     ----------
-    shape : Shape
-    sources : Sources
     ahead : bool
         Whether the path goes to the boundary. Else there are the outputs :data:`SUNLIGHT` and
         :data:`SKYLIGHT`: shares of the sun's and of other light that clouds leave on the thing.
@@ -201,7 +199,6 @@ class CloudTable:
 
     Attributes
     ----------
-    graph : Graph
     image : Image
         Of :func:`new_image`.
     """

@@ -44,7 +44,6 @@ def around(
 
     Parameters
     ----------
-    graph : Graph
     values : NodeOutputs
         Of the group of all numbers.
     image : Image

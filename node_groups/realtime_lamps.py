@@ -233,8 +233,6 @@ def write_lamps(
 
     Parameters
     ----------
-    images : LampImages
-    folded : LampChannels
     colours : sequence of 3
         Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
     """
@@ -606,7 +604,6 @@ def build_path(
 
     Parameters
     ----------
-    images : LampImages
     components : sequence of PhaseFunction
         Parts of the phase function.
     ahead : bool
@@ -668,7 +665,6 @@ def build_patch(
 
     Parameters
     ----------
-    images : LampImages
     outputs : collection of str
         Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
         of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance

@@ -50,7 +50,6 @@ def write(
         Of the shader, or of a group in it.
     layers : iterable of str
         Those that are wanted; what has no value is 0.
-    values : mapping of str to NodeValue
     coverage : NodeValue or float
         Share of the pixel that the surface fills, with which light and colours are multiplied.
         EEVEE draws the surface in that share of the samples.

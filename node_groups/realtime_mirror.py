@@ -39,7 +39,6 @@ def write_picture(
 
     Parameters
     ----------
-    image : Image
     picture : array, shape (h, w, 3)
         From the top.
     nearness : array, shape (h, w), optional
@@ -72,7 +71,6 @@ def seen_in(
 
     Parameters
     ----------
-    graph : Graph
     values : NodeOutputs
         Of the group of all numbers.
     image : Image

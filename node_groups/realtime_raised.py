@@ -32,7 +32,6 @@ def crossing(
 
     Parameters
     ----------
-    graph : Graph
     values : ShaderNodeTree
         UW Values.
     images : WaveImages

@@ -171,7 +171,6 @@ def eye_place(
 
     Parameters
     ----------
-    graph : Graph
     frame : sequence of 4, optional
         Of an orthographic camera: left and bottom edge, width and height of its picture, m; zero
         of others. Where the pixel's ray begins on its plane.

@@ -179,7 +179,6 @@ class ImageTables:
         The tree.
     image : Image
         Of :func:`new_image`.
-    layout : Layout
     depth_scale : DepthScale
         Of node values.
     lengths : LengthScale

@@ -262,7 +262,6 @@ class Values:
         The tree.
     group : ShaderNodeTree
         Of :func:`build`.
-    shape : Shape
     """
 
     graph: Graph

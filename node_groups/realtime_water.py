@@ -64,8 +64,6 @@ class Sources:
         Of :func:`.realtime_values.build`.
     light : Image
         Of :mod:`.realtime_tables`.
-    shade, cover, lamps : Image, optional
-    waves : WaveImages, optional
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`, if the camera may be in the air, or of
         :mod:`.realtime_rays`.
@@ -114,8 +112,6 @@ class PixelWater:
     ----------
     graph : Graph
         The tree.
-    shape : Shape
-    sources : Sources
     """
 
     def __init__(self, graph: Graph, shape: Shape, sources: Sources) -> None:

@@ -34,7 +34,6 @@ def seen_in(
 
     Parameters
     ----------
-    graph : Graph
     values : NodeOutputs
         Of the group of all numbers.
     image : Image

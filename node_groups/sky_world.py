@@ -20,7 +20,6 @@ def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
 
     Parameters
     ----------
-    kind : str
     gain_in_water : float
         Factor that the sky's radiance holds for those in the water, and that cameras and things in
         the air do not see; what the surface mirrors up loses it there.

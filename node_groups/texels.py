@@ -37,8 +37,6 @@ def texel(
 
     Parameters
     ----------
-    graph : Graph
-    image : Image
     h, v : NodeValue or float
         Column and row.
     columns, rows : NodeValue or float

@@ -50,7 +50,6 @@ def build(
 
     Parameters
     ----------
-    lobes : tuple of ScatteringLobe
     layer : int or str
         Its number, or :func:`.attributes.cloud`.
     density : callable, optional

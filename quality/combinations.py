@@ -65,10 +65,8 @@ class Workload:
 
     Parameters
     ----------
-    method : Method
     megapixels : float
         Of a frame.
-    frames : int
     samples : int, optional
         Per pixel; None leaves them to :func:`decide`.
     shaft_end : float

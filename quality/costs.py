@@ -47,7 +47,6 @@ class Costs:
 
         Parameters
         ----------
-        method : Method
         passes : int
             Of a frame.
         options : Options

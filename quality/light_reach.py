@@ -77,7 +77,6 @@ def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np
 
     Parameters
     ----------
-    view : Viewpoint
     bounces : sequence of int
         The k.
 

@@ -33,8 +33,6 @@ def picture_stops(
     ----------
     optics : Optics
         Without sunlight, only lamps count.
-    seen : SeenPoints
-    lamps : sequence of Lamp
     water : LampWater
         Where there are lamps.
 

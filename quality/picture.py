@@ -94,16 +94,10 @@ def picture(
 
     Parameters
     ----------
-    optics : Optics
-    seen : SeenPoints
     without : str
         One of :data:`.LIGHTS`, by name: leave that light out.
     **column : object
         Fields of the water column, instead of its own. Waves need ``optics.waves``.
-
-    Returns
-    -------
-    Picture
     """
     view = _view(optics.view, seen.depth, column)
     develop = view.reduction.apply

@@ -81,10 +81,8 @@ class Requirements:
 
     Parameters
     ----------
-    bands : BandChoice
     options : Options
         What the water has.
-    samples, bounces, froxels : int
     delta_e : float
         Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) of bands and options, against
         everything with many bands.
@@ -92,7 +90,6 @@ class Requirements:
         Per sample, against the scene without water.
     seconds : float
         CPU time of all frames on the machine of the cost table.
-    decisions : tuple of Decision
     """
 
     bands: BandChoice
@@ -133,7 +130,6 @@ def decide(
         Mean ΔE2000 of what is seen: objects, floor and open water count equally.
     budget : float, optional
         CPU time of all frames in s, on the machine of the cost table; goes before the target.
-    workload : Workload, optional
     keep : collection of str
         Those of :data:`.TERMS`, by name, that must stay on.
     off : collection of str
@@ -142,10 +138,6 @@ def decide(
         Whether pictures of Cycles are denoised.
     costs : Costs, optional
         The measured ones by default.
-
-    Returns
-    -------
-    Requirements
 
     Raises
     ------

@@ -78,10 +78,8 @@ def allot(noise: PictureNoise, samples: Sequence[int], target: float) -> tuple[f
 
     Parameters
     ----------
-    noise : PictureNoise
     samples : sequence of int
         Of each pass, so far.
-    target : float
 
     Examples
     --------

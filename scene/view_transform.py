@@ -39,7 +39,6 @@ def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> 
 
     Parameters
     ----------
-    view : ColorManagedViewSettings
     tone : str
         One of :data:`.TONES`.
     contrast : str

@@ -28,7 +28,6 @@ class FileKind:
 
     Attributes
     ----------
-    label : str
     text : str
         What such a file holds.
     columns : tuple of str

@@ -78,7 +78,6 @@ def build(context: bpy.types.Context, name: str) -> bpy.types.Scene:
 
     Parameters
     ----------
-    context : Context
     name : str
         One of :data:`EXAMPLES`.
     """

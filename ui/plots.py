@@ -137,7 +137,6 @@ def plot_sensor(
 
     Parameters
     ----------
-    sensor : Sensor
     bands : Bands, optional
         Their centres are marked.
     size : (int, int)

@@ -400,10 +400,8 @@ def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice
 
     Parameters
     ----------
-    scene : Scene
     earlier : dict
         What :func:`before_auto` returned: the choice was made with these values.
-    choice : Choice
     """
     group, water = getattr(scene, PROPERTY), getattr(scene, stored_settings.PROPERTY)
     stored = stored_settings.stored_settings(scene)

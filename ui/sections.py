@@ -32,8 +32,6 @@ def draw(
 
     Parameters
     ----------
-    column : UILayout
-    scene : Scene
     section : str
         One of :data:`.SECTIONS`.
     apart : collection of str

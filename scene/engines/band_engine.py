@@ -86,7 +86,6 @@ class Engine:
 
     Parameters
     ----------
-    method : Method
     open : callable
         Puts water into a scene for a camera, and takes it out after the block.
     passes : callable

@@ -178,7 +178,6 @@ def draw_apart(
     ----------
     parts : sequence of tuple of int
         The bands of each.
-    path : Path
     draw : callable
         Renders a part.
     """

@@ -49,7 +49,6 @@ class CyclesLayers:
     ----------
     wanted : tuple of str
         Layers that were asked for.
-    plan : RenderPlan
     guides : bool
         Whether a pass has guides for a denoiser too.
     """
@@ -79,7 +78,6 @@ class CyclesLayers:
 
         Parameters
         ----------
-        scene, camera
         path : Path
             Beside it files are written for the moment.
         indices : sequence of int

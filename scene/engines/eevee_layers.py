@@ -40,7 +40,6 @@ class EeveeLayers:
         Whether the passes hold bands.
     shafts : bool
         Whether the volume draws what is scattered once.
-    lamps : bool
     """
 
     wanted: tuple[str, ...]
@@ -86,7 +85,6 @@ class EeveeLayers:
 
         Parameters
         ----------
-        scene, camera
         path : Path
             Beside it files are written for the moment.
         indices : sequence of int

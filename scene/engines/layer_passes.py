@@ -26,7 +26,6 @@ def switched_on(
 
     Parameters
     ----------
-    layer : ViewLayer
     switches : iterable of str
         Properties such as ``use_pass_z`` or ``cycles.use_pass_volume_direct``.
     outputs : iterable of str

@@ -41,8 +41,6 @@ class MirroredPictures:
 
     Parameters
     ----------
-    scene : Scene
-    camera : Object
     kept : Kept
         Has seen the things of the frame, if they shade.
     """

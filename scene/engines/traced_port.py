@@ -71,7 +71,6 @@ def rays(eye: bpy.types.Object, fit: RayFit, radius: float, focus: float) -> Ite
     ----------
     eye : Object
         The camera, at the entrance pupil.
-    fit : RayFit
     radius : float
         Of the lens as it counts in the water, m; with 0 everything is in focus.
     focus : float

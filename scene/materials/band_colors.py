@@ -69,7 +69,6 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
 
     Parameters
     ----------
-    tree : NodeTree
     make : callable
         Of the kinds of :mod:`.uplift`.
     measured : bool

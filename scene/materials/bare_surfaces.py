@@ -40,7 +40,6 @@ def dress(
 
     Parameters
     ----------
-    scene : Scene
     material : Material, optional
         That of the scene's water; a new one by default, if it is needed.
 

@@ -23,7 +23,6 @@ def texels(node: bpy.types.ShaderNodeTexImage, places: Array) -> Array:
 
     Parameters
     ----------
-    node : ShaderNodeTexImage
     places : array, shape (n, 2) or more columns
         Coordinates; an image lies in 0 to 1.
 

@@ -35,7 +35,6 @@ class SampledSockets:
 
     Attributes
     ----------
-    points : SurfacePoints
     asked : bool
         Whether something was asked that differs from surface to surface.
     """

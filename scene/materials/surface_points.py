@@ -34,7 +34,6 @@ class SurfacePoints:
 
     Attributes
     ----------
-    count : int
     item : Object, optional
         What they are on.
     place : Matrix

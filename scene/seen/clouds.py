@@ -39,10 +39,8 @@ class SceneClouds:
 
     Attributes
     ----------
-    objects : tuple of Object
     clouds : tuple of Cloud
         A grid has that of its bounds, which only tells its matter and place.
-    notes : tuple of str
     """
 
     objects: tuple[bpy.types.Object, ...] = ()
@@ -109,7 +107,6 @@ def clouds_of(scene: bpy.types.Scene, wavelengths: ArrayLike) -> SceneClouds:
 
     Parameters
     ----------
-    scene : Scene
     wavelengths : array_like, shape (n,)
         Of the bands, nm.
 

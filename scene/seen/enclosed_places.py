@@ -37,8 +37,6 @@ def notes(
 
     Parameters
     ----------
-    scene : Scene
-    camera : Object or None
     shade : ShadeTable or None
         Of its water.
     around : Surroundings or None

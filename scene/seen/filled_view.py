@@ -32,7 +32,6 @@ def filled_view(
 
     Parameters
     ----------
-    scene : Scene
     camera : Object or None
         Without one, or if its rays do not come from one place, it is nothing.
     things : sequence of Triangles, optional

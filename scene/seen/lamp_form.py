@@ -48,7 +48,6 @@ class LampForm:
 
     Attributes
     ----------
-    profile : LampProfile
     radius : float
         m.
     power : float

@@ -83,9 +83,6 @@ class SceneLamps:
 
     Attributes
     ----------
-    shown : tuple of ShownLamp
-    lamps : tuple of Lamp
-    notes : tuple of str
     seen : tuple of SeenByLamp or None
         What each of them lights, where that is known.
     thrown : tuple of Lamp
@@ -205,7 +202,6 @@ def lamps_of(
     ----------
     scene : Scene
         Its z = 0 is the water surface, through which lamps above it shine.
-    bands : Bands
     unit : str
         Of the irradiance that the scene is lit with.
     n : float

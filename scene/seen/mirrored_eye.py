@@ -120,8 +120,6 @@ def mirrored_eye(
 
     Parameters
     ----------
-    scene : Scene
-    camera : Object
     reach : float
         Longest way of light by the surface that is looked at, m.
     waves : bool

@@ -58,7 +58,6 @@ def set_pinhole(
 
     Parameters
     ----------
-    data : Camera
     size, focal, centre : two numbers
         Width and height, focal lengths, principal point.
     """

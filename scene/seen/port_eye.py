@@ -87,8 +87,6 @@ def set_eye(
 
     Parameters
     ----------
-    eye, camera : Object
-    view : PinholeView
     port : float
         Planar distance before it at which the water begins, m.
     aperture : float

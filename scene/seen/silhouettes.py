@@ -27,7 +27,6 @@ def silhouettes(
         At the frame that is meant.
     names : sequence of str
         Of its objects.
-    camera : PinholeCamera
     camera_to_world : array, shape (4, 4)
         In the scene as it is now.
     """

@@ -66,7 +66,6 @@ class Snapshot:
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     port : float
         Distance from the camera along its axis at which the water begins, m; 0 without a port.
-    fluorescent : FluorescentThings
     """
 
     reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)

@@ -80,12 +80,10 @@ class Surroundings:
 
     Attributes
     ----------
-    things : sequence of Triangles
     eyes, ahead : array, shape (m, 3)
         Where the camera is, now and at other frames, m, and unit vectors to where it looks.
     coarse : SurfaceVoxels
         The surfaces, coarsely.
-    samples : KeptSamples
     """
 
     things: Sequence[Triangles]
@@ -260,7 +258,6 @@ def look_around(
 
     Parameters
     ----------
-    scene : Scene
     camera : Object or None
         Without one everything counts alike.
     extinction : float

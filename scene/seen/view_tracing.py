@@ -72,7 +72,6 @@ def trace_view(
 
     Parameters
     ----------
-    scene : Scene
     camera : Object
         Perspective, orthographic or panoramic, under water.
     column : WaterColumn
@@ -109,8 +108,6 @@ def trace_from_above(
 
     Parameters
     ----------
-    scene : Scene
-    camera : Object
     column, field, grid, skyward
         As of :func:`trace_view`.
     rays : int, optional

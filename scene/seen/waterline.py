@@ -30,7 +30,6 @@ def above(
 
     Parameters
     ----------
-    camera : Object
     eyes : sequence of tuple
         Where it is at the frames; the third number of each is its height, m.
     trough : float
@@ -51,8 +50,6 @@ def glass_heights(
 
     Parameters
     ----------
-    scene : Scene
-    camera : Object
     shape : two ints
         Rows and columns.
     waves : RaisedWaves, optional
@@ -99,11 +96,9 @@ def joined(
 
     Parameters
     ----------
-    scene : Scene
     camera : Object
         At the surface: it has :func:`glass_heights`.
     air, water : array, shape (h, w, c)
-    refractive_index : float
     waves : RaisedWaves, optional
         As of :func:`glass_heights`.
     """

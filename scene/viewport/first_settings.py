@@ -47,7 +47,6 @@ def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
 
     Parameters
     ----------
-    scene : Scene
     depth : float or None
         Of the camera afterwards, m, in a dry scene; None leaves everything where it is.
 

@@ -28,7 +28,6 @@ def lower(scene: bpy.types.Scene, distance: float) -> list[str]:
 
     Parameters
     ----------
-    scene : Scene
     distance : float
         Downwards, m; negative to lift.
 

@@ -45,7 +45,6 @@ def insert(
     ----------
     materials : iterable of Material
         Which are wet.
-    group : ShaderNodeTree
     reach : float
         Farthest that a vertex moves, m.
     from_air : bool
@@ -93,7 +92,6 @@ def subdivide(scene: bpy.types.Scene, camera: Sequence[float], *, from_air: bool
 
     Parameters
     ----------
-    scene : Scene
     camera : three floats
         Where the camera is, m.
     from_air : bool

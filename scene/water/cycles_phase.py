@@ -53,7 +53,6 @@ class CyclesPhase:
         the phase function, see :mod:`.shared_phase`.
     shapes : tuple of (array, array), shape (n,)
         Anisotropy and alpha of each lobe that has its own in each band; else none.
-    notes : tuple of str
     """
 
     lobes: tuple[ScatteringLobe, ...]
@@ -67,7 +66,6 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
 
     Parameters
     ----------
-    phase : BandPhase
     bounded : bool
         Bound the forward peak of sea particles, see :func:`.bound_forward_peak`; a peak
         that lobes cannot follow stays exact, and a note says so.

@@ -77,9 +77,6 @@ def eevee_water(
 
     Parameters
     ----------
-    plan : RenderPlan
-    scene : Scene
-    eye : Eye
     weights : array, shape (3, n)
         Linear RGB per unit radiance of each band.
     kept : Kept, optional

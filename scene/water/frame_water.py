@@ -78,13 +78,10 @@ class RealtimeWater:
         Its phase function.
     depth : float
         Of the camera, m.
-    field : SolvedField
     straight : SolvedField, optional
         Of :class:`.Shades`, if things shade.
     channels : Channels
         What is drawn.
-    shape : Shape
-    draws_shafts : bool
     seen : Snapshot
         What there is in the water; the added floor's reflectance among the measured ones.
     pictures : bool
@@ -133,7 +130,6 @@ class RealtimeWater:
 
         Parameters
         ----------
-        mirrored : bool
         window_from : three floats, optional
             Where the camera is, m, if it may see things in the air.
         """

@@ -65,7 +65,6 @@ def add_rig(
 
     Parameters
     ----------
-    scene : Scene
     name : str
         One of :data:`RIGS`.
     camera : Object, optional
@@ -101,9 +100,6 @@ def add_lamp(scene: bpy.types.Scene, name: str, lumens: float, profile: str) -> 
 
     Parameters
     ----------
-    scene : Scene
-    name : str
-    lumens : float
     profile : str
         As lamps store it; empty for light to all sides.
     """

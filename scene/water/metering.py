@@ -34,9 +34,6 @@ def metered(
 
     Parameters
     ----------
-    scene : Scene
-    camera : Object
-    plan : RenderPlan
     depth : float
         Of the camera, m.
     lit : array, shape (n,), optional

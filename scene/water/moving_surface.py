@@ -86,8 +86,6 @@ def limits(
 
     Parameters
     ----------
-    camera : Object
-    settings : SceneSettings
     eyes : sequence of tuple
         Where it is at the frames of a job; the third number of each is its height, m.
     eevee, live : bool
@@ -124,8 +122,6 @@ def move_surface(
 
     Parameters
     ----------
-    scene : Scene
-    plan : RenderPlan
     middle : two floats
         About which a surface with heights is finest, x and y, m.
     """

@@ -20,13 +20,8 @@ def add_puff(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.O
 
     Parameters
     ----------
-    scene : Scene
     constituent : str
         One of :data:`.matter.UNITS`.
-
-    Returns
-    -------
-    Object
     """
     item = bpy.data.objects.new(_NAMES[constituent], None)
     item.empty_display_type, item.empty_display_size = "SPHERE", _SIZE

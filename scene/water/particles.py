@@ -45,7 +45,6 @@ class SceneParticles:
         Velocity of the water, m/s.
     deepest : float
         Depth of the floor, m.
-    seed : int
     """
 
     clouds: tuple[ParticleCloud, ...] = ()
@@ -119,7 +118,6 @@ def bring(scene: bpy.types.Scene, wanted: SceneParticles, wet: Wet) -> None:
     ----------
     scene : Scene
         With water.
-    wanted : SceneParticles
     wet : callable
         Brings a new material into the water.
     """
@@ -163,7 +161,6 @@ def dress(item: bpy.types.Object, tree: bpy.types.NodeTree, material: bpy.types.
         A mesh.
     tree : NodeTree
         Of :func:`.node_groups.particles.build`.
-    material : Material
     """
     item.data.materials.append(material)
     item.modifiers.new(tree.name, "NODES").node_group = tree

@@ -29,8 +29,6 @@ def body(name: str, extent: WaterExtent, gap: float) -> bpy.types.Object:
 
     Parameters
     ----------
-    name : str
-    extent : WaterExtent
     gap : float
         How far its upper face stays below the surface, m.
     """
@@ -51,8 +49,6 @@ def follow(scene: bpy.types.Scene, waves: RaisedWaves, middle: Sequence[float]) 
 
     Parameters
     ----------
-    scene : Scene
-    waves : RaisedWaves
     middle : two floats
         About which they are finest, x and y, m.
     """

@@ -450,11 +450,6 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
         realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
 
 
-def has_realtime(scene: bpy.types.Scene) -> bool:
-    """Whether :func:`add_realtime` has put water into the scene."""
-    return marks.part(scene, _VALUES) is not None
-
-
 def lost_parts(scene: bpy.types.Scene) -> list[str]:
     """Name what :func:`set_values` needs and the user has deleted."""
     collection = marks.collection_of(scene)

@@ -229,7 +229,6 @@ def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None 
 
     Parameters
     ----------
-    scene : Scene
     column : WaterColumn
         Its sun, and the depth of an added floor.
     own_seabed : float, optional

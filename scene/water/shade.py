@@ -171,7 +171,6 @@ def table_of(
     ----------
     around : Surroundings
         Of the scene.
-    bands : Bands
     field : SolvedField
         Of the water without things.
     weights : array, shape (3, n)

@@ -11,7 +11,7 @@ from underwater_spectral.node_groups import realtime_tables, realtime_values
 from underwater_spectral.scene import marks, stored_settings
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.viewport import live, submerging
-from underwater_spectral.scene.water import realtime, shade
+from underwater_spectral.scene.water import shade
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings.render_plan import make_plan, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -239,7 +239,7 @@ def test_water_survives_save_and_reload(tmp_path):
     scene.underwater.water = "jerlov:I"
     _assert_shows(scene, 5.0)
     live.remove(scene)
-    assert not realtime.has_realtime(scene)
+    assert not marks.has_water(scene)
 
 
 def test_camera_above_the_water_is_shown_from_there():
@@ -290,7 +290,7 @@ def test_two_scenes_show_their_own_water():
     assert np.array_equal(_numbers(), shown)
     live.remove(scene)
     assert is_live(other)
-    assert realtime.has_realtime(other)
+    assert marks.has_water(other)
     live.remove(other)
     assert not bpy.data.node_groups
 

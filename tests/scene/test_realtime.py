@@ -7,6 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.scene import marks
 from underwater_spectral.scene.materials import wet_trees
 from underwater_spectral.scene.seen.lamps import SceneLamps, lamps_of
 from underwater_spectral.scene.seen.snapshot import Snapshot
@@ -67,7 +68,7 @@ def test_removal_after_save_and_load(tmp_path):
     _add(bpy.context.scene, _water(shafts=True))
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
-    assert realtime.has_realtime(bpy.context.scene)
+    assert marks.has_water(bpy.context.scene)
     scene_water.remove(bpy.context.scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 

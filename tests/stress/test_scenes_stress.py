@@ -11,6 +11,7 @@ import pytest
 from hypothesis import strategies as st
 from mathutils import Vector
 from underwater_spectral.jobs import command_line, scene_requirements
+from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import cycles_settings, eevee_settings, exr_output
 from underwater_spectral.scene.seen import cameras
 from underwater_spectral.scene.viewport import live
@@ -183,7 +184,7 @@ def test_water_of_both_engines_leaves_no_trace(name):
     water = frame_water.realtime_water(column, PHASE, 5.0, np.eye(3), shafts=True)
     realtime.add_realtime(scene, water, extent)
     realtime.set_values(scene, water)
-    assert realtime.has_realtime(scene)
+    assert marks.has_water(scene)
     scene_water.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
     cycles_water.add_water(scene, column, layers_of(column, henyey_greenstein(0.8)), extent)

@@ -72,10 +72,6 @@ def solve_aureole(b: ArrayLike, phase: BandPhase, y_o: float, mu_s: float) -> Au
         Depth of the camera, m.
     mu_s : float
         Cosine of the in-water sun zenith angle.
-
-    Returns
-    -------
-    Aureole
     """
     chi = np.vstack([np.ones(len(phase)), phase.moments(_MOMENTS)])
     x = np.broadcast_to(np.asarray(b, dtype=np.float64) * y_o / mu_s, len(phase))

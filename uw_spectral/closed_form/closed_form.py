@@ -166,10 +166,6 @@ def solve_closed_form(
     sun : array_like, shape (3,)
         Unit direction that sunlight travels to in the water, z up.
 
-    Returns
-    -------
-    ClosedForm
-
     Raises
     ------
     InputError

@@ -201,10 +201,6 @@ def solve_light_field(
     y_f : float
         Depth of the floor, m; infinite for deep water (r has no effect).
 
-    Returns
-    -------
-    LightField
-
     Raises
     ------
     InputError

@@ -278,12 +278,7 @@ class Group(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """Clouds one by one; a :class:`Group`.
-
-    Attributes
-    ----------
-    clouds : sequence of CloudNumbers
-    """
+    """Clouds one by one; a :class:`Group`."""
 
     clouds: Sequence[CloudNumbers]
 
@@ -312,7 +307,6 @@ class Together:
 
     Attributes
     ----------
-    puffs : Group, optional
     grids : sequence of CloudNumbers
         One or more.
     """
@@ -342,12 +336,10 @@ class Clouds:
 
     Attributes
     ----------
-    group : Group
     phases : sequence of Wide
         Phase functions of their matter, by kind.
     sun : three numbers
         Unit direction that sunlight travels to in the water, z up.
-    m : Mathematics
     """
 
     group: Group
@@ -486,7 +478,6 @@ class Clouds:
 
         Parameters
         ----------
-        cloud : CloudNumbers
         ray : callable
             The way through each cloud.
         places : callable
@@ -562,7 +553,6 @@ class Clouds:
 
         Parameters
         ----------
-        cloud : CloudNumbers
         ray, places : callable
             Of :meth:`steps`.
         path : three numbers, three numbers

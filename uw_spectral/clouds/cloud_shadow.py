@@ -27,7 +27,6 @@ def daylit_shares(
 
     Parameters
     ----------
-    clouds : Clouds
     origin, w : three numbers
         Where the camera is, m, and the unit view direction.
     P : number

@@ -165,7 +165,6 @@ def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> 
     ----------
     column, first, second : number
         Integrals of the density, of it times the distance, and of it times its square.
-    m : Mathematics
     """
     mass = m.maximum(column, _EMPTY)
     middle = first / mass

@@ -37,8 +37,6 @@ class LampAndClouds:
 
     Attributes
     ----------
-    clouds : Clouds
-    lamp : Lamp
     past : RayPastLamp
         Where the ray passes the lamp.
     origin, w : three numbers

@@ -30,7 +30,6 @@ class SuspendedMatter(ComparedByContent):
     ----------
     absorption, scattering : array, shape (n,)
         What it adds to the coefficients of the water, 1/m.
-    phase : PhaseFunction
     """
 
     absorption: NDArray[np.float64]

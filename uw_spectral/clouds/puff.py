@@ -140,7 +140,6 @@ class Puff:
             Where it begins, m.
         w : three numbers
             Its unit direction.
-        m : Mathematics
         nearly : bool
             Of :class:`RayInPuff`.
 

@@ -32,8 +32,6 @@ class Cloud:
     ----------
     puff : Puff
         Of one with a grid, the puff that is most like it.
-    matter : SuspendedMatter
-    grid : DensityGrid, optional
     """
 
     puff: Puff
@@ -53,10 +51,8 @@ def cloud_numbers(
 
     Parameters
     ----------
-    cloud : Cloud
     field : SolvedField
         Of the water around it.
-    channels : Channels
     distance : float
         About how far it is from the camera, m.
     by_lamps : array_like, shape (n,), optional

@@ -32,8 +32,6 @@ def veiled(
     ----------
     pixel : ChannelPixel
         Without them.
-    veil : Veil
-    ray : ChannelWater
     y_o : number
         Depth of the camera, m.
     w : three numbers

@@ -143,7 +143,6 @@ def raw_counts(
     ----------
     electrons : array_like, shape (height, width)
         Photoelectrons that are expected in each pixel, with exposure and vignetting.
-    detector : Detector
     seed : int
         Of the picture's noise; the same seed makes the same picture.
     exposure_time : float

@@ -22,7 +22,6 @@ class RawSettings:
 
     Parameters
     ----------
-    detector : Detector
     saturation : float
         Response of a channel that fills the well in this exposure, in the unit of the picture.
     exposure_time : float
@@ -31,8 +30,6 @@ class RawSettings:
         The base ISO of the detector by default.
     pattern : str, optional
         One of :data:`.bayer.PATTERNS`; every pixel sees three channels by default.
-    vignetting : Vignetting, optional
-    seed : int
 
     Raises
     ------
@@ -70,7 +67,6 @@ def capture(
     ----------
     channels : array_like, shape (height, width, 3)
         Linear responses of the sensor, before white balance; negative ones count as dark.
-    settings : RawSettings
     focal, centre : two floats, optional
         Focal lengths and principal point in pixels, for vignetting.
 

@@ -31,8 +31,6 @@ class LensCamera:
         Pixels.
     fx, fy, cx, cy : float
         Focal lengths and principal point, pixels.
-    lens : Lens
-    lateral : LateralColour
 
     Raises
     ------

@@ -121,9 +121,6 @@ class MeasuredHousing:
 
     Parameters
     ----------
-    port : Port
-    lens : Lens
-    lateral : LateralColour
     camera : LensCamera, optional
         As calibrated in air; without, a scene's own camera counts.
     source : str

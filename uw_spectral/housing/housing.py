@@ -27,7 +27,6 @@ class Housing:
         As calibrated in air.
     port : Port
         A :class:`.FlatPort` or a :class:`.DomePort`.
-    water : SeaWater
 
     Examples
     --------

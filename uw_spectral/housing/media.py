@@ -75,10 +75,8 @@ class Glass:
 
     Parameters
     ----------
-    name : str
     terms : tuple of pairs
         B and C, µm², of Sellmeier's equation n² = 1 + Σ B λ² / (λ² − C).
-    source : str
 
     Raises
     ------

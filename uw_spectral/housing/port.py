@@ -81,7 +81,6 @@ class FlatPort:
         From the entrance pupil to the inner face along its normal, m.
     thickness : float
         m; 0 is a window that does not count.
-    glass : Glass
     normal : three floats
         Outwards, in the camera's axes, of any length; a tilt turns it away from (0, 0, 1).
 
@@ -239,7 +238,6 @@ class DomePort:
         Of the outer face, m.
     thickness : float
         m; 0 is a shell that does not count.
-    glass : Glass
     pupil : three floats
         Place of the entrance pupil, from the centre of the dome, in the camera's axes, m;
         (0, 0, 0) is centred, and z above 0 is too far forward.

@@ -52,7 +52,6 @@ def fit_rays(housing: Housing, wavelength: float) -> RayFit:
 
     Parameters
     ----------
-    housing : Housing
     wavelength : float
         nm.
 

@@ -85,7 +85,6 @@ def field_needed(
 
     Parameters
     ----------
-    housing : Housing
     nearest : float
         Distance from the port of the nearest thing, m.
     wavelengths : array_like
@@ -157,7 +156,6 @@ def intrinsics_in_water(
 
     Parameters
     ----------
-    housing : Housing
     wavelength : float
         nm.
     distance : float
@@ -167,7 +165,6 @@ def intrinsics_in_water(
 
     Returns
     -------
-    view : PinholeView
     error : float
         Root mean square, pixels, over the picture.
 

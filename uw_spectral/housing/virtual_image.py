@@ -20,7 +20,6 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
 
     Parameters
     ----------
-    housing : Housing
     distance : array_like
         Of the thing from the pupil, m; infinite is allowed.
     wavelength : array_like
@@ -74,7 +73,6 @@ def defocus_factor(housing: Housing, distance: float, wavelength: float) -> floa
 
     Parameters
     ----------
-    housing : Housing
     distance : float
         Of the focus from the pupil, m, in water.
     wavelength : float

@@ -70,7 +70,6 @@ def seen_places(
 
     Parameters
     ----------
-    housing : Housing
     view : PinholeView
         Of :func:`.field_needed`.
     depth : array_like, shape (rows, columns)
@@ -124,7 +123,6 @@ def warped(
         As of :func:`seen_places`.
     wavelengths : array_like, shape (n,)
         nm, of each band; of a channel, its :func:`effective_wavelength`.
-    sampling : str
 
     Returns
     -------

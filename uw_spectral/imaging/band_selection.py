@@ -124,10 +124,6 @@ def optimised_bands(
         Depths of the camera in m, such as some of its path. At most the
         euphotic depth and that of the floor are used.
 
-    Returns
-    -------
-    OptimisedBands
-
     Raises
     ------
     InputError

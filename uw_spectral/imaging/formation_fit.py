@@ -73,10 +73,6 @@ def fit_formation(
         are taken for black, and the mean of all for one surface (Akkaynak & Treibitz 2019 find
         black so). Such means scatter: β_D is then a constant.
 
-    Returns
-    -------
-    FormationFit
-
     Raises
     ------
     InputError

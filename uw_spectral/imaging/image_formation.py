@@ -111,7 +111,6 @@ def compute_image_formation(
 
     Parameters
     ----------
-    optics : ResolvedOptics
     depth : float
         Of the camera, m.
     direction : three floats
@@ -182,7 +181,6 @@ def ranges_in_water(
 
     Parameters
     ----------
-    optics : ResolvedOptics
     depth : float
         m.
     w : three floats

@@ -24,7 +24,6 @@ class Layer:
 
     Parameters
     ----------
-    name : str
     text : str
         What it holds.
     kind : str

@@ -74,18 +74,14 @@ class ResolvedOptics(ComparedByContent):
 
     Parameters
     ----------
-    description : Description
     waters : DepthProfile of Water
         The layers of the water; one, where it does not differ with depth.
-    illuminant : Illuminant
-    sensor : Sensor
     floor : Spectrum
         Reflectance of the floor.
     bands : Bands
         The n bands.
     phase : BandPhase
         Phase function on the bands, of the first layer.
-    column : WaterColumn
     excitation : Excitation, optional
         What changes the wavelength of light, if anything does.
     reference : tuple of WaterColumn and BandPhase, optional
@@ -128,7 +124,6 @@ class ResolvedOptics(ComparedByContent):
 
         Parameters
         ----------
-        depth : float
         stops : float, optional
             Exposure instead of the description's, such as that of another camera.
         lamplight : array, shape (n,), optional
@@ -270,7 +265,6 @@ def make_viewpoint(
         See :class:`.CameraDescription`.
     depth : float
         Depth of the camera, m.
-    bands : Bands
     floor_depth, floor_reflectance
         See :class:`.FloorDescription`.
     surface, refractive_index, slope_variance

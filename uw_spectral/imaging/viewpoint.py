@@ -33,11 +33,8 @@ class Viewpoint(ComparedByContent):
 
     Parameters
     ----------
-    column : WaterColumn
     phase : BandPhase
         Phase function on the bands of the column.
-    illuminant : Illuminant
-    sensor : Sensor
     depth : float
         Depth of the camera, m.
     white_balance : {"daylight", "depth", "none"}

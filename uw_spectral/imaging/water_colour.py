@@ -152,7 +152,6 @@ def inelastic_share(view: Viewpoint, emission: Emission) -> float:
 
     Parameters
     ----------
-    view : Viewpoint
     emission : Emission
         In the bands and the column of the view.
     """

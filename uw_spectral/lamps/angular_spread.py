@@ -183,7 +183,6 @@ class WaterSpread(ComparedByContent):
     ----------
     b : array, shape (n,)
         Scattering, 1/m.
-    phase : BandPhase
     """
 
     b: Array

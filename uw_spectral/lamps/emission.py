@@ -239,7 +239,6 @@ def radiant_intensity(
         Shape of the spectrum, in any unit proportional to W/nm.
     power : float
         Of the whole spectrum as tabulated, in the unit.
-    bands : Bands
     unit : str
         ``"W"`` radiant, ``"lm"``, or ``"cd"``.
     solid_angle : float
@@ -287,7 +286,6 @@ def intensity_of_colour(rgb: ArrayLike, power: float, bands: Bands) -> NDArray[n
         Scene-linear Rec.709, not negative.
     power : float
         Blender's power, W.
-    bands : Bands
 
     Returns
     -------

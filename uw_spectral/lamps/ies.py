@@ -43,7 +43,6 @@ class Photometry(ComparedByContent):
 
     Parameters
     ----------
-    name : str
     vertical : array, shape (v,)
         Angle from the axis, degrees, 0 to at most 180.
     horizontal : array, shape (h,)
@@ -83,10 +82,6 @@ class Photometry(ComparedByContent):
 
 def read_ies(path: str | Path) -> Photometry:
     """Read an IES LM-63 file (1986 to 2019), as the lamp shines when it is not tilted.
-
-    Parameters
-    ----------
-    path : str or Path
 
     Raises
     ------

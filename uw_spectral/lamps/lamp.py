@@ -193,7 +193,6 @@ def ray_past_lamp(
 
     Parameters
     ----------
-    lamp : Lamp
     origin : three floats or arrays
         Where it starts, m.
     w : three floats or arrays
@@ -234,8 +233,6 @@ def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand) -> Operand:
 
     Parameters
     ----------
-    lamp : Lamp
-    ray : RayPastLamp
     c : array, shape (n,)
         Extinction, 1/m.
 

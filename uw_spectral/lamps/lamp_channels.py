@@ -155,10 +155,8 @@ class ChannelLight:
     ----------
     water : LampWater
         Of the three bands; its absorption and phase function are not read.
-    components : sequence of PhaseFunction
     scattered, in_water : sequence of LengthTable
         As of :class:`FoldedLamp`.
-    unscattered : LengthTable
     split : callable
         Returns the three bands of a value.
     floating : Lookup, optional
@@ -301,11 +299,8 @@ class LampChannels:
 
     Attributes
     ----------
-    lamps : tuple of Lamp
-    folded : tuple of FoldedLamp
     in_water, on_things : LampWater
         Of the three bands that stand for all.
-    components : tuple of PhaseFunction
     measured : int
         Measured reflectances of surfaces.
     stretch : float

@@ -63,7 +63,6 @@ class Harmonics(ComparedByContent):
     ----------
     a, b : array, shape (n,)
         Absorption and scattering, 1/m.
-    phase : BandPhase
     degrees : int
         Highest one of harmonics.
     beyond : float
@@ -116,7 +115,6 @@ class Harmonics(ComparedByContent):
 
         Parameters
         ----------
-        profile : LampProfile
         turns : array
             Angles θ, rad.
         degrees : int, optional

@@ -141,7 +141,6 @@ def scattered_once(
 
     Parameters
     ----------
-    lamp : Lamp
     ray : RayPastLamp
         Arrays need a last axis of 1 for the bands.
     b, c : array, shape (n,)

@@ -49,7 +49,6 @@ def shadow_map(distances: ArrayLike, side: int = SIDE) -> ValueGrid:
     ----------
     distances : array_like, shape (side²,)
         In the order of :func:`shadow_directions`.
-    side : int
     """
     summed = np.abs(shadow_directions(side)).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
     inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(side, side)
@@ -115,7 +114,6 @@ def scattered_lit(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = N
 
     Parameters
     ----------
-    soft : SoftShadow
     place : three floats or arrays
         Seen from the lamp, m, in the axes of the world.
     m : Mathematics
@@ -129,7 +127,6 @@ def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = 
 
     Parameters
     ----------
-    soft : SoftShadow
     place : three floats or arrays
         Seen from the lamp, m, in the axes of the world.
     m : Mathematics

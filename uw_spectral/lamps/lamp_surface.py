@@ -51,8 +51,6 @@ def lamplight(
 
     Parameters
     ----------
-    lamps : sequence of Lamp
-    water : LampWater
     camera : sequence of 3
         Its place, m.
     seen : array_like, shape (k, 3)
@@ -242,10 +240,8 @@ def surface_irradiance(
 
     Parameters
     ----------
-    lamp : Lamp
     patch : PatchPastLamp
         Arrays need a last axis of 1 for the bands.
-    water : LampWater
 
     Returns
     -------

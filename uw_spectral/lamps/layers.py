@@ -21,10 +21,8 @@ def water_between(column: WaterColumn, phase: BandPhase, one: float, other: floa
 
     Parameters
     ----------
-    column : WaterColumn
     phase : BandPhase
         Of its first layer; it stands for that of layers whose phase function has other parts.
-    one, other : float
     """
     layers = column.layers(phase)
     high, low = sorted((max(one, 0.0), max(other, 0.0)))
@@ -52,7 +50,6 @@ def waters_of_lamps(
     ----------
     column, phase
         As of :func:`water_between`.
-    lamps : sequence of Lamp
     camera : float
         Its depth, m.
     """

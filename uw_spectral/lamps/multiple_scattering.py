@@ -216,10 +216,8 @@ def lamp_light(lamp: Lamp, ray: RayPastLamp, water: LampWater) -> tuple[Operand,
 
     Parameters
     ----------
-    lamp : Lamp
     ray : RayPastLamp
         Arrays need a last axis of 1 for the bands.
-    water : LampWater
 
     Returns
     -------
@@ -254,8 +252,6 @@ def light_along(
     ----------
     lamp : Lamp
         Its intensity is not read.
-    ray : RayPastLamp
-    light : LampSpectrum
     m : Mathematics
         Elementary functions.
     integrate : callable

@@ -53,7 +53,6 @@ def through_surface(lamp: Lamp, surface: Surface) -> Lamp:
     ----------
     lamp : Lamp
         z = 0 is the surface.
-    surface : Surface
 
     Examples
     --------

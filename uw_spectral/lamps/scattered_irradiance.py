@@ -124,7 +124,6 @@ def arriving_on(
 
     Parameters
     ----------
-    arriving : Arriving
     wet : float or array
         Distance from the lamp in the water, m.
     turned, bent, off_axis : float or array

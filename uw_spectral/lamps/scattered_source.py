@@ -113,7 +113,6 @@ def source_seen(
 
     Parameters
     ----------
-    source : Source
     r : float or array
         Distance from the lamp, m.
     turned, bent, off_axis : float or array

@@ -71,7 +71,6 @@ def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
     ----------
     lamp : Lamp
         With a shadow.
-    water : LampWater
     orders : int
         How often light is scattered at most.
     """

@@ -96,7 +96,6 @@ def thrown_back(
 
     Parameters
     ----------
-    lamps : sequence of Lamp
     things : sequence of LitThings
         What each of them lights.
     water : LampWater

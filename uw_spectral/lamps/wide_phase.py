@@ -31,8 +31,6 @@ def wide_moments(phase: BandPhase, count: int, angle: float) -> Array:
 
     Parameters
     ----------
-    phase : BandPhase
-    count : int
     angle : float
         θ0, rad.
 

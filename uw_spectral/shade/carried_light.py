@@ -64,8 +64,6 @@ def carried_light(
 
     Parameters
     ----------
-    cover : ViewCover
-    light : FoldedLight
     sun : sequence of 3
         Unit direction that sunlight travels to in the water.
     shade : ShadeTable

@@ -344,8 +344,6 @@ class _Known:
 
     Parameters
     ----------
-    water : _Water
-    rays : Rays
     reflectance : array, shape (k, n)
     was : _Known, optional
         Of another frame: what both have keeps its row, and its slot among the sides.
@@ -617,7 +615,6 @@ class _Kernel:
 
         Parameters
         ----------
-        L : array
         of_surfaces : array, optional
             What of it surfaces send.
         last : bool

@@ -51,7 +51,6 @@ def blocked_along(
 
     Parameters
     ----------
-    cover : ViewCover
     phase : BandPhase
         Of n bands.
     ways : array, shape (m, 3)

@@ -85,7 +85,6 @@ class Rays:
     ----------
     grid : Grid
         Of the p probes.
-    voxels : SurfaceVoxels
     point : array, shape (p, 3)
         Where each probe gathers: free water in its cell, m.
     valid : array of bool, shape (p,)

@@ -149,8 +149,6 @@ class ShadeTable:
 
     Attributes
     ----------
-    grid : Grid
-    box : ShadeBox
     texels : array, shape (TILES, nz + 2, ny + 2, nx + 2, 3)
         Mean over the bands, share of the spectrum, and of the sun that is seen; those of patches
         times the weight of the tile.

@@ -49,7 +49,6 @@ class UndisturbedLight:
 
     Parameters
     ----------
-    field : SolvedField
     ends : two floats
         The least and the largest depth, see :func:`depths_of`, m.
     """

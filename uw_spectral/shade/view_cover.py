@@ -57,7 +57,6 @@ class ViewCover:
 
     Attributes
     ----------
-    view : ViewMap
     covered, with_floor : array, shape (SIZE, SIZE)
         Share of each texel that things cover, rows upwards; and that they and the floor do.
     seen, floor : array of bool, shape (SIZE, SIZE)
@@ -103,7 +102,6 @@ class KeptPicture:
 
         Parameters
         ----------
-        view : ViewMap
         things : mapping of bytes to callable
             What makes the surface of each, by a key that differs where it does.
         others : iterable of Surface
@@ -136,8 +134,6 @@ def view_cover(
 
     Parameters
     ----------
-    view : ViewMap
-    things : iterable of Surface
     floor_depth : float
         Of the floor of the water, m: what lies on it is part of it.
     """

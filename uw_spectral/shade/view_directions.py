@@ -18,7 +18,6 @@ def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, 
 
     Parameters
     ----------
-    w : three floats or arrays
     m : Mathematics
         Elementary functions.
 

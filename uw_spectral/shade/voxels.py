@@ -36,7 +36,6 @@ class SurfaceVoxels:
 
     Attributes
     ----------
-    grid : Grid
     number : array of int, shape (nx, ny, nz)
         Of the surface in a voxel, -1 in free ones.
     centre : array, shape (k, 3)
@@ -276,7 +275,6 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
 
     Parameters
     ----------
-    grid : Grid
     points, normals, colours : array, shape (m, 3)
         Samples of surfaces, no farther apart than a voxel; m, unit vectors, linear Rec.709.
         Normals may point to either side.

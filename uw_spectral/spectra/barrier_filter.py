@@ -30,7 +30,6 @@ def transmittance(text: str, bands: Bands) -> NDArray[np.float64]:
     ----------
     text : str
         ``"none"``, or :data:`CONTENT`; without a width 15 nm.
-    bands : Bands
 
     Raises
     ------

@@ -158,8 +158,6 @@ def reduction(
 
     Parameters
     ----------
-    sensor : Sensor
-    bands : Bands
     illuminant : Illuminant
         Light above the surface.
     depth_white : array_like, shape (n,), optional
@@ -167,10 +165,6 @@ def reduction(
     white_balance : {"daylight", "depth", "none"}
     exposure_stops : float
         Factor of two each.
-
-    Returns
-    -------
-    SensorReduction
 
     Raises
     ------

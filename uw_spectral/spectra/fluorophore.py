@@ -42,14 +42,12 @@ class Fluorophore(ComparedByContent):
 
     Parameters
     ----------
-    name : str
     excitation : Spectrum
         Absorptance over its largest value; nothing beyond the table.
     emission : Spectrum
         In photons per nm, of any scale; nothing beyond the table.
     quantum_yield : float
         Photons emitted per photon absorbed.
-    source : str
 
     Raises
     ------

@@ -33,12 +33,10 @@ class Illuminant(ComparedByContent):
 
     Parameters
     ----------
-    name : str
     direct, diffuse : Spectrum
         Horizontal irradiance of the sun and of the sky, on one grid.
     unit : str
         ``"W m-2 nm-1"``, or ``"relative"`` (direct is 1 at 560 nm).
-    source : str
     above_surface : bool
         Whether it is that above the surface, of which a part is reflected; spectra without
         a place are taken just below it.
@@ -82,7 +80,6 @@ def band_mean(spectrum: Spectrum, bands: Bands) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    spectrum : Spectrum
     bands : Bands
         Centres inside the table; a band that reaches beyond it is averaged
         over the part inside.

@@ -42,10 +42,6 @@ def uplift_basis(bands: Bands) -> NDArray[np.float64]:
     from 6 bands on, but this steeper basis comes back better averaged (CIE
     1931, D65, mean ΔE2000: 2.3 against 3.4 at 6 bands, 1.1 against 1.2 at 8).
 
-    Parameters
-    ----------
-    bands : Bands
-
     Returns
     -------
     array, shape (n, 3)
@@ -69,7 +65,6 @@ def uplift(rgb: ArrayLike, bands: Bands) -> NDArray[np.float64]:
     Parameters
     ----------
     rgb : array_like, shape (..., 3)
-    bands : Bands
 
     Returns
     -------

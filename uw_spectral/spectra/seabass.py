@@ -36,7 +36,6 @@ class SeaBASS:
 
     Parameters
     ----------
-    path : Path
     header : dict
         ``/key=value`` lines, keys in lower case.
     fields, units : tuple of str
@@ -78,7 +77,6 @@ class SeaBASS:
 
         Parameters
         ----------
-        quantity : str
         lowest : float
             What is not below it and negative is noise, and counts as 0.
 
@@ -170,10 +168,6 @@ def is_seabass(text: str) -> bool:
 
 def read_seabass(path: str | Path) -> SeaBASS:
     """Read a SeaBASS file.
-
-    Parameters
-    ----------
-    path : str or Path
 
     Raises
     ------

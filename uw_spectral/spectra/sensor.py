@@ -59,7 +59,6 @@ class Sensor(ComparedByContent):
         yellow-forming layers of a film, which record R, G and B, or the colour
         matching functions x, y, z of an observer.
     kind : {"camera", "film", "observer"}
-    source, licence : str
 
     Raises
     ------

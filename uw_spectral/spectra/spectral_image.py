@@ -116,7 +116,6 @@ def write_spectral_exr(
 
     Parameters
     ----------
-    path : str or Path
     radiance : array_like, shape (height, width, n)
     bands : Bands
         Centres name the channels (``S0.450,0nm``); widths go to the

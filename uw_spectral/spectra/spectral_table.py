@@ -29,10 +29,6 @@ def read_spectral_table(
     optional : tuple of str
         Those that are read if they are there.
 
-    Returns
-    -------
-    Table
-
     Raises
     ------
     InputError
@@ -49,7 +45,6 @@ def checked_spectral_table(table: Table, place: str) -> Table:
 
     Parameters
     ----------
-    table : Table
     place : str
         Where it comes from, for messages.
 

@@ -311,10 +311,6 @@ def read_table(
         Those that are read if they are there. Without it all are, but for columns without any
         number.
 
-    Returns
-    -------
-    Table
-
     Raises
     ------
     InputError

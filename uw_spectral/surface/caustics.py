@@ -87,7 +87,6 @@ def ray_density(
 
     Parameters
     ----------
-    waves : WaveComponents
     sun_direction : array_like, shape (3,)
         Travel direction in the water below a flat surface.
     depth : float
@@ -193,7 +192,6 @@ def caustic_pattern(
 
     Parameters
     ----------
-    waves : WaveComponents
     sun_direction : array_like, shape (3,)
         Travel direction in the water below a flat surface, z up.
     depth : float

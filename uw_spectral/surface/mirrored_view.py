@@ -185,8 +185,6 @@ def followed(
 
     Parameters
     ----------
-    picture : MirroredView
-    view : Follower
     place, way : three numbers
         Where the ray leaves the surface, m, and its unit direction from there on.
     nearness : callable

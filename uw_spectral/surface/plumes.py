@@ -116,8 +116,6 @@ def largest(
 
     Parameters
     ----------
-    found : sequence of Patch
-    count : int
     middle, ahead : two floats
         Where the camera is, m, and where it looks, horizontally.
 

@@ -101,7 +101,6 @@ class Swell:
 
         Parameters
         ----------
-        waves : WaveComponents
         depth : float
             Of the water, m.
         """
@@ -207,7 +206,6 @@ def height_tile(
 
     Parameters
     ----------
-    waves : WaveComponents
     resolution : int
         Samples along the side of the tile.
     t : float
@@ -229,11 +227,8 @@ def far_waves(
 
     Parameters
     ----------
-    spectrum : WaveSpectrum
     tile : float
         Of the short waves, m.
-    seed : int
-    swell : Swell
     loop_seconds : float, optional
         Time after which the motion repeats.
     """

@@ -81,10 +81,6 @@ def in_water_cosine(zenith: ArrayLike, refractive_index: float = REFRACTIVE_INDE
     refractive_index : float
         Of the water against air, at least 1.
 
-    Returns
-    -------
-    array
-
     Raises
     ------
     InputError
@@ -188,10 +184,6 @@ def fresnel_reflectance(
         water, 1/n from water into air (1 where the reflection is total).
     m : Mathematics
         Elementary functions.
-
-    Returns
-    -------
-    array
 
     Examples
     --------
@@ -469,7 +461,6 @@ def opaque_index_in_water(
 
     Parameters
     ----------
-    n, water, z : float or array
     m : Mathematics
         As of :func:`index_in_water`.
 

@@ -152,7 +152,6 @@ def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightI
 
     Parameters
     ----------
-    column : WaterColumn
     field : LightBelow, optional
         The light in it, if what comes up from there is wanted.
 

@@ -249,8 +249,6 @@ class ChannelWater:
 
     Attributes
     ----------
-    tables : Tables
-    numbers : FoldedNumbers
     sun : three numbers
         Unit direction that sunlight travels to in the water.
     parts : sequence of numbers
@@ -470,7 +468,6 @@ class ChannelWater:
             Unit view direction, away from the camera, z up.
         leaving : channels
             Of :meth:`leaving`; multiplied by the coverage already.
-        shade : ShadeOnPath
         around : Around, optional
             What things do to light that is scattered forward.
         coverage : number

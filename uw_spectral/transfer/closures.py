@@ -49,7 +49,6 @@ def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) ->
 
     Parameters
     ----------
-    roughness : float or array
     cosine : float or array
         Between the normal and the direction, 0 to 1.
     m : Mathematics

@@ -149,10 +149,6 @@ def solve_discrete_ordinates(
     modes : int, optional
         Azimuth modes at most; 1 is enough for irradiances.
 
-    Returns
-    -------
-    SolvedField
-
     Raises
     ------
     InputError

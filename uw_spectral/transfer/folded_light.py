@@ -124,7 +124,6 @@ class FoldedNumbers:
         Sunlight in its table is divided by e^{-κs y} besides, 1/m.
     once_decay : channels
         Sunlight scattered once is divided by e^{-x}, for the optical path x times this.
-    lengths : LengthScale
     mu_s, y_f : float
         Cosine of the in-water zenith angle; depth of the floor, m.
     """
@@ -148,8 +147,6 @@ class FoldedLight:
 
     Attributes
     ----------
-    numbers : FoldedNumbers
-    depth_scale : DepthScale
     components : tuple of PhaseFunction
         The k parts of the phase function.
     scattered : array, shape (3, slices, ELEVATIONS, AZIMUTHS)

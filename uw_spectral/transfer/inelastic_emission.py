@@ -30,7 +30,6 @@ def inelastic_emission(
         On these bands.
     exciting : SolvedField
         Of the excitation bands, irradiances per nm; its mean over azimuth is enough.
-    excitation, emission : Bands
 
     Returns
     -------

@@ -187,8 +187,6 @@ def surface_light(
 
     Parameters
     ----------
-    light : PatchLight
-    y, up : float or array
     m : Mathematics
         Elementary functions.
     openness : float or array, optional

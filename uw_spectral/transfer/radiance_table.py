@@ -149,7 +149,6 @@ class RadianceTable:
 
     Attributes
     ----------
-    depth_scale : DepthScale
     scale, decay : array, shape (n,)
         What is tabulated is divided by ``scale e^{-decay y}``.
     radiance : array, shape (n, slices, ELEVATIONS, AZIMUTHS)

@@ -224,12 +224,10 @@ def exchange(
 
     Parameters
     ----------
-    surface : RoughSurface
     mu, weights : tuple of N floats
         Quadrature cosines of the streams on (0, 1), and their weights.
     sky : tuple of k floats
         Increasing cosines of the zenith angle.
-    modes : int
     """
     n2, cosines = surface.refractive_index**2, np.array(mu)
     met = _meet(surface, cosines, 1.0 / surface.refractive_index)

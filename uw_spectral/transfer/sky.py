@@ -168,7 +168,6 @@ class Sky:
         ----------
         mu : array, shape (q,)
             Cosines of travel in the water, positive.
-        modes : int
         refractive_index : float or None
             Of the water against air; None for a surface that lets all light through.
 

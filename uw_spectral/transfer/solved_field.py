@@ -71,7 +71,6 @@ class SolvedLayer:
         Extinction, and that after the forward peak is taken out, 1/m.
     b : array, shape (n,)
         Scattering coefficient, 1/m.
-    phase : BandPhase
     rate : array, shape (m, n, k)
         Per scaled optical depth: positive of an exponential that falls from 1 at the
         top, negative of one that rises to 1 at the bottom.
@@ -117,7 +116,6 @@ class SolvedField:
         Quadrature cosines and weights of the streams down, mirrored by those up.
     layers : sequence of SolvedLayer
         From the surface down.
-    light : Boundaries
     """
 
     def __init__(

@@ -35,7 +35,6 @@ def scattering_transfer(
     ----------
     b : array_like, shape (n,)
         Scattering, 1/m.
-    phase : BandPhase
     mu_s : float
         Cosine of the in-water sun zenith angle.
     depth : float

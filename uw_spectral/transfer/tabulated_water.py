@@ -31,7 +31,6 @@ class TabulatedWater:
 
     Attributes
     ----------
-    table : RadianceTable
     beam : SunBeam
         The direct sun; its ``cp`` is that of the solution.
     floor : array, shape (n,)
@@ -106,10 +105,8 @@ def tabulated_water(
 
     Parameters
     ----------
-    field : SolvedField
     beam : SunBeam
         The direct sun in the same water; its ``cp`` gives way to that of the solution.
-    sky : Sky
     index : float, optional
         As of :class:`TabulatedWater`.
     """

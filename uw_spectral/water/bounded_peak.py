@@ -80,10 +80,6 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     phase : BandPhase
         Of n bands: molecules, sea particles, or both.
 
-    Returns
-    -------
-    BoundedPhase
-
     Notes
     -----
     As in W. J. Wiscombe, J. Atmos. Sci. 34, 1408 (1977), the peak counts as unscattered; here

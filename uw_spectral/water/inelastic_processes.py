@@ -215,7 +215,6 @@ def chlorophyll_process(
     ----------
     absorption : array_like, shape (n,)
         Of the phytoplankton in the excitation bands, 1/m.
-    excitation, emission : Bands
     quantum_yield : float
         Photons out per photon absorbed between 370 and 690 nm, 0 to 1.
     """
@@ -241,7 +240,6 @@ def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> I
     ----------
     absorption : array_like, shape (n,)
         Of the CDOM in the excitation bands, 1/m.
-    excitation, emission : Bands
     """
     half = emission.widths[:, None] / 2
     grid = emission.centres[:, None] + half * _NODES
@@ -294,7 +292,6 @@ def inelastic_processes(
 
     Parameters
     ----------
-    constituents : Constituents
     excitation, emission : Bands
         The excitation should reach down to 300 nm, and be at most 20 nm wide.
     switched_on : sequence of str

@@ -88,10 +88,6 @@ def invert_Kd(
         bb/b of the particles; that of the case 1 water (Morel & Maritorena 2001) if it is not
         known. The water is drawn with it.
 
-    Returns
-    -------
-    KdInversion
-
     Raises
     ------
     InputError

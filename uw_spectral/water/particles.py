@@ -49,7 +49,6 @@ class ParticleKind:
 
     Parameters
     ----------
-    name : str
     smallest, largest : float
         Diameter, m.
     reflectance : tuple of three floats
@@ -290,7 +289,6 @@ class ParticleCloud:
 
     Parameters
     ----------
-    kind : ParticleKind
     per_litre : float
         Larger than 0.1 mm, per litre.
     slope : float
@@ -329,7 +327,6 @@ def particle_cloud(
 
     Parameters
     ----------
-    kind : ParticleKind
     per_litre : float
         Particles larger than 0.1 mm, per litre. Smaller ones of the kind follow the same law.
     slope : float

@@ -48,14 +48,6 @@ def water_from_seabass(path: str | Path) -> Water:
     (:func:`.invert_Kd`), for the sun of the field ``sza``, of a header line ``/sun_zenith=45``, or
     of date, time and place.
 
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Water
-
     Raises
     ------
     InputError
