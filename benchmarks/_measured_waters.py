@@ -35,8 +35,6 @@ MEASURED_ZENITH = 45.0
 """Of the sun over the measured waters, degrees; the campaigns had all heights."""
 PROFILE_WAVELENGTHS = np.array([450.0, 550.0, 650.0])
 ZENITHS = np.arange(0.0, 81.0, 3.0)
-RANGES = ((0.5, 5.0), (10.0, 90.0), (90.0, 170.0))
-"""Degrees in which phase functions are compared."""
 _STREAMS, _LEFT = 16, 0.1
 
 

@@ -20,28 +20,17 @@ def tyler() -> Section:
     at = _tyler.lake()
     share = at.sky_share()
     lines, fits = [], {}
-    for part, kind in ((share, "clear"), (0.25, "clear"), (0.25, "uniform")):
-        for name in _tyler.PHASES if part == share else _tyler.PHASES[:2]:
-            solved, closed = (_tyler.misfit(x) for x in _tyler.modelled(name, part, kind))
-            fits.setdefault(name, (solved, closed))
-            cells = [
-                f"{100 * x.median:.0f} / {100 * x.tail:.0f} / {100 * x.worst:.0f} "
-                f"| {100 * x.shape:.1f} / {100 * x.shape_tail:.0f}"
-                for x in (solved, closed)
-            ]
-            lines.append(f"| `{name}` | {100 * part:.1f} %, {kind} | {' | '.join(cells)} |")
+    for name in _tyler.PHASES:
+        fits[name] = [_tyler.misfit(x) for x in _tyler.modelled(name, share)]
+        cells = [
+            f"{100 * x.median:.0f} / {100 * x.tail:.0f} / {100 * x.worst:.0f} "
+            f"| {100 * x.shape:.1f} / {100 * x.shape_tail:.0f}"
+            for x in fits[name]
+        ]
+        lines.append(f"| `{name}` | {' | '.join(cells)} |")
     table = grid(
-        "| phase function | sky | solved: one factor, median / 90 % / worst | each depth, "
-        "median / 90 % | closed form: one factor | each depth |",
+        "| phase function | solved: one factor | each depth | closed form: one | each depth |",
         lines,
-    )
-    drift = grid(
-        "| phase function | " + " | ".join(f"{y:g} m" for y in at.depths) + " |",
-        [
-            f"| `{name}`, {label} | " + " | ".join(f"{x:.2f}" for x in fit.by_depth) + " |"
-            for name in (_tyler.PHASES[0], _tyler.PHASES[1], _tyler.PHASES[-1])
-            for label, fit in zip(("solved", "closed form"), fits[name], strict=True)
-        ],
     )
     count = int(at.compared.sum())
     (ff, ff_closed), (petzold, petzold_closed), broad = (
@@ -72,49 +61,33 @@ def tyler() -> Section:
             theirs, "the phase function is wrong",
         ),
     ]  # fmt: skip
-    absorption = ", ".join(f"{x:.3f}" for x in at.absorption())
     text = f"""## Tyler's radiance distributions
-Lake Pend Oreille, 28 April 1957: clear sky, sun 56.6° high, 430 to 546 nm, radiance of a relative
-unit from 19 tilts and 10 azimuths at seven depths from 4 to 66 m, over four decades. c =
-{at.c:.3f}
-1/m is Tyler's; a = {at.mean_absorption():.3f} 1/m follows from his radiances by Gershun's law
-(between his
-depths {absorption}: the first lacks light of the sun's glitter, the others fall with depth, so
-the lake is not quite even). Sky: {100 * share:.1f} % of the irradiance by SPECTRL2, CIE clear; n =
-{_tyler.INDEX:g}.
-Radiances are means over the 6.6° that the tubes accept, in the {count} directions more than
-{_tyler.FROM_SUN:g}° from the refracted sun. One factor is fitted: for all depths, or at each.
-Errors in %.
+Lake Pend Oreille, 28 April 1957, clear sky: relative radiance at seven depths from 4 to 66 m, in
+{count} directions more than {_tyler.FROM_SUN:g}° from the refracted sun, with Tyler's c =
+{at.c:.3f} 1/m, a = {at.mean_absorption():.3f} 1/m by Gershun's law and {100 * share:.1f} % of the
+light from the sky by SPECTRL2. Errors in %, median / 90 % / worst with one factor fitted for all
+depths, median / 90 % with one at each.
 
 {table}
 
-Median of modelled over measured by depth, one factor for all:
-
-{drift}
-
-The directions come out to 5 %: looking level or down to 2 to 5 %, looking up to 10 %. The tail
-looks up through the surface away from the sun, 17 to 29 m deep, where we have a third too much
-light: probably the sky and the hills, which the CIE's has not. What is left grows with
-depth as a wrong absorption would: 0.002 1/m, a sixtieth, makes 13 % over the 62 m. The sky's
-fraction hardly matters. HG 0.8 scatters 2.8 times too much light back and fails at every depth. The
-closed form is as good in the median and worse in the tail.
+The directions come out to 5 %; the tail looks up away from the sun, where hills and sky are not
+those of the CIE. The drift with depth (Fournier-Forand:
+× {ff.by_depth[0]:.2f} at {at.depths[0]:g} m, × {ff.by_depth[-1]:.2f} at {at.depths[-1]:g} m) is
+that of 0.002 1/m more absorption, the sky's fraction
+hardly matters, HG 0.8 fails at every depth, and the closed form is worse in the tail only.
 """
     return rows, text
 
 
 def canonical() -> Section:
     """Canonical problems of Mobley et al. (1993)."""
-    rows, lines = [], []
+    rows = []
     for problem, case in PROBLEMS:
         field, values = canonical_field(problem, case), canonical_values(problem, case)
         off = {}
         for row in values:
             found = row.found(field)
             off.setdefault(row.quantity, []).append((found / row.mean - 1, row.scatter))
-            lines.append(
-                f"| {problem}, {case} | {row.depth:g} | {row.quantity} | {found:.4g} "
-                f"| {row.mean:.4g} | {percent(found / row.mean - 1, 1)} | {100 * row.scatter:.1f} |"
-            )
         ours = "; ".join(
             f"{name} {percent([d for d, _ in each], 1)} %" for name, each in off.items()
         )
@@ -144,33 +117,23 @@ def canonical() -> Section:
             "as above", f"{PARTLY}: to 5 % where much is scattered, down to τ = 5",
         )
     )  # fmt: skip
-    table = grid(
-        "| problem, case | depth, m | quantity | ours | theirs | off, % | scatter, % |", lines
-    )
     text = f"""## Canonical problems
 C. D. Mobley et al., Appl. Opt. 32, 7484 (1993): means of up to seven models and their scatter
-(`data/mobley1993_canonical.csv`). Solved by 32 streams. *Met*: within twice the scatter, or 2 %.
+(`data/mobley1993_canonical.csv`), solved by 32 streams; the errors of each problem and depth are in
+[validation](../validation.md). *Met*: within twice the scatter, or 2 %.
 
-{table}
-
-- Problem 1 has the phase function (1 + cos²) of Rayleigh. Earlier versions of this project gave
-  it that of sea water (1 + 0.835 cos²), and Lu at 0.8 m, case 1, 1.68e-3 for 1.71e-3: 2.5 % off
-  instead of 0.8 %.
-- Lu is held to converged solutions where the models scatter: 64 and 128 streams agree to 0.3 %,
-  the Monte Carlo, over a cone of 5°, to 2.5 of its standard errors
-  ([monte_carlo.md](monte_carlo.md)). The printed means of 2, case 1, at 4 m
-  (6.24e-7, ± 36 %) and 3 at 60 m (± 43 %) are noise of the Monte Carlo codes of 1993.
-- 3 is water whose chlorophyll peaks at 17 m: {len(LAYERS)} layers here.
-- 4 has an atmosphere that each model makes itself; ours is SPECTRL2's sky. Ed at two depths over
-  that at 0.1 m, and Eou over Ed, are within 1.2 %, Lu over Ed within 12 % (their scatter: 11 to
-  14 %); the level is that of the atmosphere.
-- 5 has the sun at 80° and wind of {WIND:g} m/s. The waves on average let in a fifth more of that
-  sun than a flat surface, and tilted facets send it on 5° flatter. Without the first Ed at 0.1 m is
-  14 % too low, without the second at 1 m 13 % too high.
-- The closed form's Ed is 2 % off at τ = 1, up to 8 % at τ = 5, and at τ = 10 up to 43 % too low
-  where absorption prevails: its asymptotic decay is too fast.
-- 7 is Raman light at 486 nm excited at 417 nm; the paper scatters power, not photons, which is 14
-  % more than photons would bring.
+| problem | what is found |
+|---|---|
+| 1 | Rayleigh's (1 + cos²); with that of sea water Lu at 0.8 m was 2.5 % off instead of 0.8 % |
+| 2, case 1; 3 | printed Lu at 4 m (± 36 %) and at 60 m (± 43 %) is noise of the codes of 1993; \
+64 and 128 streams agree to 0.3 %, the [Monte Carlo](monte_carlo.md) to 2.5 of its errors |
+| 3 | chlorophyll peaks at 17 m: {len(LAYERS)} layers |
+| 4 | levels are those of each model's atmosphere; ratios of Ed and Eou within 1.2 %, Lu over \
+Ed within 12 % (scatter 11 to 14 %) |
+| 5 | sun at 80°, wind {WIND:g} m/s: without the sun that waves let in Ed is 14 % too low, without \
+its flatter way 13 % too high |
+| 7 | Raman light at 486 nm; the paper scatters power, 14 % more than photons |
+| closed form | Ed 2 % off at τ = 1, 8 % at 5; at 10 up to 43 % too low where absorption prevails |
 """
     return rows, text
 
@@ -185,30 +148,11 @@ def raman() -> Section:
         ratios.append(ours / theirs)
         _, with_older, theirs_then = _raman_at_sea.at_the_surface(C, older=True)
         older.append(with_older / theirs_then)
-        lines.append(
-            f"| {C:g} | "
-            + " | ".join(
-                f"{o:.1f} / {t:.1f}" for o, t in zip(100 * ours, 100 * theirs, strict=True)
-            )
-            + " |"
-        )
+        three = zip(100 * ours, 100 * theirs, older[-1], strict=True)
+        cells = [f"{x:.1f} / {y:.1f} ({then:.2f})" for x, y, then in three]
+        lines.append(f"| {C:g} | {' | '.join(cells)} |")
     surface = grid("| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths) + " |", lines)
-    surface_older = grid(
-        "| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths) + " |",
-        [
-            f"| {C:g} | " + " | ".join(f"{x:.2f}" for x in row) + " |"
-            for C, row in zip(_raman_at_sea.CHLOROPHYLL, older, strict=True)
-        ],
-    )
-    deep = grid(
-        "| C, mg/m³ | " + " | ".join(f"{y:g} m" for y in RAMAN_DEPTHS) + " |",
-        [
-            f"| {C:g} | "
-            + " | ".join(f"{100 * _raman_at_sea.share(C, 650.0, y):.0f} %" for y in RAMAN_DEPTHS)
-            + " |"
-            for C in _raman_at_sea.CHLOROPHYLL
-        ],
-    )
+    deep = ", ".join(f"{100 * _raman_at_sea.share(0.1, 650.0, y):.0f} %" for y in RAMAN_DEPTHS)
     ratios, older = np.array(ratios), np.array(older)
     verdict = inelastic_table.verdict(
         (ROOT / "docs" / "measured" / "inelastic.md").read_text(encoding="utf-8")
@@ -232,28 +176,17 @@ def raman() -> Section:
             "10 %", PARTLY),
     ]  # fmt: skip
     text = f"""## Raman light
-b_R at {", ".join(f"{x:.0f}" for x in nm)} nm: {percent(off)} % against the means of Bartlett's
-law that NASA uses. Below: Raman over elastic light in what leaves deep case 1 water, in %, ours
-/ the fit of Lee et al. (2013) at our own reflectances; solved field, clear sky, sun at 30°.
+b_R at {nm[0]:.0f} to {nm[-1]:.0f} nm is within {100 * np.abs(off).max():.0f} % of the means that
+NASA uses. Raman over elastic light that leaves deep case 1 water (clear sky, sun at 30°), in %,
+ours / the fit of Lee et al. (2013) at our reflectances; in brackets ours over theirs if pure water
+absorbs below 420 nm as Smith & Baker (1981) have it, an upper bound:
 
 {surface}
 
-At 412 and 443 nm ours is {ratios[:, :2].min():.1f} to {ratios[:, :2].max():.1f} times theirs.
-That light is excited at 360 to 390 nm, where pure water absorbs less than was thought when their
-runs were made. With Smith & Baker (1981) below 420 nm, an upper bound, ours over theirs becomes
-
-{surface_older}
-
-so that in the clearest water more than half of what is too much at 412 nm, nearly all at 443 nm, is
-theirs. The newer absorption is kept. The rest, where there is more chlorophyll, is CDOM, which our
-case 1 water probably has less of than their runs. Problem 7 above holds the transfer itself to 3 %.
-
-Fraction of Raman light in the radiance seen straight down at 650 nm:
-
-{deep}
-
-No table of such fractions below the surface was found to compare with.
-
+Most of what is too much at 412 and 443 nm in the clearest water is the absorption of 360 to 390 nm
+that their runs assumed; the newer one is kept. The rest is probably CDOM, of which our case 1 has
+less. Seen straight down at 650 nm (C = 0.1) the fraction of Raman light at
+{", ".join(f"{y:g}" for y in RAMAN_DEPTHS)} m is {deep}; no table was found to compare.
 Inelastic light in closed form against the Monte Carlo ([inelastic.md](inelastic.md)):
 {verdict[0].lower() + verdict[1:]}
 """

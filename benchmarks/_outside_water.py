@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ..uw_spectral.water.phase import FournierForand, PetzoldAverage
+from ..uw_spectral.water.phase import FournierForand
 from . import _caustic_causes as causes
 from . import _event_weights, gutierrez_figures
 from . import _measured_waters as waters
@@ -34,52 +34,29 @@ def measured_waters() -> Section:
         b_ratio.append(b)
         within += int(b_kept.sum())
         lines.append(
-            f"| {name} | {len(ratio)} "
-            f"| {np.median(ratio):.2f} ({ratio.min():.2f} … {ratio.max():.2f}) "
-            f"| {np.median(water.a_spread / water.a):.2f} | {int(kept.sum())} "
+            f"| {name} | {np.median(ratio):.2f} ({ratio.min():.2f} … {ratio.max():.2f}) "
+            f"| {int(kept.sum())} of {len(ratio)} "
             f"| {b.min():.2f} … {b.max():.2f} | {int(b_kept.sum())} |"
         )
     Kd, b = np.concatenate(every), np.concatenate(b_ratio)
     jerlov = grid(
-        "| type | wavelengths | Kd of measured a, b over measured Kd: median (range) | spread of a "
-        "| within two spreads | default b over measured b | within two spreads |",
+        "| type | Kd of measured a, b over measured Kd | wavelengths within two spreads of a "
+        "| default b over measured b | within two spreads |",
         lines,
     )
     lee = np.abs(gutierrez_figures.Lee2005_over_solved() - 1.0)
     suns = waters.explaining_suns()
     sun_table = grid(
-        "| type | published Kd over ours, sun at 30°: 450 / 550 / 650 nm | sun that fits "
-        "| the same there |",
+        "| type | " + " | ".join(suns) + " |",
         [
-            f"| {name} | {' / '.join(f'{x:.2f}' for x in at_30)} | {zenith:g}° "
-            f"| {' / '.join(f'{x:.2f}' for x in best)} |"
-            for name, (zenith, at_30, best) in suns.items()
+            "| Kd over ours at 550 nm | "
+            + " | ".join(f"{at_30[1]:.2f}" for _, at_30, _ in suns.values())
+            + " |",
+            "| sun that fits | " + " | ".join(f"{sun:g}°" for sun, *_ in suns.values()) + " |",
         ],
     )
     stations = waters.petzold_stations()
-    station_table = grid(
-        "| station | bb/b | Fournier-Forand of that bb/b | default particles | Petzold average |",
-        [
-            f"| {fit.name} | {fit.backscatter:g} | "
-            + " | ".join(
-                " / ".join(f"{x:.2f}" for x in part)
-                for part in (fit.fitted, fit.default, fit.average)
-            )
-            + " |"
-            for fit in stations
-        ],
-    )
-    angles, chi, error, ours = waters.boss_chi(FournierForand())
-    petzold = waters.boss_chi(PetzoldAverage())[3]
-    chi_table = grid(
-        "| | " + " | ".join(f"{angle:g}°" for angle in angles) + " |",
-        [
-            "| measured | " + " | ".join(f"{x:.2f}" for x in chi) + " |",
-            "| error, % | " + " | ".join(f"{100 * x:.0f}" for x in error) + " |",
-            "| default particles | " + " | ".join(f"{x:.2f}" for x in ours) + " |",
-            "| Petzold average | " + " | ".join(f"{x:.2f}" for x in petzold) + " |",
-        ],
-    )
+    _, chi, _, ours = waters.boss_chi(FournierForand())
     backward = [fit.fitted[2] for fit in stations]
     harbour = [fit.default for fit in stations if fit.name.startswith("NUC")]
     average = np.array([fit.average for fit in stations if fit.name.startswith("NUC")])
@@ -114,34 +91,29 @@ def measured_waters() -> Section:
             "± 3 to 6 %", MET),
     ]  # fmt: skip
     text = f"""## Kd and b against measurement
-a and b are the measured points of Williamson & Hollins (2022), means over 5 to 34 campaigns, Kd
-is Jerlov's (1976): other water under the same name, so more than the campaigns' spread is not to be
-expected. Kd to the depth of a tenth of the light, sun at {waters.MEASURED_ZENITH:g}°, SPECTRL2
-sky.
+a and b are the points of Williamson & Hollins (2022), means over 5 to 34 campaigns, Kd is Jerlov's
+(1976), to a tenth of the light, sun at {waters.MEASURED_ZENITH:g}°: other water under the same
+name, so that the spread of a (0.13 to 0.26) is all that can be expected.
 
 {jerlov}
 
-Violet light of the coastal types goes twice as deep in the measured water as Jerlov has it: their
-a is half his. The b of the default source (Solonenko & Mobley 2015) was found by inversion of Kd
-and is 0.4 to 5 times that measured; pictures of scattering need `--water-source williamson2022`.
+Violet light goes twice as deep in the measured coastal water as Jerlov has it. The b of the default
+source (Solonenko & Mobley 2015) is an inversion's; pictures of scattering need
+`--water-source williamson2022`.
 
 ### The sun of the published profiles
-Kd printed with a and b of Solonenko & Mobley (2015), over ours to a tenth of the light, black
-sky. Figure 15 of Monzon et al. (2024) shows the same profiles and does not say where the sun is.
+Kd printed with a and b of Solonenko & Mobley (2015) over ours with the sun at 30°, black sky, and
+the sun that makes them equal; Figure 15 of Monzon et al. (2024) shows them and says no sun.
 
 {sun_table}
 
 ### Scattering functions
-Ratio of phase functions to that measured, median of
-{" / ".join(f"{low:g} to {high:g}°" for low, high in waters.RANGES)}. The water is in
-the measurement and not in the functions: at the clear AUTEC stations half of the backscatter is
-its own.
-
-{station_table}
-
-χ of Boss & Pegau (2001), the mean of 41 measured functions:
-
-{chi_table}
+Over those of Petzold's eight stations, their water in them, Fournier-Forand of the station's bb/b
+({min(fit.backscatter for fit in stations):g} to {max(fit.backscatter for fit in stations):g})
+is {min(backward):.2f} to {max(backward):.2f} backwards, the default particles
+{np.min(harbour):.2f} to {np.max(harbour):.2f} in the harbour at all angles. χ of Boss & Pegau
+(2001), 90 to 160°, is met within {percent([np.min(ours / chi - 1), np.max(ours / chi - 1)])} %
+(its error 3 to 6 %).
 """
     return rows, text
 
@@ -152,19 +124,13 @@ def caustics() -> Section:
     table = grid(
         "| model | " + " | ".join(f"{y:g} m" for y in depths) + " |",
         [
-            f"| {cause} | "
-            + " | ".join(" / ".join(f"{x:.2f}" for x in row) for row in found[cause])
-            + " |"
+            f"| {cause} | " + " | ".join(f"{x:.2f}" for x in found[cause][:, 1]) + " |"
             for cause in causes.CAUSES
         ],
     )
     clear = causes.sea.sunlit_water(causes.sea.DARECKI_WATER, causes.sea.DARECKI_ZENITH)
     lost = causes.within(clear.field.phase_at(0.0), causes.ACCEPTANCE)
     buoy = {zenith: causes.gernez(zenith) for zenith in GERNEZ_ZENITHS}
-    buoy_table = grid(
-        "| sun zenith | " + " | ".join(f"{t:.2g} s" for t in causes.EXPOSURES) + " |",
-        [f"| {z:g}° | " + " | ".join(f"{x:.2f}" for x in row) + " |" for z, row in buoy.items()],
-    )
     both, below = found[causes.CAUSES[-2]], depths > 2.0
     before, after = found[causes.CAUSES[0]][below], found[causes.CAUSES[-1]][below]
     plain, shallow = (found[causes.CAUSES[i]][~below] for i in (0, -1))
@@ -184,39 +150,24 @@ def caustics() -> Section:
             PARTLY + ": carried by the slow record at a high sun"),
     ]  # fmt: skip
     text = f"""## Caustics: what makes them too strong
-Coefficient of variation of Ed, modelled over measured by Darecki et al. (2011), at 443 / 532 /
-670 nm, wind {WIND:g} m/s; one cause at a time:
+Variation of Ed, modelled over measured by Darecki et al. (2011), at 532 nm, wind {WIND:g} m/s; one
+cause at a time.
 
 {table}
 
-- **The c-meter carries it.** b was taken from the published c(555) = 0.68 1/m. A c-meter counts
-  light scattered by less than its acceptance angle as unscattered; of our particles' scattering
-  that is
-  {100 * lost.mean():.0f} % within {causes.ACCEPTANCE:g}° (an ac-9). With b larger by what it does
-  not see, nothing else changed, the contrast at 10 m falls by a quarter. Which meter was used is
-  not known to us; a C-Star (1.2°) would hide 28 %. Nothing is fitted, but it is a cause that
-  fits, not one that was measured there.
-- Collector, tile and the width of the sun do nothing below 3 m. Fewer short waves make it worse
-  there: they blur the pattern that the long ones focus.
-- **Waves of some decimetres carry what is missing near the surface.** They focus there. The
-  spectrum that the sea has here, Elfouhaily's, dips between its long and its short waves; that of
-  Romeiser & Alpers (1997) has 1.5 times as much slope in waves of 10 to 30 cm and half of it in
-  ripples, and with it the contrast at .9 m rises by 16 %. Twice as much, and b as the c-meter
-  sees it, bring all depths and wavelengths within {100 * np.abs(both - 1.0).max():.0f} %, and
-  {(np.abs(both - 1.0) <= _WANTED).sum()} of {both.size} within {100 * _WANTED:.0f} %. How rough
-  that sea was at these lengths was not measured, so the model keeps its spectrum.
-- Whitecaps cover {100 * causes.whitecaps(WIND):.1f} % of the sea at this wind (Monahan &
-  O'Muircheartaigh 1980). If no image of the sun passed them, the contrast would fall by as much.
-- Near the surface the model stays a fifth to a third too weak at this wind; at 4.1 m/s, the
-  calmest of the record, × 0.77 to 0.83.
-
-At the buoy of Gernez & Antoine (2009) the water is clear, and scattering cannot be the cause.
-Their record does not resolve a third of a second; the model averaged over times, over the measured:
-
-{buoy_table}
-
-At a high sun that is all of it. At 60° a factor of 1.4 is left, which would need more wind or
-more haze than assumed; neither is published with the medians.
+- Below 3 m the c-meter carries it: b was taken from the published c(555), and
+  {100 * lost.mean():.0f} % of our scattering is within the {causes.ACCEPTANCE:g}° of an ac-9 (28 %
+  within the 1.2° of a C-Star); which meter was used is not known.
+- Above, waves of some decimetres are missing: with those of Romeiser & Alpers (1997), 1.5 times the
+  slope at 10 to 30 cm, contrast at .9 m rises by 16 %; twice as many, and the c-meter, bring all
+  depths and wavelengths within {100 * np.abs(both - 1.0).max():.0f} %
+  ({(np.abs(both - 1.0) <= _WANTED).sum()} of {both.size} within {100 * _WANTED:.0f} %). How rough
+  that sea was is not measured: the model keeps its spectrum and is **a fifth to a third too weak**
+  there (× 0.77 to 0.83 at 4.1 m/s). Whitecaps cover {100 * causes.whitecaps(WIND):.1f} %.
+- At the buoy of Gernez & Antoine (2009), 3.2 m, the model is
+  {" / ".join(f"{row[0]:.2f}" for row in buoy.values())} of the measured with the sun at 20 / 40 /
+  60°, averaged over ⅓ s {" / ".join(f"{row[-1]:.2f}" for row in buoy.values())}: a slow record, and
+  at 60° more wind or haze than assumed.
 """
     return rows, text
 
@@ -231,20 +182,7 @@ def papers() -> Section:
         values = [float(cell.strip(" *")) for cell in cells]
         found[name] = [*values[: len(TABLE2)], values[-1]]  # without the column of HG 0.8
     mean = float(np.mean(list(TABLE2.values())))
-    rmse = grid(
-        "| | " + " | ".join(TABLE2) + " | mean |",
-        [
-            "| Monzon et al. 2024, Table 2, their scenes | "
-            + " | ".join(f"{x:.3f}" for x in TABLE2.values()) + f" | {mean:.3f} |",
-            *(f"| {name}, our grey scene | " + " | ".join(f"{x:.3f}" for x in values) + " |"
-              for name, values in found.items()),
-        ],
-    )  # fmt: skip
     ours, water = _event_weights.ours(), _event_weights.parameters()
-    events = grid(
-        "| event | printed | ours |",
-        [f"| {name} | {x:.2e} | {ours[name]:.2e} |" for name, x in _event_weights.PRINTED.items()],
-    )
     elastic = [name for name in ours if name.startswith(("scattering by m", "scattering by p"))]
     rows = [
         Row("sRGB RMSE of real time, mean of six waters and depths", "Monzon 2024, Table 2",
@@ -265,24 +203,15 @@ def papers() -> Section:
             "theirs needs yields of 31 and 13 %"),
     ]  # fmt: skip
     text = f"""## The papers' own numbers
-**Monzon et al. (2024), Table 2.** sRGB RMSE against path tracing. Their scenes, textures and
-exposure are not published; the grey scene has the same waters and depths, under a clear sky with
-the default phase function, over squares of 3 × 3 pixels
-([realtime_accuracy.md](realtime_accuracy.md)).
+Monzon et al. (2024), Table 2, print a mean sRGB RMSE of {mean:.3f} against path tracing in scenes
+that are not published; on our grey scene in the same waters EEVEE in real time has
+{found["EEVEE, real time"][-1]:.3f}, their formula {found["paper, printed"][-1]:.3f} as printed and
+{found["paper, corrected, RGB"][-1]:.3f} corrected ([realtime_accuracy.md](realtime_accuracy.md)).
 
-{rmse}
-
-**Gutierrez et al. (2008), §4.1.** The weights of the ten events at 500 nm, without the water they
-belong to. Their own equations give it: κ = {water.extinction:.4f} 1/m,
-{water.constituents.described()}. Beside them
-our weights of that water. Absorption by water differs because theirs is Smith & Baker's; by CDOM,
-detritus and particles because κ is larger with our phytoplankton and molecules. Their
-fluorescence would need quantum yields of 31 % (phytoplankton; 1 to 10 % are measured) and 13 %
-(CDOM; 1 %), their Raman scattering a coefficient of 1e-10 1/m (2.3e-4 is measured).
-
-{events}
-
-**Gutierrez et al. (2008), Figure 2**: our swatches of the twelve printed waters are in
-[bio_optics.md](bio_optics.md); the pictures themselves print no number.
+The ten event weights of Gutierrez et al. (2008), §4.1, at 500 nm give a water by their equations:
+κ = {water.extinction:.4f} 1/m, {water.constituents.described()}. Its scattering is ours
+([validation](../validation.md)); their fluorescence would need quantum yields of 31 %
+(phytoplankton; 1 to 10 % are measured) and 13 % (CDOM; 1 %), their Raman scattering a coefficient
+of 1e-10 1/m (2.3e-4 is measured). Their Figure 2 is in [bio_optics.md](bio_optics.md).
 """
     return rows, text

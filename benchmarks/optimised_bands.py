@@ -165,8 +165,14 @@ def _listed(parts: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}"
 
 
-def _marked(name: str, tuned: Sequence[str]) -> str:
-    return f"{name} (tuned)" if name in tuned else name
+def _spread(found: dict[_Case, _Errors], label: str, of: str, names: Sequence[str]) -> str:
+    """Median and largest of the means of waters or cameras at one depth, and the largest's name."""
+    means = {
+        name: float(np.concatenate(_chosen(found, label, depth=[_EVERY], **{of: [name]})).mean())
+        for name in names
+    }
+    most = max(means, key=means.__getitem__)
+    return f"{np.median(list(means.values())):.2f} / {means[most]:.2f} ({most})"
 
 
 def _times() -> list[tuple[int, float, float]]:
@@ -196,7 +202,6 @@ def main(_: Sequence[str]) -> None:
         times = _times()
     labels = [*(f"equal {n}" for n in _EQUAL), *(f"optimised {n}" for n in _OPTIMISED)]
     labels += [_HERE, _PLAIN, _SIXTY]
-    worst_60 = max(float(e.mean()) for e in _chosen(found, _SIXTY))
     sensors = list(dict.fromkeys(case[2] for case in found))
     held_waters = [w for w in JERLOV_TYPES if w not in TUNED_WATERS]
     held_sensors = [s for s in sensors if s not in TUNED_SENSORS]
@@ -209,39 +214,25 @@ def main(_: Sequence[str]) -> None:
     def each(few: str) -> str:
         return _listed(wins(few, "equal 16", depth=[d]) for d in _DEPTHS)
 
+    shown = ("equal 8", "equal 16", "optimised 6", "optimised 9")
+    worst = max(found, key=lambda case: found[case]["optimised 6"].mean())
+    seconds = ", ".join(f"{n}: {search:.2f} and {fit:.3f}" for n, search, fit in times)
     lines = [
-        "# Optimised bands",
-        "",
-        "Target: 6 optimised bands at or below the error of 16 equal ones. Met in "
-        f"{each('optimised 6')} of",
-        f"the cases at {_listed(f'{d:g}' for d in _DEPTHS)} m; with 9 bands in "
-        f"{each('optimised 9')}. Near the surface",
-        "all of the spectrum is there, and six samples do not tell its colours apart; deeper down, "
-        "where equal",
-        "bands err most, they do.",
-        "",
-        "ΔE2000 against 150 equal bands, D65, white balance daylight, automatic exposure: "
-        f"{len(JERLOV_TYPES)} Jerlov",
-        f"waters and {len(sensors)} cameras, films and observers (all at {_EVERY:g} m, every third "
-        "at the other depths),",
-        f"{len(found)} cases. Wavelengths are chosen for the eye, 2, 8 and 32 m and a sun at "
-        f"{_PLACED:g}°; weights",
-        "are fitted to 60 bands for the camera at its depth. Seen are, with a sun at "
-        f"{_SEEN:g}°, 24 ColorChecker",
-        "patches, 24 random RGB colours, uplifted, and the open water, in four directions and at "
-        "three distances,",
-        "none of which the fit knows. The constants of the method were chosen on the waters "
-        f"{', '.join(TUNED_WATERS)}",
-        f"and {', '.join(TUNED_SENSORS)}; all others are held out. Colours are not clipped.",
-        "",
-        "*Midpoint weights* are those of the bands' widths: what is left where nobody knows the "
-        "water, as with a",
-        f"spectral image alone. 60 equal bands are at ΔE2000 {worst_60:.3f} in the worst case.",
-        "",
-        "## By depth",
-        "",
-        "Mean / 95 % of all spectra / mean of the worst case (a water and a camera).",
-        "",
+        f"""# Optimised bands
+
+Target: 6 optimised bands at or below the error of 16 equal ones. Met in {each("optimised 6")} of
+the cases at {_listed(f"{d:g}" for d in _DEPTHS)} m; with 9 bands in {each("optimised 9")}. Near the
+surface six samples do not tell all colours apart; deeper down, where equal bands err most, they do.
+
+ΔE2000 against 150 equal bands, D65: {len(JERLOV_TYPES)} Jerlov waters and {len(sensors)} cameras,
+films and observers (all at {_EVERY:g} m, every third elsewhere), {len(found)} cases. Bands are
+placed for the eye with the sun at {_PLACED:g}°, weights fitted to 60 bands for camera and depth;
+seen, with the sun at {_SEEN:g}°, are colours, directions and distances that the fit does not know.
+Waters and cameras other than {", ".join(TUNED_WATERS)} and {", ".join(TUNED_SENSORS)} are held out
+of the method's constants. *Midpoint weights* are all there is where nobody knows the water.
+
+Mean / 95 % of all spectra / mean of the worst case (a water and a camera):
+""",
         *_table(
             ("bands", *(f"{d:g} m" for d in _DEPTHS)),
             [
@@ -249,94 +240,36 @@ def main(_: Sequence[str]) -> None:
                 for label in labels
             ],
         ),
-        "Fraction of the cases in which fewer bands are at or below the error of more:",
+        "The same on what was held out; means of waters and cameras at "
+        f"{_EVERY:g} m, median / largest:",
         "",
         *_table(
-            ("", *(f"{d:g} m" for d in _DEPTHS)),
-            [
-                (f"{few} ≤ {many}", *(wins(few, many, depth=[d]) for d in _DEPTHS))
-                for few, many in (
-                    ("optimised 6", "equal 16"),
-                    (_HERE, "equal 16"),
-                    ("optimised 9", "equal 16"),
-                    ("optimised 6", "equal 8"),
-                    ("optimised 3", "equal 6"),
-                )
-            ],
-        ),
-        "## Held out",
-        "",
-        *_table(
-            ("bands", "tuned waters, tuned cameras", "held-out waters", "held-out cameras", "both"),
+            ("", *shown),
             [
                 (
-                    label,
-                    _cell(_chosen(found, label, water=TUNED_WATERS, sensor=TUNED_SENSORS)),
-                    _cell(_chosen(found, label, water=held_waters, sensor=TUNED_SENSORS)),
-                    _cell(_chosen(found, label, water=TUNED_WATERS, sensor=held_sensors)),
-                    _cell(_chosen(found, label, water=held_waters, sensor=held_sensors)),
-                )
-                for label in ("equal 16", "optimised 6", "optimised 9")
-            ],
-        ),
-        f"## Waters, at {_EVERY:g} m, all cameras",
-        "",
-        *_table(
-            ("water", *labels[1:6], _HERE),
-            [
-                (
-                    _marked(water, TUNED_WATERS),
+                    "tuned waters, tuned cameras",
                     *(
-                        _cell(_chosen(found, label, water=[water], depth=[_EVERY]))
-                        for label in (*labels[1:6], _HERE)
+                        _cell(_chosen(found, label, water=TUNED_WATERS, sensor=TUNED_SENSORS))
+                        for label in shown
                     ),
-                )
-                for water in JERLOV_TYPES
-            ],
-        ),
-        f"## Cameras, at {_EVERY:g} m, all waters",
-        "",
-        *_table(
-            ("camera", "equal 8", "equal 16", "optimised 6", "optimised 9"),
-            [
+                ),
                 (
-                    _marked(sensor, TUNED_SENSORS),
+                    "held-out waters and cameras",
                     *(
-                        _cell(_chosen(found, label, sensor=[sensor], depth=[_EVERY]))
-                        for label in ("equal 8", "equal 16", "optimised 6", "optimised 9")
+                        _cell(_chosen(found, label, water=held_waters, sensor=held_sensors))
+                        for label in shown
                     ),
-                )
-                for sensor in sensors
+                ),
+                ("waters", *(_spread(found, label, "water", JERLOV_TYPES) for label in shown)),
+                ("cameras", *(_spread(found, label, "sensor", sensors) for label in shown)),
             ],
         ),
-        "## The worst cases of 6 optimised bands",
+        f"Worst case of 6 optimised bands: {worst[0]}, {worst[1]:g} m, {worst[2]}, "
+        f"{found[worst]['optimised 6'].mean():.2f} (16 equal bands "
+        f"{found[worst]['equal 16'].mean():.2f}).",
         "",
-        *_table(
-            ("water", "depth", "camera", "optimised 6", "equal 16", "optimised 9"),
-            [
-                (
-                    case[0],
-                    f"{case[1]:g} m",
-                    case[2],
-                    *(
-                        f"{errors[k].mean():.2f}"
-                        for k in ("optimised 6", "equal 16", "optimised 9")
-                    ),
-                )
-                for case, errors in sorted(
-                    found.items(), key=lambda item: -item[1]["optimised 6"].mean()
-                )[:10]
-            ],
-        ),
-        "## Time",
+        f"Process seconds on one core, IB at 5 m, wavelengths and weights, by bands: {seconds}.",
         "",
-        "Process seconds on one core, best of three, IB at 5 m: choosing the wavelengths, and the "
-        "weights.",
-        "",
-        *_table(
-            ("bands", "wavelengths", "weights"),
-            [(str(n), f"{search:.2f}", f"{fit:.3f}") for n, search, fit in times],
-        ),
         "Repeat: `python3 dev.py run -m benchmarks optimised_bands`",
         "",
     ]
