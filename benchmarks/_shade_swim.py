@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,19 +11,14 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.engines import engines
 from ..scene.seen.cameras import eye_of
 from ..scene.seen.surroundings import Surroundings, look_around
-from ..scene.water import shade, water_body
+from ..scene.water import shade
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ..uw_spectral.shade.voxels import SurfaceVoxels
-from ..uw_spectral.spectra.colour_rendering import srgb_encode
-from ..uw_spectral.spectra.spectral_image import read_exr
 from ._shade_scenes import Place, of_file
 
-_PICTURES, _SIZE, _SAMPLES = 12, (160, 90), 8
-_BRIGHT = 0.25  # mean of the contact sheet
 _SCATTERED_MORE = 1.7  # light falls off in both ways
 _ACROSS, _DOWN = 32, 18
 _DARK = 0.02  # of the undisturbed light: changes of less light than that are not seen
@@ -146,8 +140,8 @@ class Swum:
         ]
 
 
-def swim(file: Path, sheet: Path) -> Swum:
-    """Swim through the cave, as a job and frame by frame, and draw a contact sheet."""
+def swim(file: Path) -> Swum:
+    """Swim through the cave, as a job and frame by frame."""
     place = Place("cave", of_file(file, "Swim"))
     camera = place.open()
     scene, plan = bpy.context.scene, place.plan(1)
@@ -160,37 +154,4 @@ def swim(file: Path, sheet: Path) -> Swum:
         parts = zip(*(changes(*pair, rate) for pair in pairs), strict=True)
         for where, x in zip(("water", "things"), parts, strict=True):
             found[how, where] = np.concatenate(x)
-    _draw(place, camera, frames[:: len(frames) // _PICTURES], path, sheet)
     return Swum(len(frames), found)
-
-
-def _draw(
-    place: Place,
-    camera: bpy.types.Object,
-    frames: Sequence[int],
-    path: Sequence[tuple[float, ...]],
-    sheet: Path,
-) -> None:
-    """Render some frames as a job does, side by side."""
-    scene, images = bpy.context.scene, []
-    scene.render.resolution_x, scene.render.resolution_y = _SIZE
-    plan = place.plan(_SAMPLES, diffuse_shadows=True, scene_floor=True)
-    scene.frame_set(frames[0])
-    depth = -camera.matrix_world.translation.z
-    extent = water_body.water_extent(scene, plan.column, depth)
-    weights = plan.reduction(depth).weights
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        engines.eevee_realtime(scene, camera, plan, extent, depth, eyes=path) as engine,
-    ):
-        for number in frames:
-            scene.frame_set(number)
-            render = engine.frame(plan, -eye_of(camera)[2], weights)
-            render(engine.passes[0], Path(folder, "frame.exr"))
-            images.append(read_exr(Path(folder, "frame.exr"))[0][..., :3])
-    rows = [np.concatenate(images[k : k + 4], axis=1) for k in range(0, len(images), 4)]
-    whole = np.concatenate(rows)
-    whole = np.clip(whole * _BRIGHT / float(whole.mean()), 0.0, 1.0)
-    from matplotlib import image
-
-    image.imsave(sheet, srgb_encode(whole), pil_kwargs={"quality": 80})

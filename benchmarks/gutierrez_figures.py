@@ -373,8 +373,8 @@ def water_colour(constituents: Constituents, switched_on: tuple[str, ...] = ()) 
     return colour(elastic + extra, solved.elastic.field.Ed(DEPTH))
 
 
-def draw(path: Path) -> list[tuple[str, np.ndarray]]:
-    """Draw the swatches of Figures 2, 3 and 4; return the colours."""
+def draw(path: Path) -> None:
+    """Draw the swatches of Figures 2, 3 and 4."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -407,7 +407,6 @@ def draw(path: Path) -> list[tuple[str, np.ndarray]]:
     sheet.tight_layout()
     sheet.savefig(path, metadata={"Software": None})
     plt.close(sheet)
-    return everything
 
 
 def _percent(values: np.ndarray) -> str:
@@ -415,21 +414,11 @@ def _percent(values: np.ndarray) -> str:
     return f"{np.median(error):+.0f} ({error.min():+.0f} … {error.max():+.0f})"
 
 
-def _hex(rgb: np.ndarray) -> str:
-    return "#" + "".join(f"{round(255 * float(value)):02x}" for value in np.ravel(rgb))
-
-
 def main(_arguments: list[str]) -> None:
     """Measure everything, write docs/measured/bio_optics.md and docs/measured/bio_optics.png."""
-    colours = draw(ROOT / "docs" / "measured" / "bio_optics.png")
+    draw(ROOT / "docs" / "measured" / "bio_optics.png")
     trip = kd_round_trip(PHOTONS)
     columns = list(dict.fromkeys(key for row in trip.values() for key in row))
-    trip_lines = "\n".join(
-        f"| {name} | "
-        + " | ".join(_percent(row[key]) if key in row else "" for key in columns)
-        + " |"
-        for name, row in trip.items()
-    )
     overall = []
     for key in columns:
         values = np.concatenate([row[key] for row in trip.values() if key in row])
@@ -438,13 +427,8 @@ def main(_arguments: list[str]) -> None:
             f"| {key} | {np.median(error):.1f} % | {np.percentile(error, 90):.1f} % | "
             f"{error.max():.1f} % |"
         )
-    fitted_lines = "\n".join(
-        f"| {name} | {fitted_constituents(Water.jerlov(name).Kd(Kd_WAVELENGTHS)).described()} |"
-        for name in JERLOV_TYPES
-    )
-    chlorophyll_lines = "\n".join(
-        f"| {name} | {Water.jerlov(name).Kd([490.0])[0]:.4f} | {jerlov_chlorophyll(name):.2f} |"
-        for name in ("I", "IA", "IB", "II", "III")
+    chlorophyll = ", ".join(
+        f"{name} {jerlov_chlorophyll(name):.2f}" for name in ("I", "IA", "IB", "II", "III")
     )
     shares = {name: luminous_shares(sea.constituents) for name, sea in named_waters().items()}
     share_lines = "\n".join(
@@ -452,19 +436,6 @@ def main(_arguments: list[str]) -> None:
         + " | ".join(f"{100 * row[key]:.2f} %" for key in (*PROCESSES, "all", "all, luminance"))
         + " |"
         for name, row in shares.items()
-    )
-    red_lines = "\n".join(
-        f"| case 1, C = {C:g} | "
-        + " | ".join(f"{100 * share:.0f} %" for share in red_share(Constituents.case1(C)))
-        + " |"
-        for C in (0.03, 0.1, 0.3)
-    )
-    source_lines = "\n".join(
-        f"| {name} | {sea.constituents.described()} | {sea.source} |"
-        for name, sea in named_waters().items()
-    )
-    colour_lines = "\n".join(
-        f"| {label.replace(chr(10), ', ')} | `{_hex(rgb)}` |" for label, rgb in colours
     )
     case1_lines = "\n".join(
         f"| {row.chlorophyll:g} | {row.published:.4f} | "
@@ -496,64 +467,41 @@ Written by `python3 dev.py run -m benchmarks gutierrez_figures`.
 ## Colours
 ![Swatches of the waters](bio_optics.png)
 
-Deep water seen level from {DEPTH:g} m, all inelastic processes on: closed form, CIE 1931 observer
-adapted to the light above the surface, clear sky, sun {SUN_ZENITH:g}° from the zenith,
-{len(VISIBLE)} bands. Brightness is normalised, so only the colour compares. The first twelve
-are the waters of Figure 2 of Gutierrez et al. (2008), in its order: chlorophyll in mg/m³, a_d(400)
-and a_y(440) in 1/m. The next five are the seas of its Figure 3, the last three its Figure 4.
-
-| water | sRGB |
-|---|---|
-{colour_lines}
-
-| sea | constituents | sources |
-|---|---|---|
-{source_lines}
+Deep water seen level from {DEPTH:g} m with all inelastic light: closed form, the eye, clear sky,
+sun at {SUN_ZENITH:g}°, equal brightness. Twelve waters of Figure 2 of Gutierrez et al. (2008), in
+its order, then the seas of its Figure 3 by `named_waters`, which has their constituents and
+sources, then Figure 4: inelastic light hardly changes the Baltic's colour.
 
 ## Inelastic fraction
-Fraction of each process in the radiance between 380 and 780 nm (last column: in the luminance),
-looking level at {DEPTH:g} m. Quantum yield of chlorophyll 0.02. The paper reports about 2 % for
-its Baltic.
+Of each process in the radiance between 380 and 780 nm, level at {DEPTH:g} m, quantum yield 0.02.
+The paper reports about 2 % for its Baltic. Raman light seen straight down: see
+[outside.md](outside.md#raman-light).
 
 | sea | raman | chlorophyll | cdom | all | all, luminance |
 |---|---|---|---|---|---|
 {share_lines}
 
-Fraction of Raman scattering in the upwelling radiance at 650 nm, looking straight down:
-
-| water | {" | ".join(f"{y:g} m" for y in RED_DEPTHS)} |
-|---|{"---|" * len(RED_DEPTHS)}
-{red_lines}
-
 ## Case 1 waters against measured Kd(490) and b
-`bio:case1=C`: particles absorb as Bricaud et al. (1998) measured, dissolved and detrital matter
-as in Morel & Gentili (2009), particles scatter as in Loisel & Morel (1998), with the spectral
-exponent and bb/b of Morel & Maritorena (2001). Kd(490) in 1/m, and how far it is from the
-regression of Morel et al. (2007) on the measurements of the same laboratory, {laboratory};
-*merged* is their regression on those of others too, 0.0166 + 0.0773 C^0.6715. *Before* is version
-0.1.0: a_y of Morel & Maritorena (2001), b of Gordon & Morel (1983), Kd by Lee et al. (2005). Sun at
-{SUN_ZENITH:g}° but for *solved*: discrete ordinates, clear sky, sun at 45°. b of the particles at
-550 nm in 1/m, before and now; it is that of Loisel & Morel.
+`bio:case1=C` by Bricaud et al. (1998), Morel & Gentili (2009), Loisel & Morel (1998) and Morel &
+Maritorena (2001). Kd(490), 1/m, beside the regression of Morel et al. (2007), {laboratory}
+(*merged*: on the measurements of others too); *before*: version 0.1.0. Sun at {SUN_ZENITH:g}°,
+*solved* at 45°; b of the particles at 550 nm, before and now.
 
 | C, mg/m³ | measured | merged | before | Lee 2013 | solved | `chl:C`, solved | b before | b |
 |---|---|---|---|---|---|---|---|---|
 {case1_lines}
 
-What is left above 1 mg/m³ lies between the published laws, which are regressions on different
-samples; nothing here is tuned to close them. Not subtracting the detritus from the law of Morel &
-Gentili, which then counts twice, would give -7 % at 1 and -22 % at 10 mg/m³, but up to 34 % too
-much Kd in the blue of Jerlov I (now 25 %). The CDOM of HydroLight's *new case 1*, a fifth of
-a_p(440), gives -17 % and -32 %.
+What is left above 1 mg/m³ lies between published laws; nothing is tuned to close them. Counting
+detritus twice would give -7 % at 1 and -22 % at 10 mg/m³ but 34 % too much Kd in the blue of Jerlov
+I (now 25 %); the CDOM of HydroLight's *new case 1* -17 and -32 %.
 
-`chl:C` goes the other way: Kd as Morel & Maritorena (2001) fitted it to measurements, inverted
-to a for a sun at 30° ([below](#kd-inverted-round-trip)), and solved for it here. What absorbs is
-not told apart, so there is no fluorescence. Wanted was Kd(490) within 5 %.
+`chl:C` inverts the Kd of Morel & Maritorena (2001) for a sun at 30°; wanted was Kd(490) within 5 %.
+It has no fluorescence.
 
 ## Kd inverted, round trip
-Light fields solved by discrete ordinates for the case 1 waters above (clear sky), Kd of each from
-the surface to 10 % of the light, inverted with the sun of the field: error of a and b in percent,
-median (lowest … highest), at {wavelengths} nm. *Blind*: with bb/b
-0.0183 and the sun taken at 30°, as the inversion once did.
+Kd of light fields solved for the case 1 waters above, to 10 % of the light, inverted with the sun
+of the field: error in percent, median (lowest … highest), at {wavelengths} nm.
+*Blind*: bb/b 0.0183, sun at 30°, as the inversion once did.
 
 | sun | a | b | a, blind |
 |---|---|---|---|
@@ -563,34 +511,16 @@ Over all, a is off by {inversion[0]};
 blind, {inversion[1]}.
 
 ## Round trip to Kd
-Against the Kd published with the inherent optical properties (HydroLight's, Solonenko & Mobley
-2015), 400 to 700 nm in steps of 25 nm. Error in percent: median (lowest … highest).
-*Lee 2005*, *Lee 2013*, *closed form*, *Monte Carlo*: Kd from the published a and b with the
-default phase function. *Inversion*: a and b from the published Kd, with the bb/b of that phase
-function, against the published a and b. *Case 1*: Kd of the case 1 water whose Kd(490) by Morel et
-al. (2007) is that of the type. *Fitted*: Kd of chlorophyll, CDOM and minerals fitted to the
-published Kd by Lee et al. (2013), listed below. Up to type 5C the fit wants hardly any chlorophyll
-(0.001 mg/m³ is its bound): Kd alone does not tell it from the other two.
+Against the Kd of Solonenko & Mobley (2015), ten types, 400 to 700 nm, absolute error. *Inversion*:
+a and b from their Kd; *case 1*: the water of the type's Kd(490), I to III; *fitted*: chlorophyll,
+CDOM and minerals by Lee et al. (2013). Kd does not tell b, nor chlorophyll up to type 5C.
 
-| type | {" | ".join(columns)} |
-|---|{"---|" * len(columns)}
-{trip_lines}
-
-| absolute error | median | 90th percentile | worst |
+| | median | 90 % | worst |
 |---|---|---|---|
 {chr(10).join(overall)}
 
-| type | fitted to its Kd |
-|---|---|
-{fitted_lines}
-
-## Chlorophyll of the oceanic Jerlov types
-From Kd(490) = 0.0166 + 0.07242 C^0.68955 (Morel et al. 2007); back from C = 0.3 mg/m³
-(Kd {float(Kd490_Morel2007(0.3)):.4f} 1/m) the nearest type is {chlorophyll_jerlov(0.3)}.
-
-| type | Kd(490), 1/m | chlorophyll, mg/m³ |
-|---|---|---|
-{chlorophyll_lines}
+Chlorophyll of the oceanic types by Kd(490) (Morel et al. 2007), mg/m³: {chlorophyll}. Back from 0.3
+(Kd {float(Kd490_Morel2007(0.3)):.4f} 1/m) the nearest is {chlorophyll_jerlov(0.3)}.
 """
     (ROOT / "docs" / "measured" / "bio_optics.md").write_text(text, encoding="utf-8")
     print(text)

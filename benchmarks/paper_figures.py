@@ -19,7 +19,6 @@ from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.sensor import Sensor, list_sensors, parse_sensor, standard_observer
 from ..uw_spectral.water.bio_optics import Constituents, named_waters
-from ..uw_spectral.water.inelastic_processes import PROCESSES
 from ..validation.colour_errors import srgb_rmse
 from . import _paper_scenes as scenes
 from . import _printed_water as printed
@@ -34,6 +33,7 @@ Array = NDArray[np.float64]
 EIGHT = Bands.uniform(8)
 """The paper's choice."""
 COUNTS = (3, 4, 5, 6, 8, 12, 16, 32, 64, 128, 250)
+PRINTED_COUNTS = (3, 6, 8, 12, 16, 32, 250)
 MANY = Bands.uniform(400)
 """What the number of bands is compared with."""
 USSIM = {"3C 3 m": 0.138, "3C 9 m": 0.057, "I 5 m": 0.333, "IA 9 m": 0.249, "IB 5 m": 0.239,
@@ -288,7 +288,6 @@ def page(folder: Path) -> str:
             _head(),
             _figure14_text(raw, balanced),
             _figure12_text(bands),
-            _figure13_text(raw, balanced),
             _looks_text(),
             _table2_text(),
             _gutierrez_text(),
@@ -344,35 +343,28 @@ def draw_looks(path: Path) -> None:
 
 
 def _head() -> str:
-    P = ", ".join(f"{x:g}" for x in scenes.DISTANCES)
-    tilts = ", ".join(f"{x:+g}°" for x in scenes.TILTS)
     return f"""# The papers' figures in our numbers
 
-Monzon et al. (2024), Monzon et al. (2022) and Gutierrez et al. (2008) print few numbers, and no
-scene, texture or exposure of theirs is published. Here is what each figure shows, and what our
-light gives in the configuration as far as the text has it. Their numbers are of their pictures,
-ours of the colours below: compare order and ratio, not digits.
+Monzon et al. (2024, 2022) and Gutierrez et al. (2008) print few numbers, and no scene, texture or
+exposure: compare order and ratio, not digits.
 
-**Light and colours.** Sun D65 (the paper's) at {scenes.SUN_ZENITH:g}° (not printed), no sky, no
-surface that reflects, HG {scenes.ASYMMETRY:g} (their path tracer's), a and b of Solonenko & Mobley
-(2015), their formula with the Kd from there; floor of {scenes.FLOOR_REFLECTANCE:g},
-{scenes.CAMERA_ABOVE:g} m below the camera (not printed). What stands for the path tracer is the
-solved field that EEVEE looks up, in {len(FINE)} bands; it is checked elsewhere against Monte Carlo
-and Cycles ([solved_accuracy.md](solved_accuracy.md)). Seen are the 24 patches of the ColorChecker,
-tilted up by 45°, at {P} m in level view, and open water at {tilts}: {24 * len(scenes.DISTANCES)}
-and {len(scenes.TILTS)} colours, shown as sRGB. The exposure is that of a white diffuser at the
-camera's depth, the same for all methods.
+Our colours: sun D65 at {scenes.SUN_ZENITH:g}° (not printed), no sky, HG {scenes.ASYMMETRY:g} (their
+path tracer's), water of Solonenko & Mobley (2015), a floor of {scenes.FLOOR_REFLECTANCE:g},
+{scenes.CAMERA_ABOVE:g} m below the camera; {24 * len(scenes.DISTANCES)} patches of the ColorChecker
+at up to {max(scenes.DISTANCES):g} m and open water, as sRGB. The reference is the solved field in
+{len(FINE)} bands, which is checked elsewhere ([solved_accuracy.md](solved_accuracy.md)).
 """
 
 
 def _cells(errors: Errors, method: str) -> str:
-    cells, every = [], []
+    """Mean of scenes and cameras, and the worst scene."""
+    means = []
     for scene in SCENES:
-        rmse, delta_e = (np.array(x) for x in _spread(errors, scene.title, method))
-        cells.append(f"{rmse.mean():.3f} / {delta_e.mean():.1f}")
-        every.append((rmse.mean(), delta_e.mean()))
-    mean = np.mean(every, axis=0)
-    return " | ".join([*cells, f"**{mean[0]:.3f} / {mean[1]:.1f}**"])
+        rmse, delta_e = _spread(errors, scene.title, method)
+        means.append((np.mean(rmse), np.mean(delta_e), scene.title))
+    rmse, delta_e = (np.mean([x[i] for x in means]) for i in range(2))
+    worst = max(means, key=lambda x: x[1])
+    return f"{rmse:.3f} / {delta_e:.1f} | {worst[1]:.1f} ({worst[2]})"
 
 
 def _wins(errors: Errors, better: str, worse: str) -> str:
@@ -382,34 +374,21 @@ def _wins(errors: Errors, better: str, worse: str) -> str:
 
 
 def _figure14_text(raw: Errors, balanced: Errors) -> str:
-    head = "| sRGB RMSE / ΔE2000 | " + " | ".join(s.title for s in SCENES) + " | mean |"
+    lines = [f"| {name} | {_cells(raw, name)} | {_cells(balanced, name)} |" for name in METHODS]
+    table = grid("| | as RGB | worst scene, ΔE | developed | worst scene, ΔE |", lines)
+    return f"""## Monzon 2024, Figures 13 and 14: RGB against spectral, by camera
+Theirs: 28 cameras, six waters and depths, bars without values, spectral closer to the path tracer.
+Ours, sRGB RMSE / ΔE2000, mean of {len(raw) // len(SCENES)} cameras and the scenes of Table 2, with
+responses as RGB (Equation 12) and developed as the add-on does. *Wavelengths* takes each channel at
+its mean wavelength, *means* averages coefficients and reflectances over it.
 
-    def table(errors: Errors) -> str:
-        return grid(head, [f"| {name} | {_cells(errors, name)} |" for name in METHODS])
-
-    count = len(raw) // len(SCENES)
-    return f"""## Monzon 2024, Figure 14: RGB against spectral, by camera
-Theirs: 28 cameras in six combinations of water and depth; for both metrics the spectral method is
-closer to the path tracer. The bars have no printed values, and of the six the text names one;
-the waters and depths it lists are those of its Table 2. Ours: all {count} cameras that ship.
-*RGB: wavelengths* takes each channel at its mean wavelength under D65 (theirs are three that
-represent a sensor; how they are chosen is not said), *RGB: means* takes coefficients and
-reflectances averaged over each channel.
-
-The cameras' responses as RGB, which is how Equation 12 reads:
-
-{table(raw)}
-
-Developed, with daylight white balance and a colour matrix, as the add-on does:
-
-{table(balanced)}
+{table}
 
 - Spectral is closer than RGB in {_wins(raw, SPECTRAL, RGB_WAVES)} cameras and scenes for our
-  light, in {_wins(raw, PAPER, PAPER_RGB)} for their formula (responses as RGB); developed,
+  light, in {_wins(raw, PAPER, PAPER_RGB)} for their formula (as RGB); developed,
   in {_wins(balanced, SPECTRAL, RGB_WAVES)} and {_wins(balanced, PAPER, PAPER_RGB)}.
-- With our light only the bands err, and RGB errs three to seven times as much as 8 bands.
-  With Equations 9 and 10 the light itself errs more than that in 3C at 3 m and in II, where
-  RGB comes out closer for many cameras.
+- In 3C at 3 m and in II the light of Equations 9 and 10 errs more than the bands do, so that RGB
+  comes out closer for many cameras.
 
 ![Figure 14 in our numbers, and the error over bands](paper_figures.png)
 """
@@ -419,107 +398,50 @@ def _figure12_text(bands: dict[int, list[Error]]) -> str:
     ours = costs()
     t_8 = 1.17 + 0.056 * 8
     lines = []
-    for n, errors in bands.items():
-        cells = " | ".join(f"{e.rmse:.4f} / {e.delta_e:.2f}" for e in errors)
-        tables, form = ours[n]
-        lines.append(
-            f"| {n} | {cells} | {tables:.2f} | {form:.2f} | {(1.17 + 0.056 * n) / t_8:.2f} |"
-        )
-    table = grid(
-        "| bands | tables | closed form | closed form against tables | cost, tables | cost, closed "
-        "form | theirs, fit |",
-        lines,
-    )
+    for n in PRINTED_COUNTS:
+        cells = " | ".join(f"{e.rmse:.4f} / {e.delta_e:.2f}" for e in bands[n][::2])
+        lines.append(f"| {n} | {cells} | {ours[n][0]:.2f} | {(1.17 + 0.056 * n) / t_8:.2f} |")
+    table = grid("| bands | tables | closed form | cost, tables | theirs, fit |", lines)
     return f"""## Monzon 2024, Figure 12: the number of bands
-Theirs: time of a frame over 3 to 250 wavelengths, 11.07 ms + 3.57 ms + multiple scattering of
-1.17 + 0.056 n ms asymptotically (the fit gives 1.62 ms at 8 and 2.96 ms at 32 where the text
-measured 1.8 and 2.5 ms); eight are their compromise, no error is printed. Ours: sRGB RMSE /
-ΔE2000 of equal bands, 400 to 700 nm, against {len(MANY)}, developed, mean over the six scenes, the
-eye, ARRI D21 and Canon 600D. Cost: process time of {_RAYS} rays into open water in numpy over that
-of 8 bands (no renderer's), beside the paper's fit over its own at 8.
+Theirs: 11.07 ms + 3.57 ms + 1.17 + 0.056 n ms for n bands (1.62 and 2.96 ms at 8 and 32, where the
+text measured 1.8 and 2.5 ms); eight are their compromise. Ours: sRGB RMSE / ΔE2000 against tables
+in {len(MANY)} bands, mean over scenes, the eye, ARRI D21 and Canon 600D; process time of open
+water in numpy, and their fit, over those of 8 bands.
 
 {table}
 
-From 12 bands on the closed form's own error is the larger one. Bands that are placed for a water
-do with fewer ([optimised_bands.md](optimised_bands.md)); what bands cost in EEVEE is in
-[realtime_cost.md](realtime_cost.md).
-"""
-
-
-def _figure13_text(raw: Errors, balanced: Errors) -> str:
-    lines = []
-    for title, camera, called in (
-        ("IB 5 m", "Canon EOS 600D", "IB, Canon 600D"),
-        ("II 3 m", "Canon Digital Rebel XTi", "II, Canon 400D (Digital Rebel XTi)"),
-    ):
-        for label, errors in (("as RGB", raw), ("developed", balanced)):
-            each = errors[title, camera]
-            cells = " | ".join(f"{each[m].rmse:.3f} / {each[m].delta_e:.1f}" for m in METHODS)
-            lines.append(f"| {called}, {label} | {cells} |")
-    return f"""## Monzon 2024, Figure 13: two scenes, two cameras
-Theirs: path tracer, spectral (8) and RGB (3) side by side; no numbers, no depths. Ours at the
-depths of these waters in Table 2, 5 and 3 m, sRGB RMSE / ΔE2000:
-
-{grid("| | " + " | ".join(METHODS) + " |", lines)}
+From 12 bands on the closed form's own error is the larger one. Placed bands do with fewer
+([optimised_bands.md](optimised_bands.md)); for EEVEE see [realtime_cost.md](realtime_cost.md).
 """
 
 
 def _looks_text() -> str:
-    sections = []
-    for name, waters, floors in LOOKS:
-        lines = []
-        for floor in floors:
-            looks = [look(PaperScene(water, floor - 1.0, 1.0)) for water in waters]
-            cells = (
-                f"{_hex(x.rgb)} {100 * x.left:.2g} %, {100 * x.single:.2g} %, "
-                f"{100 * x.amount:.2g} %"
-                for x in looks
-            )
-            lines.append(f"| {floor:g} m | " + " | ".join(cells) + " |")
-        sections.append(
-            f"Figure {name}:\n\n" + grid("| floor | " + " | ".join(waters) + " |", lines)
-        )
     left = {water: look(PaperScene(water, 10.0, 1.0)).left for water in ("1C", "3C", "5C")}
     at_ten = ", ".join(f"{100 * x:.2g} % ({water})" for water, x in left.items())
     clear = PaperScene("IA", 5.0)
     every = {s.name: green_over_blue(clear, s) for s in cameras()}
-    seven = [
-        f"| {s} | {every[s]:.2f} | {_hex(look(clear, parse_sensor(s), balanced=False).rgb)} "
-        f"| {_hex(look(clear, parse_sensor(s)).rgb)} |"
-        for s in ("ARRI D21", "Canon PowerShot S90", "Canon EOS 600D", "Nikon D7000")
-    ]
     low, high = min(every, key=every.__getitem__), max(every, key=every.__getitem__)
+    ends = [
+        (
+            water,
+            [look(PaperScene(water, floor - 1.0, 1.0)).single for floor in (floors[0], floors[-1])],
+        )
+        for _, waters, floors in LOOKS
+        for water in (waters[0], waters[-1])
+    ]
+    single = ", ".join(f"{100 * a:.2g} to {100 * b:.2g} % ({w})" for w, (a, b) in ends)
+    amounts = " / ".join(f"{100 * look(PaperScene(w, 3.0, 1.0)).amount:.2g}" for w in LOOKS[0][1])
     return f"""## Monzon 2024, Figures 7, 8 and 10; Monzon 2022, Figure 1: how waters look
-**Figures 8 and 10** show reefs in open and coastal types at growing depth: more single scattering
-in shallow water and in types of higher albedo, and coastal water without light at about ten metres.
-Of the depths only y_f = 4 m is printed; the others are ours, and so is the camera 1 m above the
-floor. Colour of level open water to the eye; luminance of the light left at the camera; fraction of
-single scattering in the open water's luminance, and its amount over a white diffuser there:
-
-{chr(10).join(f"{x}{chr(10)}" for x in sections)}
 ![Colours of the open water](paper_waters.png)
 
-At 10 m, over a floor at 11 m, {at_ten} of the luminance at the surface
-is left: {_stops(left)} stops, which an exposure makes up for. The fraction of single scattering
-falls with depth, as they say, though hardly in I and IA. With the albedo it falls too, since ever
-more light is scattered again; its amount beside the white grows from I to IB, as they have it, and
-falls again in II.
-
-**Figure 7** is one scene of IA, of unprinted depth, by Canon A2200 and Arriflex D21: the first has
-the stronger green and the greener picture. The A2200 does not ship; below are the D21 and others at
-5 m: response of green over blue to level open water, its colour as RGB and developed.
-Of all cameras the ratio is from {every[low]:.2f} ({low}) to {every[high]:.2f} ({high}).
-
-| camera | green over blue | as RGB | developed |
-|---|---|---|---|
-{chr(10).join(seven)}
-
-**Monzon 2022, Figure 1**: two sensors or more by Jerlov types, six frames; neither is named in the
-text, so it cannot be repeated. Three sensors by three types, rendered, lead
-[the gallery](../gallery.md).
-
-Not repeated here: Figures 1, 6 and 9 (pictures; [Snell's window](snell_window.md)), 2 (the
-coefficients are data), 3 to 5 (drawings), 15 (in [outside.md](outside.md)).
+Figures 8 and 10: at 10 m {at_ten} of the luminance at the surface is left, {_stops(left)} stops.
+The fraction of single scattering falls with depth as they say:
+{single}. Beside a white diffuser over a floor at 4 m it is
+{amounts} % in I / IA / IB / II: up to IB as they have it, less in II.
+Figure 7, IA by Canon A2200 (which does not ship) and Arriflex D21: green over blue in open water is
+from {every[low]:.2f} ({low}) to {every[high]:.2f} ({high}).
+The sensors of Monzon 2022, Figure 1, are not named. Not repeated: 1, 6 and 9 (pictures; see
+[Snell's window](snell_window.md)), 2 to 5; 15 is in [outside.md](outside.md).
 """
 
 
@@ -532,8 +454,8 @@ def _table2_text() -> str:
     titles = list(TABLE2)
 
     def line(name: str, values: dict[str, float]) -> str:
-        cells = " | ".join(f"{values[t]:.3f}" for t in titles)
-        return f"| {name} | {cells} | {np.mean(list(values.values())):.3f} |"
+        each = [values[t] for t in titles]
+        return f"| {name} | {np.mean(each):.3f} | {min(each):.3f} … {max(each):.3f} |"
 
     lines = [
         line("*Chen et al., printed, their scenes*", USSIM),
@@ -547,16 +469,14 @@ def _table2_text() -> str:
         for label, each in (("printed", theirs), ("here", here))
     ]
     return f"""## Monzon 2024, Table 2 and Figure 11: against the XYZ method
-sRGB RMSE against path tracing, CIE XYZ taken to sRGB. The paper says of the method of Chen et al.
-(USSim): coefficients averaged in XYZ, one ambient light by depth for the whole scene, a veil that
-does not depend on direction. Its formulas are not in the text; here the veil is as bright as
-Equation 9 has it looking level. Only our rays into open water cross a range of depths.
+sRGB RMSE against path tracing, CIE XYZ taken to sRGB, mean and range of the six scenes. Chen et al.
+(USSim) average coefficients in XYZ and have one light by depth and a veil without direction; the
+text has no formula.
 
-{grid("| | " + " | ".join(titles) + " | mean |", lines)}
+{grid("| | mean | range |", lines)}
 
-Error of Chen et al. over that of Monzon et al., in the order of the columns: {ratios[0]};
-{ratios[1]}. In clear water the order comes out; in 3C at 3 m and in II it does not:
-there the light of Equation 9 is the larger error, whatever the bands.
+Error of Chen et al. over that of Monzon et al. in {", ".join(titles)}: {ratios[0]}; {ratios[1]}.
+In clear water the order comes out; in 3C at 3 m and in II the light of Equation 9 errs more.
 """
 
 
@@ -569,43 +489,26 @@ def _gutierrez_text() -> str:
     lines = []
     for name, element in printed.ELEMENTS.items():
         changes = [printed.compare(water, element) for water in waters.values()]
-        cells = " | ".join(f"× {c.brightness:.2f}, {c.delta_e:.1f}" for c in changes)
-        lines.append(f"| {name} | {cells} |")
+        bright, off = ([getattr(c, x) for c in changes] for x in ("brightness", "delta_e"))
+        lines.append(
+            f"| {name} | {min(bright):.2f} … {max(bright):.2f} | {min(off):.1f} … {max(off):.1f} |"
+        )
     baltic = named_waters()["baltic"].constituents
     shares = [printed.inelastic_shares(water) for water in (*waters.values(), baltic)]
-    inelastic = [
-        f"| {name} | " + " | ".join(f"{100 * x[name]:.2g} %" for x in shares) + " |"
-        for name in shares[0]
-    ]
+    every = {name: [100 * x[name] for x in shares] for name in shares[0]}
+    inelastic = "; ".join(f"{name}, {min(x):.2g} … {max(x):.2g} %" for name, x in every.items())
     gaining = ", ".join(f"{100 * printed.gaining_bands(w):.0f} %" for w in waters.values())
-    switched = ((), ("chlorophyll",), PROCESSES)
-    colours = [gutierrez_figures.water_colour(baltic, on) for on in switched]
-    swatches = ", ".join(_hex(np.ravel(x).tolist()) for x in colours)
-    head = "| | " + " | ".join(waters) + " |"
     return f"""## Gutierrez 2008: what Tables 1, 2 and 5 change
-Level open water at {gutierrez_figures.DEPTH:g} m in three waters of their Figure 2, closed form,
-clear sky, sun at {gutierrez_figures.SUN_ZENITH:g}°, the eye. Each line puts one printed element in
-place of ours: luminance over ours, ΔE2000 of the two colours made equally bright. The two-term
-phase function of detritus and minerals has no printed parameters; Petzold's average stands for it.
+Level open water at {gutierrez_figures.DEPTH:g} m in {" / ".join(waters)}, closed form, clear sky:
+luminance over ours with one printed element in place of ours, and ΔE2000 made equally bright.
 
-{grid(head, lines)}
+{grid("| | × luminance | ΔE2000 |", lines)}
 
-As printed, the phase function 1/π of phytoplankton integrates to 4: in {gaining} of the
-bands, in this order, scattering then gives back more light than is lost, and deep water has no
-solution. With HG without 1/(4π) it is 4π. Fraction of light of changed wavelength in the luminance
-there, with the absorption of water for the Raman coefficient, as §3.3.2 has it, and Table 5's
-quantum yield of phytoplankton, {printed.QUANTUM_YIELD:g}:
-
-{grid(head + " Baltic |", inelastic)}
-
-The paper has usually less than 2 % of inelastic light; with its Raman coefficient there would be
-far more, and the weight in its §4.1 is that of another.
-
-Parameters of CDOM's fluorescence are not legible in the text that we have, and not tried.
-
-**Figure 2**, **Figure 3**: our swatches are in [bio_optics.md](bio_optics.md). Theirs are lit by a
-point light of unprinted place and strength, and the constituents of the seas are not printed.
-**Figure 4**, Baltic without inelastic light, with chlorophyll's, with all: {swatches}; here too the
-sea is from other sources. The values of **Figure 5** are not in the text that we have; the weights
-of §4.1 are in [outside.md](outside.md).
+As printed, the phase function 1/π of phytoplankton integrates to 4: in {gaining} of the bands
+scattering then gives back more than is lost, and deep water has no solution. Fraction of inelastic
+light in the luminance, these waters and the Baltic: {inelastic}; *printed* has the absorption of
+water for the Raman coefficient (§3.3.2) and a quantum yield of {printed.QUANTUM_YIELD:g}. Their
+text has less than 2 %. CDOM's fluorescence and the values of Figure 5 are not legible in our copy;
+for Figures 2 to 4 see [bio_optics.md](bio_optics.md), for the weights of §4.1
+[outside.md](outside.md).
 """

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from ..node_groups import realtime_shade
 from ..scene.engines import engines
-from ..scene.seen.surroundings import PROBES, VOXELS, look_around
-from ..scene.water import shade, water_body
-from ..uw_spectral.shade.probes import RAYS, cast
+from ..scene.seen.surroundings import PROBES, look_around
+from ..scene.water import water_body
+from ..uw_spectral.shade.probes import RAYS
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.spectral_image import replacing
 from . import grey_scene
@@ -45,8 +45,6 @@ from ._shade_swim import Swum, swim
 
 FORMS: dict[str, dict[str, object]] = {
     "no shade": {"diffuse_shadows": False, "scene_floor": False},
-    "floor of the scene": {"diffuse_shadows": False, "scene_floor": True},
-    "shade without that floor": {"diffuse_shadows": True, "scene_floor": False},
     "shade": {"diffuse_shadows": True, "scene_floor": True},
 }
 _BLOCK = 3
@@ -64,7 +62,6 @@ class Result:
     halves: NDArray[np.float64]
     shaded: NDArray[np.bool_]
     pictures: dict[str, NDArray[np.float64]]
-    seconds: dict[str, float]
     open_share: list[Openness]
     cost: FrameCost | None
 
@@ -129,8 +126,7 @@ def measure(place: Place, keep: Path) -> Result:
     pictures = {name: develop(place.by_eevee(camera, **form)) for name, form in FORMS.items()}
     cost = None if place.name in ("slab", "box") else frame_cost(place, camera)
     return Result(
-        place, halves, place.shaded(camera), pictures, _seconds(place, camera),
-        _openness(place, camera), cost,
+        place, halves, place.shaded(camera), pictures, _openness(place, camera), cost,
     )  # fmt: skip
 
 
@@ -170,126 +166,74 @@ def _openness(place: Place, camera: bpy.types.Object) -> list[Openness]:
     return openness(around, -np.asarray(plan.solved_field().sun))
 
 
-def _seconds(place: Place, camera: bpy.types.Object) -> dict[str, float]:
-    """Seconds of the steps that make a shade, of 8 bands, on the clock."""
-    plan, depth = place.plan(1, bands=8), -camera.matrix_world.translation.z
-    field, weights = plan.solved_field(), np.ones((3, len(plan.bands)))
-    clearest, kept = float(plan.column.attenuation.min()), shade.Kept()
-    marks = [time.perf_counter()]
-    around = look_around(bpy.context.scene, camera, clearest, samples=kept.samples)
-    found = around.under_things()
-    marks.append(time.perf_counter())
-    if found is not None:
-        cast(*found, -np.asarray(field.sun), around.eyes, around.coarse)
-    marks.append(time.perf_counter())
-    shade.table_of(around, plan.bands, field, weights, depth, kept)
-    marks.append(time.perf_counter())
-    around = look_around(bpy.context.scene, camera, clearest, samples=kept.samples)
-    shade.table_of(around, plan.bands, field, weights, depth, kept)
-    marks.append(time.perf_counter())
-    surfaces, rays, everything, again = np.diff(marks)
-    return {"surfaces": surfaces, "rays": rays, "all": surfaces + everything, "again": again}
-
-
-def _row(result: Result, name: str) -> str:
-    error, shaded, noise = result.delta_e(name), result.in_shade, result.noise
-    off = np.sqrt(np.maximum(np.mean(error**2) - np.mean(noise**2), 0.0))
+def _row(result: Result) -> str:
+    error, shaded, noise = result.delta_e("shade"), result.in_shade, result.noise
     values = (
-        error.mean(), np.quantile(error, 0.95), error.max(), error[shaded].mean(),
-        error[~shaded].mean(), off, noise.mean(), noise[shaded].mean(),
+        result.delta_e("no shade").mean(), error.mean(), np.quantile(error, 0.95),
+        error[shaded].mean(), noise.mean(),
     )  # fmt: skip
-    bright = result.pictures[name].mean() / result.reference.mean() - 1.0
+    bright = result.pictures["shade"].mean() / result.reference.mean() - 1.0
     cells = " | ".join(f"{value:.2f}" for value in values)
-    return f"| {result.place.name} | {name} | {cells} | {100 * bright:+.0f} % |"
+    return f"| {result.place.name} | {cells} | {100 * bright:+.0f} % |"
 
 
 def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
     """Return the page; ``moves`` is its section about things that move."""
-    seen = "\n".join(
-        f"| {r.place.name} | {o.at} | {o.by} | {o.mean:.3f} | {o.most:.3f} | {o.bias:+.3f} |"
-        for r in results
-        for o in r.open_share
-    )
+    seen = []
+    for at, by in itertools.product(("points", "rays"), ("voxels", "probes")):
+        every = [o for r in results for o in r.open_share if (o.at, o.by) == (at, by)]
+        means, most = [o.mean for o in every], max(o.most for o in every)
+        seen.append(f"| {at} | {by} | {min(means):.3f} … {max(means):.3f} | {most:.3f} |")
     costs = "\n".join(
         f"| {r.place.name} | {r.cost.shaded / r.cost.without:.2f} | {r.cost.texels / 2**20:.1f} |"
         for r in results
         if r.cost is not None
     )
     steady = "\n".join(swum.rows())
-    rows = "\n".join(_row(result, name) for result in results for name in FORMS)
-    times = "\n".join(
-        f"| {r.place.name} | " + " | ".join(f"{s:.2f}" for s in r.seconds.values()) + " |"
-        for r in results
-    )
+    rows = "\n".join(map(_row, results))
     return f"""# Shade in the water
 
-Written by `python3 dev.py run -m benchmarks shade`.
-
-How it is done is in [physics](../physics.md#shade-between-objects): up to {PROBES} probes of {RAYS}
-rays each among voxels of a {VOXELS}rd of a probe's cell,
-around the camera, solved with the water's own light; the real-time shaders look the result up.
+Written by `python3 dev.py run -m benchmarks shade`. How it is done is in
+[physics](../physics.md#shade-between-objects): up to {PROBES} probes of {RAYS} rays each.
 
 ## Against Cycles
-Jerlov IB, default phase function, flat surface, clear sky, sun at 30°, {BANDS} bands, CIE 1931;
-pictures of {WIDTH} × {HEIGHT}, exposed for the light at the camera. The slab is 8 m wide, 4 m
-above sand; the box is open to one side; reef, wreck and cave are the example scenes, draft. The
-tunnel bends and has a hole in its roof; the jetty, in 3C, is a deck of planks on piles; the car, in
-II, has windows; the canyon has two walls and no roof. All have a seabed of their own. ΔE2000 of
-blocks of {_BLOCK} × {_BLOCK} pixels: mean, 95 %, worst,
-mean of the blocks that the sun does not reach, mean of the others; root of the mean square with the
-noise of Cycles taken off; and that noise itself, of all and of the shaded blocks, which is part of
-the other columns. Last, the brightness of the picture.
+Jerlov IB, flat surface, clear sky, sun at 30°, {BANDS} bands, {WIDTH} × {HEIGHT}; reef, wreck and
+cave are the example scenes, the jetty is in 3C, the car in II. ΔE2000 of blocks of {_BLOCK} ×
+{_BLOCK} pixels without shade and with it; *shaded*: where the sun does not reach; *noise*: of
+Cycles, in all of them; *bright*: of the picture. Wanted were 1.5 in the mean and 2.5 in shaded
+pixels.
 
-| scene | EEVEE | mean | 95 % | worst | shaded | lit | without noise | noise | shaded | bright |
-|---|---|---|---|---|---|---|---|---|---|---|
+| scene | no shade | shade | 95 % | shaded | noise | bright |
+|---|---|---|---|---|---|---|
 {rows}
-
-Wanted were 1.5 in the mean of each scene and 2.5 in shaded pixels.
-
-## Seconds to compute
-On two shared cores that do other work too, 8 bands: the whole once, and again for a frame in which
-nothing has moved. Wanted was 1 s for the whole.
-
-| scene | surfaces | rays | all | again |
-|---|---|---|---|---|
-{times}
 
 {moves}
 ## Seconds of a frame
-With shade over without it, as pictures of {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES}
-samples and 8 bands, rendered in turn on the software rasteriser, which does all of a graphics
-card's work on the processor. The table is an image of so many MiB. Wanted was 1.25.
+With shade over without it, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} samples, 8 bands, on
+the software rasteriser, and the table's image. Wanted was 1.25.
 
 | scene | ratio | MiB |
 |---|---|---|
 {costs}
 
 ## Visibility of the sky
-Fraction of the sky's directions that nothing covers, against casting rays at the meshes themselves:
-at random points of the box above the ground, and its mean over four places of rays of the camera.
-By the voxels along the same rays, and by the probes with their own. Mean error, 95 %, and mean with
-its sign. Wanted was 0.03.
+Error of the fraction of directions that nothing covers, against rays at the meshes, at random
+points and along rays of the camera: range of the scenes' means, worst 95 %. Wanted was 0.03.
 
-| scene | at | by | mean | 95 % | sign |
-|---|---|---|---|---|---|
-{seen}
+| at | by | mean | 95 % |
+|---|---|---|---|
+{chr(10).join(seen)}
 
 Voxels are full wherever a surface crosses them: plants and rails cover more than they do.
 
 ## A swim through the cave
-Change of the shade from frame to frame in the cave's {swum.frames} frames, both frames' tables seen
-by the same camera, so that nothing else changes: in the water along rays, and on what they meet;
-median, 95 %, worst. *Job* is what a render of all frames does: its frames share their probes.
-*Alone* is what a view does that knows no other frame: the cells are those of one lattice, and the
-box moves among them in blocks.
+Change of the shade from frame to frame, {swum.frames} frames, both seen by the same camera, in the
+water and on things. In a job frames share their probes; *alone* is a view that knows no other
+frame.
 
 | frames | where | median | 95 % | worst |
 |---|---|---|---|---|
 {steady}
-
-![The swim](shade_swim.jpg)
-
-## Pictures
 
 ![Cycles, no shade, shade](shade.jpg)
 """
@@ -305,18 +249,16 @@ def moving_report(found: Sequence[Place], folder: Path) -> str:
     frame = full_frame(Place("reef", of_file(file)))
     ratio = frame.water.wall / frame.plain.wall
     return f"""## Things that move
-Seconds on the clock / of both processors, 8 bands: the whole once, then the frame in the middle of
-five in which a fish of 0.19 m, a body of 1.8 × 0.5 × 0.5 m three metres and a half before the
-camera, or the camera (5 mm a frame) moves. Last, how far the light with the body is from what the
-frame is by itself, of what is less than 2 % of it that: of 999 numbers in a thousand, and worst.
-Wanted were 1 s, 0.1 s, 0.2 s, nothing, and 0.5 %.
+Seconds on the clock / of both processors, 8 bands: the whole, then frames in which a fish of
+0.19 m, a body of 1.8 m, or the camera (5 mm a frame) moves; how far the light with the body is from
+what the frame is by itself. Wanted were 1 s, 0.1 s, 0.2 s, nothing, and 0.5 %.
 
 {HEADER}
 {rows}
 
-The reef in full, 1.7 million triangles, {SIZE[0]} × {SIZE[1]} and {SAMPLES} sample, a fish moving,
-the least of three: EEVEE as it is takes {frame.plain} s, with water and shade {frame.water} s,
-{ratio:.2f} times as long. Wanted was twice.
+The reef in full, 1.7 million triangles, {SIZE[0]} × {SIZE[1]} and {SAMPLES} sample, a fish moving:
+EEVEE as it is takes {frame.plain} s, with water and shade {frame.water} s, {ratio:.2f} times as
+long. Wanted was twice.
 """
 
 
@@ -360,11 +302,11 @@ def main(arguments: Sequence[str]) -> None:
         print(moving_report(found, options.keep))
         return
     results = []
-    swum = swim(options.keep / "cave.blend", _ROOT / "docs" / "measured" / "shade_swim.jpg")
+    swum = swim(options.keep / "cave.blend")
     print("\n".join(swum.rows()), flush=True)
     for place in found:
         results.append(measure(place, options.keep))
-        print(_row(results[-1], "shade"), flush=True)
+        print(_row(results[-1]), flush=True)
     picture_sheet(results, _ROOT / "docs" / "measured" / "shade.jpg")
     moves = moving_report(found, options.keep)
     (_ROOT / "docs" / "measured" / "shade.md").write_text(
