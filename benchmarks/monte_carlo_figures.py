@@ -192,22 +192,21 @@ def main(arguments: list[str]) -> None:
     _draw_baltic(radiance, colours, shares, docs / "monte_carlo_baltic.png")
     profiles = {name: profile(name, photons, threads) for name in JERLOV_TYPES}
     _draw_profiles(profiles, docs / "monte_carlo_jerlov.png")
-    profile_rows = []
+    profile_rows, largest = [], 0.0
     for name, (Ed, error, Kd) in profiles.items():
-        for i, nm in enumerate(WAVELENGTHS):
-            found = mean_Kd(Ed[:, i])
+        off, furthest = [], []
+        for i in range(len(WAVELENGTHS)):
             kept = (Ed[:, i] > _LEFT) & (PROFILE_DEPTHS > 0)
             ratio = np.exp(-Kd[i] * PROFILE_DEPTHS[kept]) / Ed[kept, i]
-            off = 100 * (ratio[np.argmax(np.abs(np.log(ratio)))] - 1)
-            profile_rows.append(
-                f"| {name} | {nm:g} | {Kd[i]:.4f} | {found:.4f} "
-                f"| {100 * (Kd[i] / found - 1):+.1f} % | {off:+.0f} % "
-                f"| {100 * error[kept, i].max():.1f} % |"
-            )
+            off.append(f"{100 * (Kd[i] / mean_Kd(Ed[:, i]) - 1):+.1f}")
+            furthest.append(100 * (ratio[np.argmax(np.abs(np.log(ratio)))] - 1))
+            largest = max(largest, float(error[kept, i].max()))
+        far = max(furthest, key=abs)
+        profile_rows.append(f"| {name} | {' / '.join(off)} | {far:+.0f} |")
     newline = "\n"
-    events = newline.join(f"| {name} | {100 * share:.4f} % |" for name, share in shares.items())
-    codes = newline.join(
-        f"| {case} | `#{''.join(f'{round(255 * float(v)):02x}' for v in rgb)}` |"
+    events = newline.join(f"| {name} | {100 * share:.2f} |" for name, share in shares.items())
+    codes = ", ".join(
+        f"{case} `#{''.join(f'{round(255 * float(v)):02x}' for v in rgb)}`"
         for case, rgb in colours.items()
     )
     text = f"""# Published figures by Monte Carlo
@@ -218,39 +217,32 @@ simulation.
 ## Gutierrez et al. (2008), Figures 4 and 5: the Baltic
 ![Colour, radiance and events](monte_carlo_baltic.png)
 
-Seen at {CAMERA:g} m, 10° below level, mean over a cone of {CONE:g}°; clear sky, sun {SUN_ZENITH:g}°
-from the zenith, flat surface, {len(BANDS)} bands from 300 to 800 nm, quantum yield of chlorophyll
-0.02. Constituents as in [bio_optics.md](bio_optics.md).
-
-| events | sRGB, brightest channel at 0.8 |
-|---|---|
-{codes}
-
-Fraction of the radiance, 380 to 780 nm, and of its luminance. The paper reports about 2 %.
+Seen at {CAMERA:g} m, 10° below level, clear sky, sun at {SUN_ZENITH:g}°, quantum yield of
+chlorophyll 0.02, constituents as in [bio_optics.md](bio_optics.md). Colours: {codes}. Fraction of
+the radiance, 380 to 780 nm, and of its luminance; the paper reports about 2 %.
 
 | process | radiance | luminance |
 |---|---|---|
 {newline.join(share_rows)}
 
-Fraction of the ten events, each by the power of the light that it happens to. *chlorophyll light*
-and *cdom light* are the absorptions that can excite; at most two in a hundred emit, the others end
-as heat. What is left to *absorption by phytoplankton* cannot excite.
+Fraction of the ten events by the power of the light; *chlorophyll light* and *cdom light* are the
+absorptions that can excite, of which at most two in a hundred emit.
 
-| event | fraction |
+| event | % |
 |---|---|
 {events}
 
 ## Monzon et al. (2024), Figure 15: irradiance profiles of the Jerlov types
 ![Profiles](monte_carlo_jerlov.png)
 
-Monte Carlo from a and b of Solonenko & Mobley (2015) with the default phase function, flat surface,
-sun at {SUN_ZENITH:g}° in a black sky, against exp(-Kd y) with the Kd of the same source.
-Depths to {PROFILE_DEPTHS[-1]:g} m where more than 1 % of the light is left; *Monte Carlo* Kd is a
-regression over them, *furthest off* the ratio of exp(-Kd y) to the Monte Carlo that is furthest
-from 1.
+Kd published with a and b of Solonenko & Mobley (2015) over that of the Monte Carlo, default phase
+function, sun at {SUN_ZENITH:g}° in a black sky, in % at
+{" / ".join(f"{nm:g}" for nm in WAVELENGTHS)} nm; then the ratio of exp(-Kd y) to the Monte Carlo
+that is furthest from 1, down to 1 % of the light or {PROFILE_DEPTHS[-1]:g} m, in % (standard error
+at most {100 * largest:.1f} %).
 
-| type | nm | Kd published | Kd Monte Carlo | difference | furthest off | standard error, largest |
-|---|---|---|---|---|---|---|
+| type | Kd | furthest off |
+|---|---|---|
 {newline.join(profile_rows)}
 """
     (docs / "monte_carlo_figures.md").write_text(text, encoding="utf-8")

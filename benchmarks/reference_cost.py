@@ -291,19 +291,8 @@ def _is_right(found: dict[str, float]) -> bool:
     return abs(found["bias"]) <= _ALLOWED + 2.0 * found["error"]
 
 
-def _percent(found: dict[str, float]) -> str:
-    return f"{100 * found['bias']:+.1f} ± {100 * found['error']:.1f}"
-
-
-def _bias_and_gain(found: dict[str, dict[str, dict[str, float]]], name: str) -> str:
-    """Say how far a setting changes cost and mean in the waters."""
-    biases = [100 * by[name]["bias"] for by in found.values()]
-    return f"{_gain(found, name)} at a bias of {min(biases):+.1f} to {max(biases):+.1f} %"
-
-
-def _gain(found: dict[str, dict[str, dict[str, float]]], name: str) -> str:
-    costs = [_cost(by[name]) / _cost(by[_PLAIN.name]) for by in found.values()]
-    return f"it costs {min(costs):.2f} to {max(costs):.2f} times as much"
+def _range(values: Sequence[float], form: str) -> str:
+    return f"{min(values):{form}} … {max(values):{form}}"
 
 
 def _rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -315,59 +304,42 @@ def report(values: dict[str, dict[str, float]]) -> str:
     """Return the page."""
     names = [setting.name for setting in _SETTINGS]
     found = {w: {name: values[f"{w}: {name}"] for name in names} for w in WATERS}
-    kinds = {
-        "cost": [_SHARED.name, _PLAIN.name, *names[2:7]],
-        "small": names[7:-1],
-    }
-    costs, small, biases, bounces, denoised, best = [], [], [], [], [], []
-    for water, by in found.items():
-        where = f"{water} {WATERS[water]:g} m"
-        plain = _cost(by[_PLAIN.name])
-        costs.append([where, *(f"{_cost(by[name]):.2g}" for name in kinds["cost"])])
-        small.append([where, *(f"{_cost(by[name]) / plain:.2f}" for name in kinds["small"])])
-        biases.append([where, *(_percent(by[n]) for n in names[:-1] if n != "HG 0.9")])
-        last = by["denoised"]
-        before, after = by[_PLAIN.name]["rms"], last["rms"]
-        worth = f"{(before / after) ** 2:.0f}"
-        denoised.append(
-            [where, f"{100 * before:.0f} %", f"{100 * after:.0f} %", worth, _percent(last)]
-        )
-        view = _scene(water).plan(1).viewpoint(WATERS[water])
-        bounds = lost_beyond(view, (32, 16))
-        lost = [-100 * by[f"{count} bounces"]["bias"] for count in (32, 16)]
-        pairs = zip(lost, 100 * bounds, strict=True)
-        bounces.append([where, *(f"{x:.2f}" for pair in pairs for x in pair)])
-        unbiased = [n for n in names[:-1] if n != "HG 0.9" and _is_right(by[n])]
-        first, second = sorted(unbiased, key=lambda n: _cost(by[n]))[:2]
-        gains = [plain / _cost(by[name]) for name in (first, second)]
-        best.append([where, f"{first}, {gains[0]:.1f} ×", f"{second}, {gains[1]:.1f} ×"])
+    shown = (_SHARED.name, _PLAIN.name, "exact peak", "HG 0.9", _GUIDED.name)
+    costs = [
+        [f"{water} {WATERS[water]:g} m", *(f"{_cost(by[name]):.2g}" for name in shown)]
+        for water, by in found.items()
+    ]
+    settings = []
+    for name in names[:-1]:
+        every = [by[name] for by in found.values()]
+        gains = [_cost(by[name]) / _cost(by[_PLAIN.name]) for by in found.values()]
+        bias = "–" if name == "HG 0.9" else _range([100 * x["bias"] for x in every], "+.1f")
+        error = "–" if bias == "–" else f"{100 * max(x['error'] for x in every):.1f}"
+        settings.append([name, _range(gains, ".2g"), bias, error])
+    views = [_scene(water).plan(1).viewpoint(WATERS[water]) for water in found]
+    bounds = 100 * np.max([lost_beyond(view, (32, 16)) for view in views], axis=0)
+    lost = [
+        max(-100 * by[f"{count} bounces"]["bias"] for by in found.values()) for count in (32, 16)
+    ]
+    last = [by["denoised"] for by in found.values()]
+    before = [by[_PLAIN.name]["rms"] for by in found.values()]
+    worth = [(rms / x["rms"]) ** 2 for rms, x in zip(before, last, strict=True)]
     shared = [
         _cost(by[_PLAIN.name]) / _cost(by[_SHARED.name])
         for by in found.values()
         if by[_SHARED.name]["bands"] > 1
     ]
-    tables = {
-        "costs": _rows(("water", *kinds["cost"]), costs),
-        "best": _rows(("water", "cheapest", "second"), best),
-        "small": _rows(("water", *kinds["small"]), small),
-        "biases": _rows(("water", *(n for n in names[:-1] if n != "HG 0.9")), biases),
-        "bounces": _rows(("water", "lost by 32", "bound", "lost by 16", "bound"), bounces),
-        "denoised": _rows(("water", "error", "denoised", "worth samples ×", "bias, %"), denoised),
-    }
     return _PAGE.format(
         low=min(shared), high=max(shared), middle=float(np.median(shared)), count=len(shared),
         samples=_SAMPLES, training=_GUIDING["guiding_training_samples"], seeds=len(_SEEDS),
         width=_solved_scenes.WIDTH, height=_solved_scenes.HEIGHT,
-        floor=_solved_scenes.FLOOR_REFLECTANCE, below=_solved_scenes.FLOOR_BELOW,
         view=_solved_scenes.FIELD_OF_VIEW, sun=_SUN, from_sun=FROM_SUN, streams=_STREAMS,
-        bands=_BANDS, noise=100 * _NOISE, allowed=100 * _ALLOWED, spread=100 * LARGEST_SPREAD,
-        waters=len(found), guided=_bias_and_gain(found, "path guiding"),
-        short=_bias_and_gain(found, _GUIDED.name),
-        on_surfaces=_bias_and_gain(found, "path guiding, surfaces only"),
-        tree=_gain(found, "light tree off"),
-        roulette=_bias_and_gain(found, "roulette after 4 bounces"),
-        clamped=_bias_and_gain(found, "indirect clamp 10"),
-        clamp=max(abs(100 * by["indirect clamp 1"]["bias"]) for by in found.values()), **tables,
+        bands=_BANDS, noise=100 * _NOISE, spread=100 * LARGEST_SPREAD,
+        waters=len(found), lost=lost, bounds=bounds, costs=_rows(("water", *shown), costs),
+        settings=_rows(("setting", "cost", "bias, %", "standard error"), settings),
+        error=_range([100 * x for x in before], ".0f"),
+        denoised=_range([100 * x["rms"] for x in last], ".0f"), worth=_range(worth, ".0f"),
+        bias=_range([100 * x["bias"] for x in last], "+.1f"),
     )  # fmt: skip
 
 
@@ -381,64 +353,33 @@ passes*:
 
 {costs}
 
-Noise: standard deviation of a pixel over the mean of the picture, between {seeds} seeds of
-{samples} samples; the seconds are extrapolated, as 1/√N. Where there are rare bright paths (the
-exact peak above all) both are too low. Other work shared the core: **differences below 20 % are
-none.** A band of *shared passes* and of HG 0.9 is a third of a pass of three.
-
 Camera at the depth given, {width} × {height} pixels, level, {view:g}° wide, those within
-{from_sun:g}° of the sun left out; flat surface, clear sky, sun at {sun:g}°, floor of reflectance
-{floor:g} {below:g} m below, nothing else in sight. Of {bands} bands the one at 531 nm is compared.
-
-## Verdict
-The cheapest two whose bias is at most {allowed:g} % and twice its standard error; HG 0.9 is another
-phase function, and the denoiser is below. Gains are over the bounded peak with a band a pass.
-
-{best}
+{from_sun:g}° of the sun left out; flat surface, clear sky, sun at {sun:g}°, the band at 531 nm of
+{bands}. Noise is that between {seeds} seeds of {samples} samples, extrapolated as 1/√N, too low
+where there are rare bright paths (the exact peak). **Differences below 20 % are none.**
 
 - **Shared passes** ({count} of {waters} waters here): {low:.1f} to {high:.1f} times cheaper, median
-  {middle:.1f}. The default; `--no-share-passes` gives bands of unlike phase functions a pass each.
-  Bands share where bb/b and 1 - g differ by less than {spread:g} %; by the solver, the mean
-  radiance of a band and Eu stay within 0.5 % and 1 % (`uw_spectral.water.shared_phase`).
-- **Path guiding** stays off. With volumes guided,
-  {guided}.
-  With surfaces only, {on_surfaces};
-  trained on 16 samples instead of {training}, {short}.
-  It gains in the clearest waters, which are the cheapest anyway, loses in the turbid ones, and took
-  300 MB more for 480 × 270 pixels of 3C, tried once by hand: it is not switched on by the water.
-- **Bounces**: fewer save little, for Cycles ends most paths early. What they lose is below.
-- **Roulette** stays where Cycles has it, from the first bounce on: with four bounces before it,
-  {roulette}.
-- **Light tree**: everything here is with it. Without it pictures are the same to the last bit and
-  {tree}; it is off where nothing but the sun is sampled.
-- **Clamping** indirect light at 10: {clamped};
-  at 1 the bias is up to {clamp:.0f} %.
-
-## Small settings
-CPU seconds at the same noise against the bounded peak with a band a pass:
-
-{small}
+  {middle:.1f}. Bands share where bb/b and 1 - g differ by less than {spread:g} %; the mean radiance
+  of a band and Eu stay within 0.5 % and 1 % (`uw_spectral.water.shared_phase`).
+- **Path guiding** stays off: it gains in the clearest waters, which are the cheapest anyway, loses
+  in the turbid ones, and took 300 MB more for 480 × 270 pixels of 3C.
+- **Roulette** stays where Cycles has it. The **light tree** changes no bit of the picture and is
+  off where nothing but the sun is sampled. **Fewer bounces** save little.
 
 ## Bias
-Of the mean, %, ± its standard error. Light tree, bounces and clamps: against the same random
-numbers without them; the others: against the solution with the exact peak, {streams} streams.
-Path guiding was trained on the first {training} samples, with short training on 16.
+Range over the waters of the cost, over the bounded peak with a band a pass, and of the bias of the
+mean: light tree, bounces and clamps against the same random numbers, the others against the
+solution with {streams} streams. Guiding trains on {training} samples, short training on 16.
 
-{biases}
+{settings}
 
-## Bounces
-Light lost, %, and the bound by which Auto chooses (`quality.light_reach.lost_beyond`), which is of
-the luminance of all bands:
-
-{bounces}
+By 32 bounces at most {lost[0]:.2f} % are lost, by 16 {lost[1]:.2f} %; the bounds by which Auto
+chooses (`quality.light_reach.lost_beyond`) are {bounds[0]:.2f} and {bounds[1]:.2f} % there.
 
 ## Denoiser
-OpenImageDenoise with albedo and normal, after {samples} samples, against the solved picture, pixel
-by pixel: root mean square error over the mean. Worth: the samples that would do the same without
-it; that is of this picture alone, which is smooth and without textures. Bias: of the mean, against
-the same picture not denoised.
-
-{denoised}
+OpenImageDenoise after {samples} samples against the solved picture: error {error} % before,
+{denoised} % after, worth {worth} times the samples in this smooth picture; bias of the mean {bias}
+%. See [denoising](denoising.md).
 """
 
 

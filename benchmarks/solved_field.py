@@ -26,8 +26,6 @@ from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from . import path_radiance_table
-from ._canonical import PROBLEMS, canonical_field, canonical_values
-from ._canonical import STREAMS as STREAMS_OF_PROBLEMS
 
 CASES = 200
 STREAMS = (8, 16, 24, 32, 48)
@@ -143,19 +141,6 @@ def _accuracy() -> str:
     return "\n".join(lines)
 
 
-def _canonical() -> str:
-    lines = ["| problem, case | depth, m | quantity | solved | models: mean | scatter |",
-             "|---" * 6 + "|"]  # fmt: skip
-    for problem, case in PROBLEMS:
-        field = canonical_field(problem, case)
-        lines += [
-            f"| {problem}, {case} | {x.depth:g} | {x.quantity} | {x.found(field):.3g} "
-            f"| {x.mean:.3g} | {100 * x.scatter:.2g} % |"
-            for x in canonical_values(problem, case)
-        ]
-    return "\n".join(lines)
-
-
 def _aureole() -> str:
     worst = dict.fromkeys((24, 32), np.zeros(len(RINGS)))
     for water, nm, zenith in itertools.product(("IB", "II", "3C"), (480.0, 560.0), (10, 30, 60)):
@@ -224,67 +209,47 @@ def main(_: list[str]) -> None:
     text = f"""# The light field, solved
 
 `uw_spectral.transfer.discrete_ordinates` solves layered water with a refracting surface, sun and
-sky, for all bands at once, in numpy. The read-outs of water in layers come from it, with 16
-streams, and the pictures of EEVEE, which looks it up in tables (`radiance_table`) made with 24.
-Written by `python3 dev.py run -m benchmarks solved_field`.
+sky, for all bands at once: read-outs of water in layers come from it with 16 streams, EEVEE's
+tables with 24. Written by `python3 dev.py run -m benchmarks solved_field`.
 
 ## Against another solver
-Relative errors in %, against PythonicDISORT ({REFERENCE_STREAMS} streams, delta-M, Nakajima-Tanaka
-correction, single scattering by the true phase function) on {CASES} random cases: ten Jerlov types,
-400 to 700 nm, {", ".join(_PHASES)}; sun at 2 to 78° in the water, camera at 0.2 to 30 m, black and
-bright floors 1 to 10 m below it; index-matched surface, black sky. Irradiances below {_FAINT:g} of
-the sun's are compared with that. Radiances in
-{_ELEVATIONS * len(_AZIMUTHS)} directions each, more than {FROM_SUN:g}° from the sun.
+Relative errors in %, against PythonicDISORT ({REFERENCE_STREAMS} streams) on {CASES} random cases:
+ten Jerlov types, five phase functions, sun at 2 to 78° in the water, camera at 0.2 to 30 m, floors 1 to 10 m
+below it, index-matched surface, black sky; radiances more than {FROM_SUN:g}° from the sun.
 
 {_accuracy()}
 
-## Canonical problems
-C. D. Mobley et al. (1993), conditions in `data/mobley1993_canonical.csv`; {STREAMS_OF_PROBLEMS}
-streams. Where Lu of the models scatters, converged solutions (128 streams) are 1.706e-3 (problem 1,
-case 1, 0.8 m), 1.296e-5 (1, 1, 4 m), 7.87e-7 (2, 1, 4 m) and 3.115e-3 (2, 2, 0.5 m). Problem 4
-leaves the atmosphere to each model: [what that makes](outside.md).
-
-{_canonical()}
+Canonical problems of Mobley et al. (1993): [outside.md](outside.md#canonical-problems). Converged
+solutions of their Lu (128 streams) are 1.706e-3 (problem 1, case 1, 0.8 m), 1.296e-5 (1, 1, 4 m),
+7.87e-7 (2, 1, 4 m) and 3.115e-3 (2, 2, 0.5 m).
 
 ## Close to the sun
-Delta-M counts light that the forward peak scatters as direct. Within 3° of the sun that is too
-bright: in 3C at 560 nm, 5 m, by 68 % at 1° and 16 % at 2° (32 streams). The light scattered once
-gets a factor that holds all orders of scattering at small angles (`aureole.aureole_factor`); it
-depends on the angle to the sun and the depth, and fades between 10° and 15°. Worst errors in %
-of means over rings around the sun, against {RING_STREAMS} streams: IB, II and 3C at 480 and 560 nm,
-1, 5 and 15 m deep, sun at 10°, 30° and 60°, default phase function.
+Delta-M takes light of the forward peak for direct: in 3C at 560 nm, 5 m, 68 % too bright at 1° and
+16 % at 2°, which a factor mends (`aureole.aureole_factor`). Worst errors of means over rings in %,
+against {RING_STREAMS} streams: IB, II and 3C, 480 and 560 nm, 1 to 15 m, sun at 10 to 60°.
 
 {_aureole()}
 
 ## Limits
-- Phase functions with a peak backwards that the streams do not resolve (`hg:-0.999`,
-  `tthg:0.999,-0.999,0.5`) ring: radiances, and irradiances in thin water, may be below 0. The
-  tables hold no negative light.
-- `hg:0.99` and narrower leave ripples around the peak, of some percent; below a sun at the horizon
-  without refraction dark directions may be negative by 1e-6 of the brightest.
-- Level rays in clear, shallow water: the path to the surface or the floor changes by orders of
-  magnitude within a degree, which the tables smooth.
-- Within 10° of the sun the tables smooth the light of the streams: by up to 7 % in 3C at 5 m, 3 %
-  in IB and II.
-- A band that inelastic light outlives is tabulated with the rate of the light before: up to 20 %
-  off where the two meet, and less than 2 % of the brightest band.
-- Elsewhere, over a and b of 0 to 50 1/m, floors of 0.05 to 1000 m and deep, any sun and sky, what
-  is looked up in one water differs from the solved field by less than 25 % of the mean radiance of
-  the brightest band there, in nine columns of ten by less than 10 %. Nothing is promised below 1e-7
-  of the light that enters. Water in layers has [a page of its own](layered_water.md).
-- The albedo is held at 1 - 1e-8: white water of 1e4 scatterings loses 1e-3 of what enters.
+- Phase functions with a narrow peak backwards (`hg:-0.999`) ring: radiances, and irradiances in
+  thin water, may be below 0. `hg:0.99` and narrower leave ripples of some percent.
+- The tables smooth level rays in clear, shallow water, and light within 10° of the sun by up to 7 %
+  in 3C at 5 m, 3 % in IB and II. Elsewhere (a and b to 50 1/m, any floor, sun and sky) what is
+  looked up differs from the solved field by less than 25 % of the mean radiance of the brightest
+  band there, in nine columns of ten by less than 10 %; nothing is promised below 1e-7 of the light
+  that enters. Layers: [layered_water.md](layered_water.md), waves:
+  [rough_surface.md](rough_surface.md).
+- A band that inelastic light outlives is up to 20 % off where the two meet, less than 2 % of the
+  brightest band. The albedo is held at 1 - 1e-8: white water of 1e4 scatterings loses 1e-3.
 
 ## Cost
-Eight bands, default phase function, flat surface, clear sky; CPU time of one process, minimum of
-three. The grid is 24 depths, 48 elevations, 32 azimuths.
+Eight bands, clear sky; CPU time of one process, minimum of three; the grid is 24 depths, 48
+elevations, 32 azimuths.
 
 {_cost()}
 
-Waves are an average over them: [rough_surface.md](rough_surface.md).
-
-The surface, skylight and floor are checked against the Monte Carlo solver in
-`tests/uw_spectral/transfer/test_discrete_ordinates.py`, with the furnace, Gershun's law, and layers
-of one water that must be one layer.
+Surface, skylight and floor are held to the Monte Carlo, furnace and Gershun's law in
+`tests/uw_spectral/transfer/test_discrete_ordinates.py`.
 """
     (path_radiance_table.ROOT / "docs" / "measured" / "solved_field.md").write_text(
         text, encoding="utf-8"

@@ -439,7 +439,6 @@ def main(arguments: Sequence[str]) -> None:
         [(s, c) for s in scenes for c in wanted(s)],
         lambda scene, c, setting: kept_path(chosen.keep, scene, c, setting),
     )
-    print(_tradeoff_report.table(results))
     if not (chosen.quick or chosen.no_cycles):
         docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
         _tradeoff_report.write(results, docs, options.reference_samples)
