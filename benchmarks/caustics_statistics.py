@@ -316,16 +316,14 @@ def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:
 
 def main(_arguments: list[str]) -> None:
     """Measure everything and write docs/measured/caustics.md and docs/measured/caustics.png."""
-    lines = ["| depth, m | sea 443 / 532 / 670 nm | " + " | ".join(
-        f"{wind:g} m/s" for wind in DARECKI_WINDS) + " |", "|---|---|" + "---|" * 3]  # fmt: skip
+    lines = [
+        "| depth, m | " + " | ".join(f"{w:g} m/s" for w in DARECKI_WINDS) + " |",
+        "|---" * 4 + "|",
+    ]
     found = [against_darecki(wind) for wind in DARECKI_WINDS]
     depths, cv, _ = found[0]
     for i, depth in enumerate(depths.tolist()):
-        cells = [" / ".join(f"{v:.3f}" for v in cv[i])]
-        cells += [
-            " / ".join(f"{v:.3f} (×{v / m:.2f})" for v, m in zip(model[i], cv[i], strict=True))
-            for _, _, model in found
-        ]
+        cells = [" / ".join(f"{x:.2f}" for x in model[i] / cv[i]) for _, _, model in found]
         lines.append(f"| {depth:g} | " + " | ".join(cells) + " |")
     darecki = "\n".join(lines)
     inside = [int(np.sum(np.abs(model / cv - 1) <= 0.3)) for _, _, model in found]
@@ -334,13 +332,10 @@ def main(_arguments: list[str]) -> None:
         for zenith, sea, sd, model in against_gernez()
     )
     crests = "\n".join(
-        f"| {depth:g} | " + " | ".join(" / ".join(f"{v:.2f}" for v in x) for x in found_there)
+        f"| {depth:g} | " + " | ".join(f"{x[1]:.2f}" for x in found_there)
         + " |" for depth, *found_there in sharp_crests(DARECKI_WINDS[1])
     )  # fmt: skip
-    near = "\n".join(
-        f"| {depth:g} | {linear:.3f} | {choppy:.3f} | ×{choppy / linear:.2f} |"
-        for depth, linear, choppy in near_the_surface(DARECKI_WINDS[1])
-    )
+    near = [choppy / linear for _, linear, choppy in near_the_surface(DARECKI_WINDS[1])]
     slopes = "\n".join(
         f"| {wind:g} | {_pair(slope_variance_CoxMunk1954(wind))} | "
         f"{_pair(WaveSpectrum(wind).slope_variance())} | {_published(wind):.4f} |"
@@ -348,14 +343,11 @@ def main(_arguments: list[str]) -> None:
     )
     traces = []
     for wind in TRACE_WINDS:
-        for depth in TRACE_DEPTHS:
-            pattern, photons = traced(wind, depth)
-            traces.append(
-                f"| {wind:g} | {depth:g} | {pattern.std():.3f} | {photons.std():.3f} | "
-                f"{pattern.max():.1f} / {photons.max():.1f} | "
-                f"{histogram_distance(pattern, photons):.3f} | "
-                f"{np.corrcoef(pattern.ravel(), photons.ravel())[0, 1]:.3f} |"
-            )
+        pairs = [traced(wind, depth) for depth in TRACE_DEPTHS]
+        cv_off = max(abs(a.std() / b.std() - 1.0) for a, b in pairs)
+        apart = max(histogram_distance(*pair) for pair in pairs)
+        alike = min(np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in pairs)
+        traces.append(f"| {wind:g} | {100 * cv_off:.1f} % | {apart:.3f} | {alike:.3f} |")
     jacobians = []
     sun = sun_travel_direction(0.0, 0.0)
     for depth in (0.05, 0.5, 2.0, 10.0):
@@ -365,7 +357,7 @@ def main(_arguments: list[str]) -> None:
             jacobian_pattern(waves, sun, depth, 512),
         )
         jacobians.append(
-            f"| {depth:g} | {splat.mean():.6f} | {cheap.mean():.2f} | "
+            f"| {depth:g} | {cheap.mean():.2f} | "
             f"{np.corrcoef(splat.ravel(), cheap.ravel())[0, 1]:.2f} |"
         )
     layers = []
@@ -381,7 +373,7 @@ def main(_arguments: list[str]) -> None:
     figure(ROOT / "docs" / "measured" / "caustics.png", found)
     text = _TEXT.format(
         darecki=darecki, inside=", ".join(map(str, inside)), gernez=gernez, slopes=slopes,
-        crests=crests, near=near, seeds=_CREST_SEEDS,
+        crests=crests, low=min(near), high=max(near), seeds=_CREST_SEEDS,
         traces="\n".join(traces), jacobians="\n".join(jacobians), layers="\n".join(layers),
         seconds=seconds,
         mild=DARECKI_WINDS[0], middle=DARECKI_WINDS[1], fresh=DARECKI_WINDS[2],
@@ -401,70 +393,43 @@ def _published(wind: float) -> float:
 
 _TEXT = """# Caustics
 
-Written by `python3 dev.py run -m benchmarks caustics_statistics`; every number is measured.
+Written by `python3 dev.py run -m benchmarks caustics_statistics`.
 
 ![One sea at three depths; coefficient of variation against the sea](caustics.png)
 
-## How it works
-
-- Waves: spectrum of Elfouhaily et al. (1997), shorter waves scaled to the slope variance of
-  Cox & Munk (1954), realised on a periodic tile (`uw_spectral/surface/waves.py`).
-- Rays of a grid are refracted by the waves, deposited on the plane below and blurred by the
-  refracted disc of the sun and by the waves that the grid leaves out (`caustic_pattern`).
-- Scattering by small angles takes the contrast of each band, by the Legendre moments of its
-  phase function; the sky and the diffuse light are not modulated (`SunlitWater`). Nothing is
-  fitted to the measurements below.
+Waves of Elfouhaily et al. (1997) on a tile, shorter ones scaled to the slopes of Cox & Munk (1954);
+refracted rays, blurred by the sun's disc and by finer waves (`caustic_pattern`); scattering takes
+contrast by the moments of the phase function (`SunlitWater`). Nothing is fitted.
 
 ## Against the sea: Darecki et al. 2011
 
-Coefficient of variation of Ed; sun at 31.5°, collector 2.5 mm, the range of wind of the
-caption. Of the water only c(555) = 0.68 1/m is published: b = 0.61 (555/λ) 1/m and an
-absorption model at the chlorophyll that belongs to it; Fournier-Forand and molecular mixture;
-SPECTRL2 sky.
+Variation of Ed, modelled over measured, at 443 / 532 / 670 nm, sun at 31.5°, collector 2.5 mm. Of
+the water only c(555) is published. Target: within 30 %.
 
 {darecki}
 
-Within ± 30 %: {inside} of 18 values at {mild:g}, {middle:g} and {fresh:g} m/s; at {middle:g} m/s
-these are the depths to 3.8 m. The order of the wavelengths comes out right; the fall with depth
-is too slow, at all wavelengths alike: too weak at 0.9 m unless the wind is low, up to 1.8 times
-too strong at 7 to 10 m. **The target is missed there.**
-The cause is most likely the b that was taken from c: a c-meter does not see what is scattered by
-less than its acceptance angle, a quarter of it. With that, and Ed of the solved field below, the
-model is within 19 % at 5.25 m/s from 2.8 to 9.6 m
-([tested one by one](outside.md#caustics-what-makes-them-too-strong)); near the surface it stays
-too weak.
+{inside} of 18 values are within at {mild:g}, {middle:g} and {fresh:g} m/s: too weak at 0.9 m unless
+the wind is low, up to 1.8 times too strong at 7 to 10 m, **missed there**. The cause is most likely
+what a c-meter does not see of b ([one by one](outside.md#caustics-what-makes-them-too-strong)).
 
 ### Sharp crests do not mend it
 
-A linear surface has no sharp crests; with the horizontal displacement of Nouguier et al. (2009)
-it has, and slope variance grows by 2 % only. The hypothesis was that they bring the contrast that
-is missing above 2 m. Modelled over measured at 443 / 532 / 670 nm, {middle:g} m/s, {seeds} seas;
-in the last two columns b is larger by what a c-meter does not see:
+Choppy waves (Nouguier et al. 2009) were to bring the contrast that is missing above 2 m. The same
+ratio at 532 nm, {middle:g} m/s, {seeds} seas; last, with b that a c-meter does not see:
 
 | depth, m | linear | choppy | linear, c-meter | choppy, c-meter |
 |---|---|---|---|---|
 {crests}
 
-**Refuted:** choppy waves lower the contrast by a tenth at all depths, so what is too strong below
-becomes better and what is too weak above becomes worse. Crests are the lenses that
-gather light; a sharp one is a shorter lens of smaller area, and between them the water is flatter.
-The pattern alone (no scattering) shows the same down to where ripples focus:
-
-| depth, m | linear | choppy | ratio |
-|---|---|---|---|
-{near}
-
-± 15 % from 0.8 to 10 m is reached by none of the four. Nearest are linear waves in the second
-water, within 19 % from 2.8 m down.
+**Refuted:** they lower the contrast by a tenth at all depths, the pattern alone to × {low:.2f} to
+{high:.2f}: a sharp crest is a shorter lens of smaller area. ± 15 % from 0.8 to 10 m is reached by
+none; nearest are linear waves in the second water, within 19 % from 2.8 m down.
 
 ## Against the sea: Gernez & Antoine 2009
 
-510 nm, 2.7 to 3.7 m (3.2 m here), collector 8 mm, the diffuse fraction of the sky that they print.
-Wind and water of each sun angle are not published together: 5 m/s, chlorophyll 0.3 mg/m³.
-Neither is met: the model is 1.6 to 1.9 times the medians of the buoy, and falls too little with the
-sun, to 0.59 of the highest where the sea falls to 0.49. A record that does not resolve a third of a
-second explains the first at a high sun and half of it at a low one
-([what makes caustics too strong](outside.md#caustics-what-makes-them-too-strong)).
+510 nm, 3.2 m, collector 8 mm, their sky; wind 5 m/s and chlorophyll 0.3 mg/m³ are not published.
+**Missed**: the model is 1.6 to 1.9 times the sea, of which a slow record explains all at a high sun
+and half at a low one.
 
 | sun zenith | sea | model | ratio |
 |---|---|---|---|
@@ -472,40 +437,32 @@ second explains the first at a high sun and half of it at a low one
 
 ## Slope variance
 
-Along + across the wind. Cox & Munk give a scatter of ± 0.004 (along, and sum) and ± 0.002 (across).
+Along + across the wind; the scatter of Cox & Munk is ± 0.004 (along, sum) and ± 0.002.
 
-| wind, m/s | Cox & Munk 1954 | spectrum used | Elfouhaily 1997 as published, sum |
+| wind, m/s | Cox & Munk 1954 | spectrum used | Elfouhaily 1997, sum |
 |---|---|---|---|
 {slopes}
 
 ## Against a photon trace
 
-8 million photons through the same waves, 30° sun, into 128 × 128 bins of a 4 m tile. The last
-two columns: largest difference of the cumulative histograms, correlation bin by bin (photon
-noise alone takes it below 1).
+8 million photons through the same waves, sun at 30°, 0.5 to 10 m: worst of four depths (photon
+noise alone takes the correlation below 1).
 
-| wind, m/s | depth, m | CV | CV, photons | largest value, both | histogram | correlation |
-|---|---|---|---|---|---|---|
+| wind, m/s | CV off | cumulative histogram off | correlation |
+|---|---|---|---|
 {traces}
 
-## Splatting or Jacobian
+The Jacobian of the ray map instead of rays, 5 m/s (a mean of 1 keeps the energy):
 
-5 m/s, sun overhead. The Jacobian of the ray map, evaluated where the ray enters, keeps the
-energy only before the first focus and knows one of the many rays that meet in a point.
-
-| depth, m | mean, splatting | mean, Jacobian | correlation |
-|---|---|---|---|
+| depth, m | mean | correlation |
+|---|---|---|
 {jacobians}
 
 ## One grey image for all bands and depths
 
-Octave layers from 1 to 16 m, blended in log depth; error of the CV of Ed at 443 / 532 / 670 nm in
-%, with the gain of `CausticLayers.contrast`, and plainly blended. In water as turbid as this the
-gain is held at its bound of 1.5 from 2.8 m down, where nearly all light has been scattered:
-caustics are drawn weaker there than they are. A higher bound does not mend it: the gain that is
-missing is 2.0 at 2.8 m, 4.3 at 5.7 m and 27 at 11 m (443 nm), on a sun whose share of the light is
-0.19, 0.05 and 0.004, and sunlight cannot be less than none. What carries the pattern by then is
-forward-scattered light that counts as diffuse.
+Octave layers blended in log depth; error of the CV of Ed at 443 / 532 / 670 nm in %, with the gain
+of `CausticLayers.contrast` and plainly blended. In turbid water the gain is held at 1.5 from 2.8 m
+down, where hardly any sun is left: **caustics are too weak there**.
 
 | depth, m | with gain | plain |
 |---|---|---|

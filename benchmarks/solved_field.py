@@ -214,8 +214,9 @@ tables with 24. Written by `python3 dev.py run -m benchmarks solved_field`.
 
 ## Against another solver
 Relative errors in %, against PythonicDISORT ({REFERENCE_STREAMS} streams) on {CASES} random cases:
-ten Jerlov types, five phase functions, sun at 2 to 78° in the water, camera at 0.2 to 30 m, floors 1 to 10 m
-below it, index-matched surface, black sky; radiances more than {FROM_SUN:g}° from the sun.
+ten Jerlov types, five phase functions, sun at 2 to 78° in the water, camera at 0.2 to 30 m,
+floors 1 to 10 m below it, index-matched surface, black sky; radiances more
+than {FROM_SUN:g}° from the sun.
 
 {_accuracy()}
 
