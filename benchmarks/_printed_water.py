@@ -14,11 +14,11 @@ from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, reduc
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.spectra.sensor import standard_observer
 from ..uw_spectral.surface.refraction import sun_travel_direction
-from ..uw_spectral.water.bio_optics import Constituents, particle_scattering_Gordon1983
+from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import inelastic_processes
 from ..uw_spectral.water.phase import BandPhase, Isotropic, PetzoldAverage, PhaseFunction
 from ..uw_spectral.water.pure_water import molecular_scattering
-from ..validation.gutierrez import raman_coefficient_Gutierrez2008
+from ..validation.gutierrez import particle_scattering_Gordon1983, raman_coefficient_Gutierrez2008
 from ..validation.inelastic_light import solve_inelastic
 from . import gutierrez_figures as figures
 

@@ -31,7 +31,6 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bio_optics import (
     Constituents,
     named_waters,
-    particle_scattering_Gordon1983,
 )
 from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2013
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
@@ -39,6 +38,7 @@ from ..uw_spectral.water.kd_inversion import invert_Kd, water_of_chlorophyll
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import BandPhase, FournierForand, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ..validation.gutierrez import particle_scattering_Gordon1983
 from ..validation.inelastic_light import InelasticLight, solve_inelastic
 from ..validation.kd import Kd_Lee2005, chlorophyll_jerlov, jerlov_chlorophyll
 from ..validation.monte_carlo import simulate

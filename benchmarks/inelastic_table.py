@@ -200,10 +200,8 @@ def difference(row: dict) -> float:
 
 def _judged(rows: list[dict]) -> str:
     """How many numbers there are, within the target and certainly beyond it, and the largest."""
-    off = [
-        (100 * abs(value / truth - 1), 100 * error / truth)
-        for truth, error, value in map(summed, rows)
-    ]
+    sums = [summed(row) for row in rows]
+    off = [(100 * (value / truth - 1), 100 * error / truth) for truth, error, value in sums]
     met = sum(abs(value) <= _TARGET for value, _ in off)
     missed = sum(abs(value) - 2 * error > _TARGET for value, error in off)
     value, error = max(off, key=lambda pair: abs(pair[0]))
@@ -247,7 +245,8 @@ Written by `python3 dev.py run -m benchmarks inelastic_table`.
 The closed form (`validation.inelastic_light`) against the Monte Carlo in deep water, clear sky, sun
 at {SUN_ZENITH:g}°, {len(BANDS)} bands, {photons} photons per water: the inelastic part
 alone, each process, summed over 400 to 700 nm, at four depths or in four directions at
-{CAMERA:g} m. Target: within {_TARGET:g} %; *beyond*: by more than two standard errors. Then single bands that are known to 5 %.
+{CAMERA:g} m. Target: within {_TARGET:g} %; *beyond*: by more than two standard
+errors. Then single bands that are known to 5 %.
 {_VERDICT}
 
 Neglected are light that changes twice, the anisotropy of Raman scattering, and the spread of light
