@@ -2,15 +2,15 @@
 
 ``python3 dev.py run -m benchmarks validation`` takes some CPU minutes, most of them for the
 caustics; the table of planted errors is that of ``benchmarks planted_errors``, the numbers of
-inelastic light and of pictures are read from their own pages. tests/validation/test_outside.py
-holds the same comparisons to bounds of others.
+inelastic light are read from their own page. tests/validation/test_outside.py holds the same
+comparisons to bounds of others.
 """
 
 from __future__ import annotations
 
-from . import _answers, planted_errors
 from . import _outside_light as light
 from . import _outside_water as water
+from . import planted_errors
 from ._outside import Row, grid
 from .path_radiance_table import ROOT
 
@@ -33,6 +33,12 @@ bound is someone else's number.
 """
 
 
+_PICTURES = """## Pictures
+Renderers against each other, with the default phase function: [Mitsuba](mitsuba.md),
+[materials](mitsuba_materials.md), [grey scene](grey_scene.md), [Snell's window](snell_window.md),
+[solved light field](solved_accuracy.md), [shade](shade.md), [real time](realtime_accuracy.md),
+[look presets](preset_pictures.md).
+"""
 _BOUNDS = """## What three bounds of tests rest on
 - Six optimised bands, ΔE2000 against 150: 0.8, what half of all observers see
   (ISO/TR 28642:2016); found are 0.07 to 0.64 (`test_six_beat_eight_equal_bands`).
@@ -85,6 +91,7 @@ def details(texts: str, errors: str) -> str:
 The summary, with a verdict for each row, is [validation](../validation.md).
 
 {texts}
+{_PICTURES}
 {errors}
 {_BOUNDS}
 Written by `python3 dev.py run -m benchmarks validation`.
@@ -95,7 +102,7 @@ def main(_arguments: list[str]) -> None:
     """Compare everything and write both pages."""
     sections = [
         light.tyler(), light.canonical(), water.measured_waters(), light.raman(),
-        water.caustics(), water.papers(), _answers.pictures(),
+        water.caustics(), water.papers(),
     ]  # fmt: skip
     rows = [row for found, _ in sections for row in found]
     lead = grid("| quantity | source | this project | reference | verdict |", lines_of(rows))
