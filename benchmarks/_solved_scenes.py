@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
-from ..settings.scene_settings import BOUNDED, DEFAULT_PHASE, EXACT, SOLVED, SceneSettings
+from ..settings.scene_settings import BOUNDED, DEFAULT_PHASE, EXACT, SceneSettings
 from ..validation.monzon import path_radiance_Monzon2024_corrected
 from . import baselines, grey_scene
 from ._rays import blender_hits
@@ -50,14 +50,14 @@ class Scene:
         where = f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{things}"
         return f"{where}, {self.phase}{peak}"
 
-    def plan(self, samples: int, field: str = SOLVED) -> render_plan.RenderPlan:
+    def plan(self, samples: int) -> render_plan.RenderPlan:
         """Resolve it; under an overcast sky little of the light is direct sun."""
         return render_plan.make_plan(
             SceneSettings(
                 water=f"jerlov:{self.water}", phase=self.phase, bands=self.bands, surface="flat",
                 sky=self.sky, sky_radiance=0.05 if self.sky == "clear" else 3.0,
                 sun_zenith=self.sun, sun_azimuth=60.0, floor_depth=self.depth + FLOOR_BELOW,
-                floor_reflectance=str(FLOOR_REFLECTANCE), samples=samples, field=field,
+                floor_reflectance=str(FLOOR_REFLECTANCE), samples=samples,
                 forward_peak=self.forward_peak, share_passes=self.share_passes,
             )
         )  # fmt: skip
@@ -130,14 +130,12 @@ def by_cycles(
     return np.stack(images)
 
 
-def by_eevee(
-    scenes: Sequence[Scene], camera: bpy.types.Object, field: str
-) -> Iterator[NDArray[np.float64]]:
+def by_eevee(scenes: Sequence[Scene], camera: bpy.types.Object) -> Iterator[NDArray[np.float64]]:
     """Band radiances of scenes under one sky, shape (h, w, n)."""
     plans = []
     for scene in scenes:
         place(scene)
-        plan = scene.plan(_EEVEE_SAMPLES, field)
+        plan = scene.plan(_EEVEE_SAMPLES)
         extent = water_body.water_extent(bpy.context.scene, plan.column, scene.depth)
         plans.append((scene, plan, extent))
     widest = water_body.WaterExtent(

@@ -24,7 +24,7 @@ from ..uw_spectral.clouds.matter import BUBBLES, suspended_matter
 from ..uw_spectral.spectra.spectral_image import replacing, write_png
 from ..uw_spectral.surface.plumes import AIR_COLUMN, plume_depth
 from ..uw_spectral.surface.whitecaps import whitecap_cover_Monahan1980
-from ..uw_spectral.water.bubbles import DIFFRACTED, BubblePhase
+from ..uw_spectral.water.bubbles import BubblePhase
 from ..uw_spectral.water.phase import HenyeyGreenstein, PhaseFunction
 from ..validation.bubbles import Population, bubbles
 from ..validation.cloud_photons import GreyPuff, radiance
@@ -131,7 +131,7 @@ def report(
     compared: Sequence[str], costs: Sequence[str], winds: Sequence[str], plumes: Sequence[str],
 ) -> str:  # fmt: skip
     """Return the page."""
-    rows, shipped, rest = "\n".join, BubblePhase(), 1.0 - DIFFRACTED
+    rows, shipped = "\n".join, BubblePhase()
     b = suspended_matter(BUBBLES, 1.0, [550.0]).scattering[0]
     return f"""# Bubbles
 
@@ -140,33 +140,28 @@ Written by `python3 dev.py run -m benchmarks bubbles`. How they are drawn:
 
 ## Optics
 The Lorenz-Mie series over sizes: b of a litre of air in a m³, mean cosine, bb/b and the share that
-is only diffracted, all with diffraction; and the phase function at 80° over that at 88°.
+is only diffracted, all with diffraction; phase function at 80° over that at 88°.
 
 | sizes | b, 1/m | g | bb/b | diffracted | step |
 |---|---|---|---|---|---|
 {rows(optics)}
 
-Published: bb/b about .01 of clean bubbles and up to five times as much with an organic film (Zhang
-et al. 1998), g of about .85, and the end of total reflection at 83° (Marston 1979). What is drawn
-is the first row spread by 6°: {b:.2f} 1/m, which is all that is not diffracted, g {shipped.g:.3f}
-and bb/b {shipped.backscatter_ratio:.4f}; with diffraction {DIFFRACTED + rest * shipped.g:.3f} and
-{rest * shipped.backscatter_ratio:.4f}.
+Published: bb/b about .01, up to five times as much with an organic film (Zhang et al. 1998), g
+about .85, and the end of total reflection at 83° (Marston 1979). Drawn is the first row spread by
+6°: {b:.2f} 1/m without diffraction, g {shipped.g:.3f}, bb/b {shipped.backscatter_ratio:.4f}.
 
 ## The lobe that Cycles draws
-Cycles has Henyey-Greenstein's phase function of the same mean cosine. In a beam that comes down at
-22° from the vertical, photon by photon, radiance of a puff with it over that of one with the phase
-function of bubbles:
+Henyey-Greenstein's phase function of the same mean cosine: radiance of a puff in a beam 22° from
+the vertical, by photons, over that with the phase function of bubbles.
 
 | optical depth | level / down / up / towards the sun |
 |---|---|
 {rows(lobes)}
 
-No sum of Henyey-Greenstein lobes has the moments of bubbles, whose second is smaller than the
-square of the first.
+No sum of such lobes has the moments of bubbles.
 
 ## The closed form of EEVEE against photons
-As for [silt](clouds.md#the-light-of-a-puff-against-photons); optical depth without diffraction.
-In a beam, and in light from all sides:
+As for [silt](clouds.md#the-light-of-a-puff-against-photons), in a beam and in light from all sides:
 
 | l/m³ | optical depth | beam: level / down / up | all sides: level / down / up |
 |---|---|---|---|
@@ -178,8 +173,7 @@ By a lamp 3 m away:
 |---|---|---|
 {rows(lamps)}
 
-Along its light little is thrown straight back by bubbles; what is scattered again and again makes
-up for that, and is too bright there.
+Along its light it is **too bright**: bubbles throw little straight back.
 
 ## EEVEE against Cycles
 As for [silt](clouds.md#eevee-against-cycles): ΔE2000 of blocks, wanted a mean of 3 by day.
@@ -200,34 +194,26 @@ CPU seconds of EEVEE in real time, 240 × 135, 16 samples, as for [silt](clouds.
 {rows(costs)}
 
 ## Below breakers
-What the literature has: the cover of whitecaps (Monahan & O'Muircheartaigh 1980), the mean air of
-the top metre (0.11 m below whitecaps: arXiv:1906.11202, 2019), the half axis down of a plume (half
-the height of the wave, Kalvoda et al. 2003; breakers are 0.8 m high at most), and of a m² of foam
-the mean optical depth of its plume seconds later, without diffraction.
+The literature: cover of whitecaps (Monahan & O'Muircheartaigh 1980), mean air of the top metre
+(0.11 m below whitecaps: arXiv:1906.11202, 2019), half axis of a plume down (Kalvoda et al. 2003);
+the optical depth is that of a m² of foam's plume seconds later.
 
 | wind, m/s | cover, % | top metre, l/m³ | down, m | optical depth |
 |---|---|---|---|---|
 {rows(winds)}
 
-Elsewhere there are hardly any bubbles to be seen: 2 m down the void fraction stays below 10^−4.5
-up to 27 m/s (Czerski et al. 2022), which is a b of .4 1/m of bubbles of .1 mm and is reached
-rarely; 10^−6 is .01. So a mean layer would show nothing, and the plumes are all.
-
-A plume right below a flat surface (1.2 m to the sides, .4 m down, type IB, sun at 40°), seen from
-5 m below at 6.5 m, looking 30° up: its light at 550 nm over that of open water, and that of EEVEE
-over that of Cycles, all of it and its middle.
+Elsewhere hardly any are seen: 2 m down the void fraction stays below 10^−4.5 up to 27 m/s (Czerski
+et al. 2022), b .4 1/m. A plume right below a flat surface, IB, sun at 40°, seen from 5 m below: its
+light at 550 nm over open water, and EEVEE over Cycles, all of it and its middle.
 
 | l/m³ | over open water | EEVEE / Cycles | middle |
 |---|---|---|---|
 {rows(plumes)}
 
-They are not put there by themselves. Six puffs below the largest whitecaps hold two thirds to three
-quarters of the foam within 15 m of a camera (one moment at 8, 10, 12 and 15 m/s), but cost more
-than four times the picture (the table above); foam is on crests, above the mean level, where
-nothing of a cloud is drawn, so that they hang half a metre and more below it; and foam runs with
-its crest, while plumes stay. *Add Bubble Plumes* puts a few where waves break at a frame,
-keyframed: they stay, follow the waves, and thin out. It gives them 8 l/m³ at most: more is hardly
-brighter, and EEVEE draws it with a dark middle.
+They are not put there by themselves: six puffs below the largest whitecaps hold two thirds to three
+quarters of the foam within 15 m, but cost more than four times the picture, hang half a metre below
+the crests, and stay where foam runs on. *Add Bubble Plumes* puts a few at a frame, with 8 l/m³ at
+most: more is hardly brighter, and EEVEE draws it with **a dark middle**.
 """
 
 
@@ -241,8 +227,6 @@ def main(arguments: Sequence[str]) -> None:
         stored_settings.register()
     populations = {
         "a plume, 20 µm to 1 mm, r^−3/2, 550 nm": bubbles(),
-        "the same, 440 nm": bubbles(wavelength=440.0, count=400),
-        "the same, 670 nm": bubbles(wavelength=670.0, count=400),
         "far below breakers, 10 to 80 µm, r^−0.3": bubbles(1e-5, 8e-5, -0.3, count=400),
     }
     optics = [optics_row(name, found) for name, found in populations.items()]

@@ -402,8 +402,8 @@ def grids_section(compared: Sequence[str], columns: str) -> str:
     """Return what the page has of grids."""
     rows = "\n".join
     return f"""## Grids of volume objects
-Noise in a ball of 1.2 m in the place of the puff, {_VOXELS} voxels along each side, its density
-up to about 2: EEVEE samples it anew and follows each ray through it in {STEPS} steps.
+Noise in a ball of 1.2 m instead of the puff, {_VOXELS} voxels along each side; EEVEE follows each
+ray in {STEPS} steps.
 
 ![EEVEE, Cycles](clouds_of_grids.png)
 
@@ -431,9 +431,8 @@ def report(
 
 Written by `python3 dev.py run -m benchmarks clouds`.
 
-A puff of minerals (outline 1 m, σ .5 m) 3 m before a camera at {_DEPTH:g} m, by day, and by a torch
-of 50° that hangs half a metre beside the camera. Shown are the middle of the view and all round it,
-{_SIZE[0]} × {_SIZE[1]} pixels, 8 bands by day and 3 with the torch.
+A puff of minerals (σ .5 m) 3 m before a camera at {_DEPTH:g} m, by day, and by a torch beside the
+camera; {_SIZE[0]} × {_SIZE[1]} pixels, 8 bands by day and 3 with the torch.
 
 ![EEVEE, Cycles](clouds.png)
 
@@ -445,42 +444,32 @@ and Cycles with its noise.*
 *The same by night, with the torch at the right.*
 
 ## EEVEE against Cycles
-ΔE2000 of blocks of 3 × 3 pixels by day, 6 × 6 by torch, the mean and 95 %; that of the noise of
-Cycles alone, which is in both; the root of the mean square ΔE*ab that is EEVEE's own, with the
-noise taken out (differences from two halves are multiplied); the light of the green channel over
-that of Cycles. Wanted was a mean of {_TARGET:g}. A row of 0 g/m³ is the same scene without the
-cloud.
+ΔE2000 of blocks of 3 × 3 pixels by day, 6 × 6 by torch; *noise*: of Cycles, in both; *own*: root
+mean square ΔE*ab without it; *light*: green over that of Cycles. Wanted was a mean of {_TARGET:g},
+**missed** by torch in II, where the light of lamps errs without a cloud (0 g/m³) as well.
 
 | water | light of | g/m³ | ΔE mean | 95 % | noise | own | light |
 |---|---|---|---|---|---|---|---|
 {rows(compared)}
 
-Rows without the cloud tell what is not of it: light of lamps in turbid water errs for itself, and
-few samples of Cycles miss some of it.
-
 {grids}
 ## The light of a puff against photons
-In empty space, at 550 nm, radiance about the middle over that of photons, one by one: seen
-level, down and up, in a beam that comes down at 22° from the vertical, and in light from all sides.
+In empty space, at 550 nm, radiance over that of photons (noise 1 to 3 %), in a beam 22° from the
+vertical and in light from all sides, where a puff that absorbs nothing is invisible within .2 %.
 
 | g/m³ | optical depth | beam: level / down / up | all sides: level / down / up |
 |---|---|---|---|
 {rows(photons)}
 
-The same of a lamp 3 m away, which shines to all sides, a little beside the first view: seen along
-its light, down, up, from the side and towards the lamp.
+By a lamp 3 m away: seen along its light, down, up, from the side and towards the lamp.
 
 | g/m³ | optical depth | along / down / up / side / towards |
 |---|---|---|
 {rows(by_lamp)}
 
-Photons have a noise of 1 to 3 %. A puff that absorbs nothing is invisible in light from all sides,
-within .2 %. Transmission along rays is a closed form, within 10⁻⁴ of a sum.
-
 ## What they cost
-CPU seconds in real time, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} samples, without
-diffuse shadows: the first picture, in which shaders are compiled unless they are cached, and the
-best of two more. Scenes without clouds have no nodes of them. Measured while other programs ran.
+CPU seconds in real time, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} samples: the first
+picture, in which shaders are compiled, and the best of two more.
 
 | clouds | lamps | first | later |
 |---|---|---|---|
@@ -488,9 +477,7 @@ best of two more. Scenes without clouds have no nodes of them. Measured while ot
 
 ## What is not drawn
 By EEVEE: clouds' shadows in shafts, what clouds scatter into the water beside them (right below a
-dense one its shadow is up to .05 too dark; farther down it is within .03), and a bend of the light
-around clouds: what a cloud scatters forward of a thing's daylight is lost in the light of its
-surroundings, that of its lamplight is put where the thing is. All is drawn by Cycles.
+dense one its shadow is up to .05 too dark), and a bend of the light around clouds. Cycles has all.
 """
 
 

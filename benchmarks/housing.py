@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..uw_spectral.housing import (
     BrownConrady,
@@ -30,6 +31,7 @@ from ..uw_spectral.housing import (
 )
 from . import _housing_cases as cases
 
+Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parent.parent
 NEAREST = 0.4
 BANDS = (440.0, 540.0, 620.0)
@@ -44,10 +46,10 @@ WARPED = {
 }
 
 
-def traced() -> str:
-    """Rows of errors against least time."""
+def traced() -> Array:
+    """Largest errors against least time: pixels, metres that rays pass by, pixels and back."""
     rows = []
-    for name, port in cases.PORTS.items():
+    for port in cases.PORTS.values():
         housing = Housing(cases.CAMERA, port, cases.WATER)
         found = [cases.errors(housing, way, nm) for way in cases.DISTANCES for nm in cases.NM]
         pixels, metres = np.max(found, axis=0)
@@ -57,8 +59,8 @@ def traced() -> str:
             origins, w = housing.ray_in_water(centres, nm)
             again = housing.project(origins + 2.0 * w, nm)
             back = max(back, float(np.abs(again - centres).max()))
-        rows.append(f"| {name} | {pixels:.0e} | {metres:.0e} | {back:.0e} |")
-    return "\n".join(rows)
+        rows.append((pixels, metres, back))
+    return np.max(rows, axis=0)
 
 
 def polynomials() -> tuple[float, float]:
@@ -215,68 +217,54 @@ def focus_error() -> float:
 
 def main(_arguments: list[str]) -> None:
     """Measure everything and write the page."""
-    quartic, twelfth = polynomials()
+    worst, (quartic, twelfth) = traced(), polynomials()
     text = f"""# Through a housing
 
 Written by `python3 dev.py run -m benchmarks housing`.
 
-Flat and dome ports of `uw_spectral.housing`, without Blender: a Full HD camera of focal length 1400
-pixels (72° in air), sea water of 35 g/kg, 12 °C and 40 dbar, {_listed(cases.NM)} nm,
-points at {_listed(cases.DISTANCES)} m.
+Flat and dome ports of `uw_spectral.housing`, without Blender: a Full HD camera of focal length
+1400 pixels (72° in air), sea water, {_listed(cases.NM)} nm, points at {_listed(cases.DISTANCES)}
+m. Target: .1 pixel.
 
 ## Rays against least time
-Pixels of points against the path of least time from the pupil to the point over both faces of the
-port (Fermat's principle, by optimisation in three dimensions, which knows no Snell's law), how far
-rays of these pixels pass from the points, and what pixel → ray → point → pixel changes. Target: .1
-pixel.
-
-| port | pixel error | ray passes by, m | there and back, pixels |
-|---|---|---|---|
-{traced()}
-
-Against closed formulas: the quartic of Agrawal et al. (2012) {quartic:.0e} pixels, their equation
-of twelfth degree {twelfth:.0e} pixels; the caustic of Treibitz et al. (2012), the axis of Agrawal
-et al. and of She et al. (2022), a centred dome and a dome so large that it is flat are tests
-(`tests/uw_spectral/housing`). The paraxial image behind domes differs from where two traced rays
-meet by {focus_error():.0e} of its distance.
+Of eight ports, pixels of points are at most {worst[0]:.0e} pixels off those by the path of least
+time (Fermat's principle), rays of these pixels pass the points by {worst[1]:.0e} m, and pixel →
+ray → point → pixel changes {worst[2]:.0e} pixels. The quartic of Agrawal et al. (2012) is met
+within {quartic:.0e} pixels, their equation of twelfth degree within {twelfth:.0e}, the paraxial
+image behind domes within {focus_error():.0e} of its distance; Treibitz et al. (2012) and She et
+al. (2022) are in `tests/uw_spectral/housing`.
 
 ## What ports do
-Magnification in the middle against air, angle in water of the lower right corner, red (650 nm)
-against blue (450 nm) there in pixels at 2 m, how far behind the pupil the best single viewpoint
-lies, on which distance to focus for things at .5 m and far away, and light that both faces let
-through, in the middle and at the corner.
+Magnification in the middle, angle in water of the lower right corner, red against blue there in
+pixels at 2 m, how far behind the pupil the best single viewpoint lies, on which distance to focus
+for .5 m and ∞, light that both faces let through.
 
 | port | magnification | corner | colour, pixels | viewpoint, mm | .5 m | ∞ | middle | corner |
 |---|---|---|---|---|---|---|---|---|
 {effects()}
 
 ## Pictures
-A sloping wall at 3 m and two boards at 1 and .5 m, drawn by a pinhole with the margin that
-`field_needed` asks for, then warped by depth, three wavelengths, against rays cast at the boards.
-Target: .1 pixel. *Place*: where pixels find their point, two pixels and more from edges. *Shift*:
-of the pattern on the near boards, least squares. *Wrong*: pixels whose distance is off by more than
-.1 %, edges included. *Hidden*: pixels that see what the pinhole did not. *Pixels*: of the pinhole's
-picture over those of Full HD. Seconds for a band, one core.
+Boards at 3, 1 and .5 m, drawn by a pinhole with the margin of `field_needed`, then warped by
+depth, against rays cast at the boards. *Place*: of points, away from edges; *shift*: of the
+pattern on near boards; *wrong*: distance off by more than .1 %, edges included; *hidden*: not
+seen by the pinhole; *pixels*: of the pinhole's picture over Full HD; seconds for a band.
 
 | housing | place, pixels | shift, pixels | wrong | hidden | pixels | s |
 |---|---|---|---|---|---|---|
 {pictures()}
 
 ## Calibration
-Corners of a board of 9 × 6 in {len(cases.POSES)} poses, .5 to 1.6 m. A pinhole calibrated in water
-has n times the focal length and pincushion distortion that depends on the distance; what a pinhole
-cannot hold stays as error.
+Corners of a board of 9 × 6 in {len(cases.POSES)} poses, .5 to 1.6 m. In water a pinhole has n
+times the focal length and pincushion distortion that depends on the distance.
 
 | | result | error, pixels |
 |---|---|---|
 {calibrations()}
 
 ## What is left out
-The port is clean, of even thickness, and mirrors nothing that the camera sees. The pupil is one
-point for all directions and wavelengths. Softness at the edges of a dome's picture (curvature of
-its virtual image) is not drawn. A flat port has no frame. Pictures that reach farther than 80° from
-the axis in the water, as of a fisheye behind a dome, are refused where they are moved: no pinhole
-holds them.
+Dirt on the port, mirror images in it, one pupil for all directions, the softness at the edges of
+a dome's picture, the frame of a flat port. Pictures that reach farther than 80° from the axis in
+the water are refused.
 """
     (ROOT / "docs" / "measured" / "housing.md").write_text(text, encoding="utf-8")
     print(text)

@@ -34,7 +34,7 @@ from pathlib import Path
 
 import bpy
 
-from ..settings.scene_settings import CLOSED_FORM, SOLVED, SceneSettings
+from ..settings.scene_settings import SceneSettings
 from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
 from ._fog import add_fog, add_kept_fog
 
@@ -63,7 +63,6 @@ class _Case:
     name: str
     bands: int = 0
     terms: tuple[str, ...] = ()
-    field: str = SOLVED
 
     @property
     def settings(self) -> SceneSettings | None:
@@ -72,7 +71,6 @@ class _Case:
             return None
         return SceneSettings(
             bands=self.bands,
-            field=self.field,
             surface="waves" if "waves" in self.terms else "flat",
             diffuse_shadows="shade" in self.terms,
             shafts="shafts" in self.terms,
@@ -101,7 +99,6 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--scene", nargs="+", default=[_SPHERES], metavar="PATH")
     parser.add_argument("--bands", type=int, nargs="+", default=[6, 30, 80])
     parser.add_argument("--terms", nargs="+", choices=list(_TERMS), default=list(_TERMS))
-    parser.add_argument("--closed-form", type=int, nargs="*", default=[], metavar="BANDS")
     parser.add_argument("--against", choices=(_FOG, _FOG_KEPT), default=_FOG)
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--repeats", type=int, default=2)
@@ -127,7 +124,6 @@ def _cases(options: argparse.Namespace) -> list[_Case]:
     cases = [_Case("plain"), _Case(_FOG), _Case(_FOG_KEPT)]
     if any("lamps" in _TERMS[name] for name in options.terms):
         cases += [_Case(f"{name}, with lamps", terms=("lamps",)) for name in (_FOG, _FOG_KEPT)]
-    cases += [_Case(f"closed form, {n} bands", n, field=CLOSED_FORM) for n in options.closed_form]
     return cases + [
         _Case(f"{bands} bands" + ("" if name == "alone" else f", {name}"), bands, _TERMS[name])
         for name in options.terms
@@ -189,7 +185,7 @@ def _verdict(ratio: float, limit: float) -> str:
 
 def _targets(found: dict[_Case, _Cost], fog: _Cost) -> list[tuple[str, str, float, float]]:
     """Words, case, ratio and limit of each target."""
-    waters = {case: cost for case, cost in found.items() if case.bands and case.field == SOLVED}
+    waters = {case: cost for case, cost in found.items() if case.bands}
     targets = []
     for case, cost in waters.items():
         if "shafts" not in case.terms:  # they have a volume, which fog has not
