@@ -21,7 +21,7 @@ BLOCK = 3
 COARSER = (3, 4)  # blocks
 CUT = math.radians(3.0)  # of the peak of the phase function
 BLUR = (0.2, 0.05)
-_HEAD = "| scene | mean | 95 % | worst | noise | coarse | noise | bright | backscatter | noise |"
+_HEAD = "| scene | mean | 95 % | noise | coarse | bright | backscatter |"
 _COST_HEAD = "| lamps | CPU s | over none |"
 # Of the picture, pixels; rows of whole blocks of 8, so that those that stay keep their values.
 _LABEL, _GAP, _LARGER, _ROW, _TOP = 128, 4, 3, 88, 16
@@ -82,38 +82,30 @@ How it is done is in [physics.md](../physics.md#lamps); the formulas alone are m
 photons in [lamp_light.md](lamp_light.md).
 
 ## Against photons and Cycles
-Default phase function, flat surface, {BANDS} bands, CIE 1931, night (or sun and sky at a
-twentieth), {scenes.DEPTH:g} m deep over sand; {WIDTH} × {HEIGHT} pixels, exposed for the lamps;
-LEDs of measured spectrum. The reference are photons from the lamps, {most:g} million for
-each band ({fewer:g} million in III and 3C, behind the net in II and behind the diver;
-`benchmarks/_lamp_room.py`; the peak of the phase function cut off at {math.degrees(CUT):g}°,
-light scattered more than once blurred by {BLUR[0]:g} m and more), of the last two scenes
-Cycles with two seeds of {scenes.SAMPLES} samples. ΔE2000 of blocks of {BLOCK} × {BLOCK}
-pixels: mean, 95 %, worst, and the fraction of it that is the reference's noise; the mean and its
-noise in blocks of {across} × {down} pixels; the brightness of the picture. Then open water alone,
-per block of {BLOCK} × {BLOCK} and band: median, 95 % and worst relative error, and the standard
-error of the reference in it.
+Default phase function, flat surface, {BANDS} bands, night (or sun and sky at a twentieth),
+{scenes.DEPTH:g} m deep over sand, {WIDTH} × {HEIGHT} pixels. The reference are photons from the
+lamps, {most:g} million for each band, {fewer:g} million in the noisiest
+(`benchmarks/_lamp_room.py`; light scattered more than once blurred by {BLUR[0]:g} m and more), of
+the last two scenes Cycles with two seeds of {scenes.SAMPLES} samples. ΔE2000 of blocks of {BLOCK}
+× {BLOCK} pixels, and the reference's noise in it; *coarse*: blocks of {across} × {down};
+*backscatter*: open water alone, median / 95 % / worst relative error by block and band. Wanted
+were a mean of 2, with noise below 0.7, and backscatter within 5 % in the median and 15 % for 95
+%.
 
 {_HEAD}
-|{"---|" * 10}
+|{"---|" * 7}
 {rows}
 
-Wanted were a mean of 2, with noise below 0.7, and backscatter within 5 % in the median and 15 % for
-95 %.
-
-In clear water, with the torch across the view, most of it is right down to a ten-thousandth of
-the brightest block; sand in the ball's shadow is up to 1.8 times too bright, as what is scattered
-on things from the side has no shadows, sand right under the ball a third of what it is, and a block
-at the lamp has a share of its beam by the pixel filter (the worst). Behind fish, net and diver the
-reference's blur lets light round the silhouettes that is not there: with a quarter of the blur, and
-twice the noise, water behind the fish is .98 / 1.07 / .96 times the photons' in the three bands,
-behind the diver .92 / .77 / 1.04 (with the blur .85 to .97). Across turbid water, III and 3C, the
-torch is right within the noise of its reference in III, and misses by more in 3C.
+**Met** in clear water but for the torch across it, where sand in the ball's shadow is up to 1.8
+times too bright (what is scattered on things has no shadows) and a block at the lamp has a share
+of its beam. Behind fish, net and diver the reference's own blur lets light round the silhouettes:
+with a quarter of it, water behind the fish is .98 / 1.07 / .96 times the photons' in the three
+bands, behind the diver .92 / .77 / 1.04. Across III the torch is right within the noise, 3C
+**misses by more**.
 
 ## Seconds of a frame
-CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on, shaders
-compiled; {COUNT} lamps more stand for what objects reflect wherever there is one,
-with {COUNT} parts each.
+CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on; {COUNT} lamps
+more stand for what objects reflect.
 
 {_COST_HEAD}
 |---|---|---|

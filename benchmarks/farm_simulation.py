@@ -308,7 +308,8 @@ def document() -> str:
 
 Written by `python3 dev.py run -m benchmarks farm_simulation`. Times of Blender are measured on one
 machine, the farm is simulated with seed {SEED}: two minutes, {_SHOT.frames} frames of 3840 ×
-2160 pixels in {_SHOT.passes} bands, a pass each. Files, lost workers, licences and other jobs are not in it.
+2160 pixels in {_SHOT.passes} bands, a pass each. Files, lost workers, licences
+and other jobs are not in it.
 
 {_sources(slow)}
 

@@ -26,7 +26,6 @@ from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, parse_phase, 
 from . import _lamp_cases
 from ._lamp_photons import summed
 
-_NODES: tuple[int, ...] = (8, 12, 16)
 _ALBEDOS = (0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
 _NOISE = 0.12
 _PANELS = 400
@@ -73,11 +72,11 @@ def _by_nodes(lamp: Lamp, P: float, c: float, phase: BandPhase, nodes: int) -> f
 
 def quadrature_errors(
     in_view: bool, phase: BandPhase, count: int = 200
-) -> dict[tuple[str, int], NDArray[np.float64]]:
-    """Relative errors of random cases by way and number of nodes."""
+) -> dict[str, NDArray[np.float64]]:
+    """Relative errors of random cases by way."""
     rng = np.random.default_rng(1)
     ways: dict[str, Callable[..., float]] = {"ξ": even_in_angle, "ξ^⅓": _by_nodes}
-    found = {key: np.empty(count) for key in itertools.product(ways, _NODES)}
+    found = {name: np.empty(count) for name in ways}
 
     def even(low: float, high: float) -> float:
         return math.exp(rng.uniform(math.log(low), math.log(high)))
@@ -91,9 +90,9 @@ def quadrature_errors(
             t0, h, P = rng.uniform(-0.3, 0.3), even(0.1, 1.0), even(0.5, 30.0)
         lamp = Lamp((h, 0.0, t0), (0.0, 0.0, 1.0), np.ones(1), IsotropicProfile(), 1e-4)
         wanted = exact(lamp, P, c, phase)
-        for name, nodes in found:
-            value = ways[name](lamp, P, c, phase, nodes)
-            found[name, nodes][i] = abs(value / wanted - 1)
+        for name in found:
+            value = ways[name](lamp, P, c, phase, lamp_path.NODES)
+            found[name][i] = abs(value / wanted - 1)
     return found
 
 
@@ -107,8 +106,7 @@ def _quadrature_table() -> str:
         ]
         where = "in view" if in_view else "beside the camera"
         rows.append(f"| {where}, {name} | {' | '.join(cells)} |")
-    heads = " | ".join(f"{way}, {n} nodes" for way, n in itertools.product(("ξ", "ξ^⅓"), _NODES))
-    return f"| lamp | {heads} |\n|{'---|' * (1 + 2 * len(_NODES))}\n" + "\n".join(rows)
+    return "| lamp | ξ | ξ^⅓ |\n|---|---|---|\n" + "\n".join(rows)
 
 
 def solved(case: _lamp_cases.Case, albedo: float) -> tuple[float, float]:
@@ -218,33 +216,25 @@ def _report(rows: list[Row], options: argparse.Namespace) -> str:
 Written by `python3 dev.py run -m benchmarks lamp_light`.
 
 ## Scattered once
-`uw_spectral.lamps.lamp_path`: the integral over the angle ξ = π/4 + η/2, η the angle that the lamp
-sees, by Gauss and Legendre. The phase function of sea particles rises to ξ = 0 as a power, so that
-nodes even in ξ miss it; over the cube root of ξ it is smooth. Random cases, c 0.03 to 3 1/m,
-against {_PANELS} panels of 12 nodes; beside: 0.1 to 1 m from the camera, paths of 0.5 to 30 m; in
-view: 0.5 to 30 m away, 0.06 to 45° from the ray. 95 % / worst:
+`uw_spectral.lamps.lamp_path`: the integral over the angle of the lamp by Gauss and Legendre, 12
+nodes, in ξ and in its cube root, which is used: sea particles' phase function rises to ξ = 0 as a
+power. Random cases, c 0.03 to 3 1/m, beside the camera and in view, against {_PANELS} panels of 12
+nodes; 95 % / worst:
 
 {quadrature}
 
-{lamp_path.NODES} nodes in the cube root are what is used.
-
 ## Scattered more often
-What turns light by more than some seven degrees is solved by spherical harmonics in Fourier space
-(`uw_spectral.lamps.lamp_harmonics`), and tabulated as a source along the ray; the rest takes, in
-place of the phase function, the distribution of the whole deflection after any number of
-scatterings (Goudsmit and Saunderson). Patches get what is scattered on the way by the same moments
-(Wells). Nothing is fitted. Here it meets
-{options.cases} random cases, {options.photons} photons each, traced back from the camera: lamps
-without a cone, with the measured profile of an ROV's lamp, and with a cone of 60°; 0.1/c to 6/c
-away (beside the camera 0.03/c to 3/c); HG 0.8 to 0.924 or particles with 1 to 10 % molecules;
-albedos {", ".join(map(str, _ALBEDOS))}. Counted is what the photons know within
-{100 * _NOISE:g} %, a standard error that is in the errors below ({100 * noise:.1f} % in the
-median): {len(rows)} of
-{options.cases * len(_ALBEDOS)}. Radiance of the water, or irradiance; median / 95 % / worst error:
+What turns light by more than some seven degrees is solved by spherical harmonics
+(`uw_spectral.lamps.lamp_harmonics`), the rest by the deflection after any number of scatterings
+(Goudsmit and Saunderson; patches: Wells). Nothing is fitted. {options.cases} random cases,
+{options.photons} photons each traced back from the camera: three kinds of lamps, 0.1/c to 6/c
+away, HG 0.8 to 0.924 or particles, albedos {", ".join(map(str, _ALBEDOS))}; counted is what
+photons know within {100 * _NOISE:g} % ({100 * noise:.1f} % in the median): {len(rows)} of
+{options.cases * len(_ALBEDOS)}. Median / 95 % / worst error of radiance or irradiance:
 
 {photons}
 
-Photons know a forward-peaked phase function badly: rare ones bring much of the light, and a mean
-without them is too low, by more than its scatter tells. Paths beside the camera end; what is
-scattered beyond their end and comes back counts for the photons only.
+Photons know a forward-peaked phase function badly: a mean without rare ones is too low by more
+than its scatter tells. Paths beside the camera end; what comes back from beyond counts for the
+photons only.
 """

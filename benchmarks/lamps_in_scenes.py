@@ -89,19 +89,18 @@ class Comparison:
 
     def row(self) -> str:
         """Write it as cells of a table."""
-        (error, noise), (coarse, coarse_noise) = self.delta_e(), self.delta_e(COARSER)
-        off, doubt = self.backscatter()
-        water = " | "
+        (error, noise), (coarse, _) = self.delta_e(), self.delta_e(COARSER)
+        off, _ = self.backscatter()
+        water = ""
         if len(off):
             size = np.abs(off)
             water = (
                 f"{100 * np.median(size):.0f} / {100 * np.quantile(size, 0.95):.0f} / "
-                f"{100 * size.max():.0f} % | {100 * np.median(doubt):.0f} %"
+                f"{100 * size.max():.0f} %"
             )
         return (
-            f"{error.mean():.2f} | {np.quantile(error, 0.95):.2f} | {error.max():.2f} "
-            f"| {noise.mean():.2f} | {coarse.mean():.2f} | {coarse_noise.mean():.2f} "
-            f"| {100 * self.brightness:+.0f} % | {water}"
+            f"{error.mean():.2f} | {np.quantile(error, 0.95):.2f} | {noise.mean():.2f} "
+            f"| {coarse.mean():.2f} | {100 * self.brightness:+.0f} % | {water}"
         )
 
     def _delta_e(self, *pictures: NDArray[np.float64]) -> NDArray[np.float64]:

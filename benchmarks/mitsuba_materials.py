@@ -61,28 +61,15 @@ MITSUBA, INNER = "Mitsuba", "Mitsuba, roughplastic"
 _COMPARED = """
 ## What is compared
 
-- Diffuse 0.5, in both the same.
-- Metal: Principled, metallic, roughness 0.3, (0.9, 0.6, 0.2) taken to the bands; Mitsuba's
-  `principled` with that number. Blender's rough shaders are set to *GGX*, as Mitsuba scatters
-  once; *Multiscatter GGX*, the default, adds up to 1 % here. Shadowing goes with height in
-  Cycles, not in Mitsuba. A base colour is what the metal mirrors, in air as in water.
-- Plastic: Principled, roughness 0.2, index 1.5, base 0.05. In Mitsuba the mirror of 1.5 / 1.34
-  over a matte base, as Blender means it, but that Blender's base loses what the mirror takes
-  (0.3 % from the front, more at the rim). Its *roughplastic* has the base inside: light is
-  dimmed going in, mirrored within and dimmed going out.
-- Pane: Glass of index 1.5, 6 cm thick; Mitsuba's `dielectric`, 1.5 in 1.34. Cycles and EEVEE have
-  water in it, Mitsuba has none. The floor is seen through it.
-- The floor in the pane's shade: without a surface Cycles traces sunlight through the pane. Under
-  one it lets it straight through; *sun straight through* is that, in the same light. Few paths
-  carry what is traced: its errors are those of rare, bright samples.
-- All the rest: floor and water, without the things and the pane's shade.
-- EEVEE is too bright in the far red over all of the picture, as in
-  [grey_scene.md](grey_scene.md), and draws glass by letting light straight through. Of what plastic
-  mirrors it draws the sun, not water, sky and floor: the dark plastic ball is too dark.
-
-That the indices matter was tried with *indices in water* off (1.5 against air): in Cycles the
-plastic ball is then 36 / 44 / 50 % brighter and the pane 5 / 5 / 12 %, of what Mitsuba shows
-nothing.
+- Diffuse 0.5. Metal: Principled, roughness 0.3, *GGX*; *Multiscatter GGX* adds up to 1 %.
+- Plastic: Principled, roughness 0.2, index 1.5, base 0.05; in Mitsuba a mirror of 1.5 / 1.34 over
+  a matte base, or its *roughplastic*. Of what it mirrors EEVEE draws the sun only: the dark ball
+  is too dark.
+- Pane: glass of index 1.5, 6 cm thick. Under a surface Cycles lets sunlight straight through
+  (*sun straight through*); what is traced comes by few paths.
+- EEVEE is too bright in the far red all over, as in [grey_scene.md](grey_scene.md).
+- With *indices in water* off (1.5 against air) the plastic ball is 36 / 44 / 50 % brighter in
+  Cycles and the pane 5 / 5 / 12 %.
 
 Repeat: `python3 dev.py run -m benchmarks mitsuba_materials`
 """
@@ -381,12 +368,12 @@ def report(measured: Measured, seeds: int, samples: int, variant: str) -> str:
     lines = [
         "# Materials under water: Cycles and EEVEE against Mitsuba 3",
         "",
-        f"Three balls and a leaning pane in Jerlov IB (HG 0.85), {WIDTH} × {HEIGHT} pixels, the",
-        f"camera {_DEPTH:g} m deep, {above} above a grey floor, no surface, clear sky. The sun is",
-        f"at 30° and {math.degrees(_SUN_WIDTH):.0f}° wide, so that paths through glass find it (in",
-        "EEVEE 0.4°). Difference of the mean radiance of a thing's pixels in per cent, with the",
-        f"standard error of {seeds} seeds of {samples} samples in Cycles and {2 * samples} in",
-        f"Mitsuba (`{variant}`). EEVEE in band passes, one picture, whose noise is left out.",
+        f"Three balls and a leaning pane in Jerlov IB (HG 0.85), {WIDTH} × {HEIGHT} pixels, camera",
+        f"{_DEPTH:g} m deep, {above} above a grey floor, no surface, clear sky, sun at 30°,",
+        f"{math.degrees(_SUN_WIDTH):.0f}° wide (in EEVEE 0.4°). Difference of the mean",
+        "radiance in %",
+        f"± the standard error of {seeds} seeds of {samples} samples in Cycles, {2 * samples} in",
+        f"Mitsuba (`{variant}`); EEVEE in band passes, one picture.",
         "",
         f"| what is seen | of | {centres} | all bands |",
         "|---|---|" + "---|" * (len(measured.bands) + 1),

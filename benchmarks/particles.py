@@ -238,48 +238,39 @@ Written by `python3 dev.py run -m benchmarks particles`.
 
 From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), slope 4, through a lens that is open.
 
-The torch's beam is full of bright specks and small discs, as in a diver's photograph at night. By day snow is pale and faint
-before bright water, and seen mostly before dark objects, as in nature. In the lowest picture it is all but gone: the denoiser
-of Cycles takes faint specks for noise, so **do not denoise particles by day**. Without it, and with enough samples, they are as
-bright as in EEVEE, within 6 % in a test.
-
-Without density nothing is added to a scene, and no shader is compiled. How to use them: [for artists](../artist.md#particles).
-A pixel of a camera of 60° at 1920 wide is 0.55 mrad.
+By day snow is seen mostly before dark objects, as in nature; the denoiser of Cycles takes faint
+specks for noise, so **do not denoise particles by day**: without it they are as bright as in
+EEVEE, within 6 %. How to use them: [for artists](../artist.md#particles).
 
 ## How many
-The numbers fall with the power of the diameter that `--particle-slope` says, 3.6 by default: measured were 3.6 ± 0.33 in
-168 samples of the Arctic from 0.8 to 120 µm (Runyan et al. 2020), 3.5 in some 5500 of coasts from 3 µm on (Reynolds et al. 2010),
-and in a bloom of diatoms 3 in images, 3.5 to 3.6 by aperture impedance (Jackson et al. 1997). 4 means equal volumes in equal steps of
-size (Sheldon et al. 1972). The first two say that one power is a rough description. Assumed is that one law holds from 1 µm
-to 1 cm, and that each particle scatters twice
-its cross section. Larger ones than 0.1 mm then carry {shares} of the scattering. Per litre:
+The numbers fall with the power of the diameter `--particle-slope`, 3.6: measured were 3.6 ± 0.33
+in 168 samples of the Arctic (Runyan et al. 2020), 3.5 in some 5500 of coasts (Reynolds et al.
+2010), 3 to 3.6 in a bloom (Jackson et al. 1997); 4 by Sheldon et al. (1972). With one law from 1
+µm to 1 cm those above 0.1 mm carry {shares} of the scattering. Per litre:
 
 | water | particles' b at 550 nm, 1/m | slope 4 | slope 3.6 | slope 3 | above 0.5 mm, slope 3.6 |
 |---|---|---|---|---|---|
 {_water_rows()}
 
-Divers count 1 to 10 flocs above 0.5 mm in a litre of usual surface water, seldom more than 100 (Alldredge & Silver
-1988, quoted from memory, not looked up): with 3.6 about as many are drawn, with 4 fewer. The particles that are drawn stay in the water's own scattering, which they would lower by the fractions above.
+Divers count 1 to 10 flocs above 0.5 mm in a litre, seldom more than 100 (Alldredge & Silver 1988,
+quoted from memory): with 3.6 about as many are drawn, with 4 fewer.
 
 ## Kinds
 | kind | diameter, mm | reflectance (green) | speed upwards at 0.5 mm, mm/s |
 |---|---|---|---|
 {kinds}
 
-Speeds: snow by Alldredge & Gotschalk (1988), bubbles and silt by Ferguson & Church (2004). Reflectances, shapes and
-the way that they stray are plausible, not measured. Flocs reflect as much light as they let through.
-Bubbles are mirrors where water reflects totally, and clear elsewhere; they do not refract.
+Speeds: Alldredge & Gotschalk (1988), Ferguson & Church (2004). Reflectances, shapes and ways are
+plausible, not measured. Bubbles are mirrors where water reflects totally; they do not refract.
 
 ## What they cost
-CPU time of a sample, with particles over without, in turn in one scene and process, EEVEE on a software rasteriser, at
-half the size of the pictures:
+CPU time of a sample, with particles over without, at half the size of the pictures:
 
 | | particles around the camera | ratio |
 |---|---|---|
 {costs}
 
-Grains of all kinds share one material, bubbles have another: each is one more shader to compile, and only with a density
-above 0. With more than {200_000} of a kind the smallest angle grows, and the record of the picture says so.
+With more than {200_000} of a kind the smallest angle grows, and the record says so.
 
 What is left out: [limits](../limits.md#particles).
 """

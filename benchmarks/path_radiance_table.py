@@ -223,8 +223,6 @@ def markdown(rows: list[dict]) -> str:
     line("**all**", rows)
     for view in VIEWS:
         line(f"{view}", [row for row in rows if row["view"] == view])
-    for r, view in itertools.product(FLOORS, VIEWS):
-        line(f"floor {r:g}, {view}", [x for x in rows if x["view"] == view and x["r"] == r])
     for water in dict.fromkeys(row["water"] for row in rows):
         line(f"water {water}", [row for row in rows if row["water"] == water])
     return "\n".join(lines)
@@ -259,22 +257,17 @@ Median relative error of the path radiance L(y_o, w) - e^(-cP) L(y_o + w_y P, w)
 Written by `python3 dev.py run -m benchmarks path_radiance_table`; every ray counts, none is
 left out.
 
-- Reference: PythonicDISORT, 48 streams, delta-M with Nakajima-Tanaka correction.
-- Waters {", ".join(WATERS)} (Solonenko & Mobley 2015, repaired); bands
-  {", ".join(f"{value:g}" for value in WAVELENGTHS)} nm.
-- Camera at {", ".join(f"{value:g}" for value in DEPTHS)} m; Lambertian floor
-  {FLOOR_BELOW_CAMERA:g} m below it, reflectance {" and ".join(f"{value:g}" for value in FLOORS)}.
-- Henyey-Greenstein g = 0.8, sun {SUN_ZENITH:g}° from the zenith in the water, index-matched
-  surface, no sky.
-- Views: five elevations up (15 to 75°), level (within 5°) and down, three azimuths each;
-  P = 2 m, 5 m and to the surface or floor.
-- Eq. 9 of Monzón et al. 2024 gets the best Kd there is: that of the reference itself
-  between surface and camera, and E its irradiance below the surface.
+- Reference: PythonicDISORT, 48 streams. Waters {", ".join(WATERS)},
+  {", ".join(f"{value:g}" for value in WAVELENGTHS)} nm, Henyey-Greenstein 0.8, sun at
+  {SUN_ZENITH:g}° in the water, index-matched surface, no sky.
+- Camera at {", ".join(f"{value:g}" for value in DEPTHS)} m, floor {FLOOR_BELOW_CAMERA:g} m below
+  it, reflectance {" and ".join(f"{value:g}" for value in FLOORS)}; five elevations up, level and
+  down, three azimuths, P = 2 m, 5 m and to the surface or floor.
+- Eq. 9 of Monzón et al. 2024 gets Kd and E of the reference itself.
 
 {markdown(everything)}
 
-The forward-peaked phase functions of sea particles, camera at 5 m, 450 and 550 nm,
-all rays; the reference adds single scattering by the true phase function:
+Phase functions of sea particles, camera at 5 m, 450 and 550 nm:
 
 | phase function | {" | ".join(FORMS)} |
 |---|---|---|---|
@@ -282,10 +275,8 @@ all rays; the reference adds single scattering by the true phase function:
 
 ## Irradiance
 
-Relative errors of the light field of the closed form, floor at 8 m, depths 1, 3 and 7.5 m,
-all waters and bands. The scalar irradiance of the reference is by Gershun's law. *Eu* is that of
-the two streams, *Eu, integrated* the radiance of the closed form from below
-(`upwelling_irradiance`).
+Light field of the closed form, floor at 8 m, depths 1, 3 and 7.5 m, all waters and bands. *Eu* is
+that of the two streams, *Eu, integrated* that of the radiance (`upwelling_irradiance`).
 
 | | floor 0: median | 90th | worst | floor 0.2: median | 90th | worst |
 |---|---|---|---|---|---|---|

@@ -114,43 +114,43 @@ def main(_arguments: list[str]) -> None:
         f"| {name} | {r.index:.4f} | "
         + " | ".join(f"{100 * r.transmittance[z]:.2f} %" for z in r.transmittance)
         + f" | {r.refracted:.2f}° | {r.window:.2f}° | {r.internal:.4f} |"
-        for name, r in zip([*names, "all, as drawn"], [*rows, constant], strict=True)
+        for name, r in zip([*names[::3], "all, as drawn"], [*rows[::3], constant], strict=True)
     )
     light_lines = "\n".join(
-        f"| {name} | {zenith:g}° | {key} | "
-        + " | ".join(f"{100 * (ratio - 1):+.2f} %" for ratio in values)
+        f"| {name}, {zenith:g}° | "
+        + " | ".join(
+            f"{100 * (values.min() - 1):+.2f} … {100 * (values.max() - 1):+.2f} %"
+            for values in light(name, zenith).values()
+        )
         + " |"
         for name in WATERS
         for zenith in SUNS
-        for key, values in light(name, zenith).items()
     )
     rim = rows[-1].window - rows[0].window
     text = f"""# One refractive index for all wavelengths
 
 Written by `python3 dev.py run -m benchmarks refractive_index`.
 
-Index of seawater by Quan & Fry (1995), 35 g/kg, 20 °C, and what follows from it: transmittance
-of the surface for the sun at {", ".join(f"{z:g}" for z in constant.transmittance)}°, angle of the
-refracted sun at 60°, half angle of Snell's window, fraction of uniform light that the surface sends
-back down. From 0 to 30 °C the index changes by 0.003, from fresh water to the sea by 0.0065.
+Index of seawater by Quan & Fry (1995), 35 g/kg, 20 °C: transmittance for the sun at
+{", ".join(f"{z:g}" for z in constant.transmittance)}°, angle of the refracted sun at 60°, half
+angle of Snell's window, fraction of uniform light that the surface sends back down. From 0 to 30
+°C the index changes by 0.003, from fresh water to the sea by 0.0065.
 
 | | n | {" | ".join(f"T {z:g}°" for z in constant.transmittance)} | refracted | window | back |
 |---|---|{"---|" * len(constant.transmittance)}---|---|---|
 {index_lines}
 
-Light at {DEPTH:g} m and Kd, solved with the index of each wavelength, against {REFRACTIVE_INDEX:g}
-for all (clear sky, Jerlov types):
+Light at {DEPTH:g} m and Kd with the index of each wavelength against {REFRACTIVE_INDEX:g} for
+all, range of {NM[0]:g} to {NM[-1]:g} nm, clear sky:
 
-| water | sun | | {" | ".join(names)} |
-|---|---|---|{"---|" * len(NM)}
+| water, sun | Ed | Eu | Kd |
+|---|---|---|---|
 {light_lines}
 
-**Verdict.** Brightness, colour and Kd change by less than a percent, far less than the water is
-known. What one index leaves out is a rim: the edge of Snell's window lies {rim:.2f}° further out at
-700 than at 400 nm, and the sun at 60° {rows[-1].refracted - rows[0].refracted:.2f}° lower. Under a
-flat surface, looking up, that is a reddish line of {rim:.1f}° around a window of
-{2 * constant.window:.1f}°; waves break the edge up. It is left out, and
-`--refractive-index` is one number.
+**Verdict.** Brightness, colour and Kd change by less than a percent. What one index leaves out is
+a rim: the edge of Snell's window lies {rim:.2f}° further out at 700 than at 400 nm, the sun at
+60° {rows[-1].refracted - rows[0].refracted:.2f}° lower; looking up under a flat surface, a
+reddish line of {rim:.1f}° around a window of {2 * constant.window:.1f}°. It is left out.
 """
     (ROOT / "docs" / "measured" / "refractive_index.md").write_text(text, encoding="utf-8")
     print(text)

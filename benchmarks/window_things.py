@@ -274,19 +274,13 @@ def _traced(
 
 _TEXT = """# Things in the air, seen from below
 
-Seen from the water, things above it appear within Snell's window. Cycles traces them. EEVEE draws
-them in a second picture of the camera's, in which they are where refraction at a flat surface puts
-them; the main picture looks it up behind the water, with (1 - R) n² of the radiance and the
-extinction of the way in the water. Waves turn rays, which are then followed over the picture in a
-few steps.
+Cycles traces what is seen in Snell's window; EEVEE draws it in a second picture, where refraction
+at a flat surface puts it, and follows rays that waves turn in a few steps.
 
-Jerlov IB with HG 0.9, {bands} bands, clear sky, sun at 35°, floor at {floor:g} m, cameras at 1.5
-and 5 m that look up by 50°, field of 75°, default settings otherwise. The pier has its deck at
-1.5 m, the hull is half out of the water. Cycles: two pictures of {samples} samples; its noise is
-half their difference. EEVEE: {few} samples. ΔE2000 of means over {block} × {block} pixels of
-{width} × {height}, over the window. Edges: how far those of things in the air are off, against rays
-that are refracted one by one; 32 samples, {fine} × as many pixels. CPU seconds are of one picture
-of three bands, once shaders are compiled, on a shared machine.
+Jerlov IB (HG 0.9), {bands} bands, clear sky, sun at 35°, cameras at 1.5 and 5 m that look up by
+50°. Cycles: two pictures of {samples} samples, noise half their difference. ΔE2000 of {block} ×
+{block} pixels of {width} × {height}, over the window; edges against rays that are refracted one
+by one; CPU seconds of one picture, shaders compiled.
 
 | scene | ΔE mean | 95 % | noise | edges, mean | edges, 95 % | CPU s |
 |---|---|---|---|---|---|---|
@@ -297,18 +291,10 @@ within {edge:.2f}° in 95 % of their pixels; the target is {edge_target:g}°: {e
 
 ![Cycles above, EEVEE below](window_things.jpg)
 
-Without the look-up along turned rays, so that things stand still under a sky that ripples, the
-posts were at 1.1 and the hull at 0.9 from 1.5 m in the wind, 95 % at 4.4 and 4.0: it makes the hull
-right, and the posts no better. Most of what is off there is the mirror image of the left one, which
-*Mirrored things* would draw.
-
-Seen straight, without a second picture, hull and pier from 1.5 m under a flat surface took 3.5 and
-3.7 CPU seconds: the more things of more materials stand out of the water, the more it costs. The
-pier took 10.5 instead of 16.8 once what is hidden threw whole shadows (measured later, on its own).
-
-Cycles has no sun that the surface mirrors, which lights undersides in EEVEE (2 to 3 % of the
-sun's light). The deck throws no shadow on the light of the water that comes up to it in EEVEE.
-What is not drawn: [limits](../limits.md#surface).
+What is left of the posts in the wind is mostly a mirror image, which *Mirrored things* draws.
+Without the second picture hull and pier took 3.5 and 3.7 CPU seconds; the pier took 10.5 instead
+of 16.8 once what is hidden threw whole shadows. The surface mirrors the sun onto undersides in
+EEVEE (2 to 3 % of its light), not in Cycles. Not drawn: [limits](../limits.md#surface).
 
 Repeat: `python3 dev.py run -m benchmarks window_things`
 """
@@ -324,8 +310,8 @@ def report(found: dict[Case, Found], samples: int) -> str:
     worst = max(x.mean for x in found.values())
     edge = max(x.edges[1] for x in found.values() if x.edges is not None)
     return _TEXT.format(
-        bands=_BANDS, floor=_FLOOR, samples=samples, few=_EEVEE_SAMPLES, block=_BLOCK,
-        width=_WIDTH, height=_HEIGHT, fine=_FINE**2, rows="\n".join(rows), worst=worst,
+        bands=_BANDS, samples=samples, block=_BLOCK,
+        width=_WIDTH, height=_HEIGHT, rows="\n".join(rows), worst=worst,
         target=TARGET, verdict="met" if worst <= TARGET else "missed", edge=edge,
         edge_target=EDGE_TARGET, edge_verdict="met" if edge <= EDGE_TARGET else "missed",
     )  # fmt: skip
