@@ -24,7 +24,7 @@ Section = tuple[list[Row], str]
 
 
 def percent(values: object, digits: int = 0) -> str:
-    return " / ".join(f"{100 * value:+.{digits}f}" for value in np.ravel(np.asarray(values)))
+    return "/".join(f"{100 * value:+.{digits}f}" for value in np.ravel(np.asarray(values)))
 
 
 def grid(head: str, lines: list[str]) -> str:

@@ -23,8 +23,8 @@ def tyler() -> Section:
     for name in _tyler.PHASES:
         fits[name] = [_tyler.misfit(x) for x in _tyler.modelled(name, share)]
         cells = [
-            f"{100 * x.median:.0f} / {100 * x.tail:.0f} / {100 * x.worst:.0f} "
-            f"| {100 * x.shape:.1f} / {100 * x.shape_tail:.0f}"
+            f"{100 * x.median:.0f}/{100 * x.tail:.0f}/{100 * x.worst:.0f} "
+            f"| {100 * x.shape:.1f}/{100 * x.shape_tail:.0f}"
             for x in fits[name]
         ]
         lines.append(f"| `{name}` | {' | '.join(cells)} |")
@@ -43,16 +43,16 @@ def tyler() -> Section:
     rows = [
         Row(
             f"radiance, 7 depths × {count} directions, solved, Fournier-Forand / Petzold", where,
-            f"{100 * ff.median:.0f} / {100 * petzold.median:.0f} % off in the median, at each "
-            f"depth {100 * ff.shape:.0f} / {100 * petzold.shape:.0f} %; 90 % "
-            f"{100 * ff.tail:.0f} / {100 * petzold.tail:.0f} %",
+            f"{100 * ff.median:.0f}/{100 * petzold.median:.0f} % off in the median, at each "
+            f"depth {100 * ff.shape:.0f}/{100 * petzold.shape:.0f} %; 90 % "
+            f"{100 * ff.tail:.0f}/{100 * petzold.tail:.0f} %",
             theirs, MET + " in the median" if max(ff.median, petzold.median) < 0.15 else MISSED,
         ),
         Row(
             "the same, closed form", where,
-            f"{100 * ff_closed.median:.0f} / {100 * petzold_closed.median:.0f} %, at each depth "
-            f"{100 * ff_closed.shape:.0f} / {100 * petzold_closed.shape:.0f} %, "
-            f"90 % {100 * ff_closed.tail:.0f} / {100 * petzold_closed.tail:.0f} %",
+            f"{100 * ff_closed.median:.0f}/{100 * petzold_closed.median:.0f} %, at each depth "
+            f"{100 * ff_closed.shape:.0f}/{100 * petzold_closed.shape:.0f} %, "
+            f"90 % {100 * ff_closed.tail:.0f}/{100 * petzold_closed.tail:.0f} %",
             theirs, PARTLY,
         ),
         Row(
@@ -92,8 +92,7 @@ def canonical() -> Section:
             f"{name} {percent([d for d, _ in each], 1)} %" for name, each in off.items()
         )
         theirs = "; ".join(
-            f"{name} ± {' / '.join(f'{100 * s:.1f}' for _, s in each)} %"
-            for name, each in off.items()
+            f"{name}±{'/'.join(f'{100 * s:.1f}' for _, s in each)} %" for name, each in off.items()
         )
         worst = max(abs(d) / max(2 * s, 0.02) for each in off.values() for d, s in each)
         verdict = MET if worst <= 1 else PARTLY
@@ -149,7 +148,7 @@ def raman() -> Section:
         _, with_older, theirs_then = _raman_at_sea.at_the_surface(C, older=True)
         older.append(with_older / theirs_then)
         three = zip(100 * ours, 100 * theirs, older[-1], strict=True)
-        cells = [f"{x:.1f} / {y:.1f} ({then:.2f})" for x, y, then in three]
+        cells = [f"{x:.1f}/{y:.1f} ({then:.2f})" for x, y, then in three]
         lines.append(f"| {C:g} | {' | '.join(cells)} |")
     surface = grid("| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths) + " |", lines)
     deep = ", ".join(f"{100 * _raman_at_sea.share(0.1, 650.0, y):.0f} %" for y in RAMAN_DEPTHS)
@@ -162,13 +161,13 @@ def raman() -> Section:
             f"{percent([off.min(), off.max()])} %", "± 10 %", MET),
         Row("Raman over elastic light that leaves case 1 water, 551 and 667 nm",
             "Lee et al. 2013 (HydroLight)",
-            f"× {ratios[:, 4:].min():.2f} … {ratios[:, 4:].max():.2f}", "1 ± 0.25", MET),
+            f"× {ratios[:, 4:].min():.2f}…{ratios[:, 4:].max():.2f}", "1 ± 0.25", MET),
         Row("the same, 488 and 531 nm", "Lee et al. 2013",
-            f"× {ratios[:, 2:4].min():.2f} … {ratios[:, 2:4].max():.2f}", "1 ± 0.25", PARTLY),
+            f"× {ratios[:, 2:4].min():.2f}…{ratios[:, 2:4].max():.2f}", "1 ± 0.25", PARTLY),
         Row("the same, 412 and 443 nm", "Lee et al. 2013",
-            f"× {ratios[:, :2].min():.2f} … {ratios[:, :2].max():.2f}", "1 ± 0.25", MISSED),
+            f"× {ratios[:, :2].min():.2f}…{ratios[:, :2].max():.2f}", "1 ± 0.25", MISSED),
         Row("the same, pure water below 420 nm by Smith & Baker (1981)", "Lee et al. 2013",
-            f"× {older[:, :2].min():.2f} … {older[:, :2].max():.2f}", "1 ± 0.25", PARTLY),
+            f"× {older[:, :2].min():.2f}…{older[:, :2].max():.2f}", "1 ± 0.25", PARTLY),
         Row("fraction of Raman light at 650 nm, 20 m", "none found with numbers",
             f"{100 * _raman_at_sea.share(0.1, 650.0, 20.0):.0f} % (C = 0.1)",
             "–", OPEN),

@@ -34,9 +34,9 @@ def measured_waters() -> Section:
         b_ratio.append(b)
         within += int(b_kept.sum())
         lines.append(
-            f"| {name} | {np.median(ratio):.2f} ({ratio.min():.2f} … {ratio.max():.2f}) "
+            f"| {name} | {np.median(ratio):.2f} ({ratio.min():.2f}…{ratio.max():.2f}) "
             f"| {int(kept.sum())} of {len(ratio)} "
-            f"| {b.min():.2f} … {b.max():.2f} | {int(b_kept.sum())} |"
+            f"| {b.min():.2f}…{b.max():.2f} | {int(b_kept.sum())} |"
         )
     Kd, b = np.concatenate(every), np.concatenate(b_ratio)
     jerlov = grid(
@@ -65,24 +65,24 @@ def measured_waters() -> Section:
     rows = [
         Row("Kd of measured a and b, six Jerlov types, over measured Kd",
             "Williamson & Hollins 2022; Jerlov 1976",
-            f"median {np.median(Kd):.2f}, {Kd.min():.2f} … {Kd.max():.2f}, {inside} of {len(Kd)} "
+            f"median {np.median(Kd):.2f}, {Kd.min():.2f}…{Kd.max():.2f}, {inside} of {len(Kd)} "
             "within two spreads of a", "1", PARTLY),
         Row("b of the default source over measured b", "Williamson & Hollins 2022",
-            f"{b.min():.2f} … {b.max():.2f}, {within} of {len(b)} within two spreads",
+            f"{b.min():.2f}…{b.max():.2f}, {within} of {len(b)} within two spreads",
             "1 ± 0.3", MISSED + ": an inversion; `williamson2022` is measured"),
         Row("Kd of types I, IA, IB at 30° over the published",
             "HydroLight, Solonenko & Mobley 2015",
-            f"{1 / fit_3.max():.2f} … {1 / fit_3.min():.2f}", "1 (two digits)", MET),
+            f"{1 / fit_3.max():.2f}…{1 / fit_3.min():.2f}", "1 (two digits)", MET),
         Row("Kd by Lee et al. (2005) over that solved, case 1 waters, sun at 10, 30, 60°",
             "HydroLight, Lee et al. 2005",
             f"{100 * np.mean(lee):.1f} % off on average, {100 * np.max(lee):.0f} % at most",
             "about 2 %, 12 % at most, in their waters", MET if np.max(lee) <= 0.12 else MISSED),
         Row("sun that explains the profiles of 3C, 5C, 9C", "Monzon 2024, Fig. 15",
-            " / ".join(f"{z:.0f}°" for z in coast), "not stated; at 30° Kd is 9 to 16 % off", OPEN),
+            "/".join(f"{z:.0f}°" for z in coast), "not stated; at 30° Kd is 9 to 16 % off", OPEN),
         Row("phase function backwards at eight stations, at their bb/b", "Petzold 1972",
-            f"{min(backward):.2f} … {max(backward):.2f} of measured", "± 0.1", MET),
+            f"{min(backward):.2f}…{max(backward):.2f} of measured", "± 0.1", MET),
         Row("default particles at the three harbour stations, all angles", "Petzold 1972",
-            f"{np.min(harbour):.2f} … {np.max(harbour):.2f} of measured",
+            f"{np.min(harbour):.2f}…{np.max(harbour):.2f} of measured",
             f"their average ± {100 * np.max(np.abs(average - 1)):.0f} %", PARTLY),
         Row("default bb/b in open water", "Petzold 1972", "0.0183",
             "0.013 to 0.044 with the water's own", "a setting: no type fixes it"),
@@ -136,17 +136,17 @@ def caustics() -> Section:
     plain, shallow = (found[causes.CAUSES[i]][~below] for i in (0, -1))
     rows = [
         Row("caustics, variation of Ed at 2.8 to 9.6 m over measured", "Darecki 2011",
-            f"× {before.min():.2f} … {before.max():.2f}; with the cause found "
-            f"{after.min():.2f} … {after.max():.2f}", "1 ± 0.2",
+            f"× {before.min():.2f}…{before.max():.2f}; with the cause found "
+            f"{after.min():.2f}…{after.max():.2f}", "1 ± 0.2",
             PARTLY + ": carried by what a c-meter does not see of b"),
         Row("the same at 0.9 and 1.7 m", "Darecki 2011",
-            f"× {plain.min():.2f} … {plain.max():.2f}; with the cause found "
-            f"{shallow.min():.2f} … {shallow.max():.2f}, and with twice the waves of 6 to 30 cm "
-            f"{both[~below].min():.2f} … {both[~below].max():.2f}", "1 ± 0.2",
+            f"× {plain.min():.2f}…{plain.max():.2f}; with the cause found "
+            f"{shallow.min():.2f}…{shallow.max():.2f}, and with twice the waves of 6 to 30 cm "
+            f"{both[~below].min():.2f}…{both[~below].max():.2f}", "1 ± 0.2",
             MISSED + ": carried by how many decimetre waves there are"),
         Row("caustics at 3.2 m, sun at 20 / 40 / 60°", "Gernez & Antoine 2009",
-            "× " + " / ".join(f"{row[0]:.2f}" for row in buoy.values()) + "; averaged over ⅓ s "
-            + " / ".join(f"{row[-1]:.2f}" for row in buoy.values()), "1 ± 0.2",
+            "× " + "/".join(f"{row[0]:.2f}" for row in buoy.values()) + "; averaged over ⅓ s "
+            + "/".join(f"{row[-1]:.2f}" for row in buoy.values()), "1 ± 0.2",
             PARTLY + ": carried by the slow record at a high sun"),
     ]  # fmt: skip
     text = f"""## Caustics: what makes them too strong
@@ -165,8 +165,8 @@ cause at a time.
   that sea was is not measured: the model keeps its spectrum and is **a fifth to a third too weak**
   there (× 0.77 to 0.83 at 4.1 m/s). Whitecaps cover {100 * causes.whitecaps(WIND):.1f} %.
 - At the buoy of Gernez & Antoine (2009), 3.2 m, the model is
-  {" / ".join(f"{row[0]:.2f}" for row in buoy.values())} of the measured with the sun at 20 / 40 /
-  60°, averaged over ⅓ s {" / ".join(f"{row[-1]:.2f}" for row in buoy.values())}: a slow record, and
+  {"/".join(f"{row[0]:.2f}" for row in buoy.values())} of the measured with the sun at 20 / 40 /
+  60°, averaged over ⅓ s {"/".join(f"{row[-1]:.2f}" for row in buoy.values())}: a slow record, and
   at 60° more wind or haze than assumed.
 """
     return rows, text
@@ -190,14 +190,14 @@ def papers() -> Section:
             f"{found['paper, printed']:.3f})", f"{mean:.3f}, in their scenes",
             "better, in other scenes"),
         Row("event weights at 500 nm, particles' scattering", "Gutierrez 2008, §4.1",
-            " / ".join(f"{ours[name]:.3f}" for name in elastic),
-            " / ".join(f"{_event_weights.PRINTED[name]:.3f}" for name in elastic),
+            "/".join(f"{ours[name]:.3f}" for name in elastic),
+            "/".join(f"{_event_weights.PRINTED[name]:.3f}" for name in elastic),
             "fitted: their water is not printed"),
         Row("weight of Raman scattering at 500 nm", "Gutierrez 2008, §4.1",
             f"{ours['Raman scattering']:.1e}", f"{_event_weights.PRINTED['Raman scattering']:.1e}",
             "theirs is no published coefficient"),
         Row("weights of fluorescence, phytoplankton / CDOM", "Gutierrez 2008, §4.1",
-            f"{ours['fluorescence of phytoplankton']:.1e} / {ours['fluorescence of CDOM']:.1e}",
+            f"{ours['fluorescence of phytoplankton']:.1e}/{ours['fluorescence of CDOM']:.1e}",
             f"{_event_weights.PRINTED['fluorescence of phytoplankton']:.1e} / "
             f"{_event_weights.PRINTED['fluorescence of CDOM']:.1e}",
             "theirs needs yields of 31 and 13 %"),

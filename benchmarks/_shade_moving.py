@@ -37,7 +37,7 @@ class Seconds:
     cpu: float
 
     def __str__(self) -> str:
-        return f"{self.wall:.2f} / {self.cpu:.2f}"
+        return f"{self.wall:.2f}/{self.cpu:.2f}"
 
 
 @dataclass(frozen=True)

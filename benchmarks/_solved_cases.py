@@ -124,7 +124,7 @@ def layered_cases(count: int) -> Iterator[Case]:
         )  # fmt: skip
         ends = ", ".join(f"{top:.2g} m" for top in tops)
         yield Case(
-            f"{' / '.join(map(str, names))} from {ends}, {nm.round()} nm, {sky}, {surface}, sun "
+            f"{'/'.join(map(str, names))} from {ends}, {nm.round()} nm, {sky}, {surface}, sun "
             f"{zenith:.0f}°, camera at {depth:.2g} m",
             column, each[0][2], depth, random.uniform(0.0, 60.0), None,
         )  # fmt: skip

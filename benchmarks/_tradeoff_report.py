@@ -385,7 +385,7 @@ def _terms(results: Results) -> list[str]:
         if not found:
             continue
         ranges = [[pair[i].delta_e for pair in found] for i in range(2)]
-        cells = " | ".join(f"{min(x):.2f} … {max(x):.2f}" for x in ranges)
+        cells = " | ".join(f"{min(x):.2f}…{max(x):.2f}" for x in ranges)
         ratio = _geometric([m.cost / full.cost for m, full in found])
         lines.append(
             f"| {name.removeprefix(f'{USUAL}, ')} | {len(found)} | {cells} | {ratio:.1f} |"

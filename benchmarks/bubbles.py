@@ -81,7 +81,7 @@ def lobe_row(tau: float) -> str:
         for phase in (own, HenyeyGreenstein(own.g))
     ]
     ratios = [f"{lights[1][name] / lights[0][name]:.2f}" for name in _VIEWS]
-    return f"| {tau:g} | {' / '.join(ratios)} |"
+    return f"| {tau:g} | {'/'.join(ratios)} |"
 
 
 def plume_row(concentration: float, samples: int) -> str:

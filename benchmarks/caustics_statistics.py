@@ -323,12 +323,12 @@ def main(_arguments: list[str]) -> None:
     found = [against_darecki(wind) for wind in DARECKI_WINDS]
     depths, cv, _ = found[0]
     for i, depth in enumerate(depths.tolist()):
-        cells = [" / ".join(f"{x:.2f}" for x in model[i] / cv[i]) for _, _, model in found]
+        cells = ["/".join(f"{x:.2f}" for x in model[i] / cv[i]) for _, _, model in found]
         lines.append(f"| {depth:g} | " + " | ".join(cells) + " |")
     darecki = "\n".join(lines)
     inside = [int(np.sum(np.abs(model / cv - 1) <= 0.3)) for _, _, model in found]
     gernez = "\n".join(
-        f"| {zenith:g}° | {sea:.3f} ± {sd:.3f} | {model:.3f} | ×{model / sea:.2f} |"
+        f"| {zenith:g}° | {sea:.3f}±{sd:.3f} | {model:.3f} | ×{model / sea:.2f} |"
         for zenith, sea, sd, model in against_gernez()
     )
     crests = "\n".join(
@@ -363,8 +363,8 @@ def main(_arguments: list[str]) -> None:
     layers = []
     for depth, gained, plain in layer_cost(5.0):
         layers.append(
-            f"| {depth:g} | " + " / ".join(f"{100 * v:+.0f}" for v in gained) + " | "
-            + " / ".join(f"{100 * v:+.0f}" for v in plain) + " |"
+            f"| {depth:g} | " + "/".join(f"{100 * v:+.0f}" for v in gained) + " | "
+            + "/".join(f"{100 * v:+.0f}" for v in plain) + " |"
         )  # fmt: skip
     waves = WaveSpectrum(5.0).realise(16.0, 1024, 1)
     start = time.process_time()

@@ -274,7 +274,7 @@ def photons_row(concentration: float, constituent: str = "minerals") -> str:
         traced = radiance(grey, _SUN, _VIEWS, isotropic=isotropic, count=300_000)
         found = {n: _formula(matter, blunt, v, isotropic=isotropic) for n, v in _VIEWS.items()}
         ratios = [found[name] / traced[name] for name in _VIEWS]
-        cells.append(" / ".join(f"{x:.2f}" for x in ratios))
+        cells.append("/".join(f"{x:.2f}" for x in ratios))
     tau = (a + b) * _SIGMA * math.sqrt(2.0 * math.pi)
     return f"| {concentration:g} | {tau:.1f} | {cells[0]} | {cells[1]} |"
 
@@ -298,7 +298,7 @@ def lamp_row(concentration: float, constituent: str = "minerals") -> str:
         light = path_light(folded, clouds, *_parallel(view, 60.0), np.full((48, 1), 200.0))
         ratios.append(float(light[:, 0].mean()) / traced[name])
     tau = (a + b) * _SIGMA * math.sqrt(2.0 * math.pi)
-    return f"| {concentration:g} | {tau:.1f} | {' / '.join(f'{x:.2f}' for x in ratios)} |"
+    return f"| {concentration:g} | {tau:.1f} | {'/'.join(f'{x:.2f}' for x in ratios)} |"
 
 
 def _parallel(view: Sequence[float], away: float) -> tuple[list[Array], list[float]]:

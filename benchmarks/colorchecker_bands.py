@@ -126,7 +126,7 @@ def main(_: Sequence[str]) -> None:
     ]
     rows = table()
     for count in COUNTS:
-        cells = ["{:.2f} / {:.2f} ({:.2f})".format(*rows[sensor, count]) for sensor in SENSORS]
+        cells = ["{:.2f}/{:.2f} ({:.2f})".format(*rows[sensor, count]) for sensor in SENSORS]
         lines.append(f"| {count} | {' | '.join(cells)} |")
     lines += ["", "Repeat: `python3 dev.py run -m benchmarks colorchecker_bands`", ""]
     docs = Path(__file__).resolve().parent.parent / "docs" / "measured"

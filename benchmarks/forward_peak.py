@@ -104,7 +104,7 @@ def _row(scene: Scene, found: dict[str, Noise], wanted: NDArray[np.float64]) -> 
         f"{(bounded.relative / hg.relative) ** 2:.2f}",
         f"{(exact.relative / hg.relative) ** 2:.1f}",
         f"{bounded.seconds_at_noise:.3g}",
-        f"{100 * bias[worst]:+.1f} ± {100 * error[worst]:.1f} %",
+        f"{100 * bias[worst]:+.1f}±{100 * error[worst]:.1f} %",
     ]
     return f"| {' | '.join(cells)} |"
 

@@ -432,8 +432,8 @@ def report(comparisons: Sequence[Comparison], samples: int) -> str:
     lines += [f"| water | {' | '.join(names)} | noise |", "|---" * (len(names) + 2) + "|"]
     for c in comparisons:
         where = f"{c.water} {c.depth:g} m" + ("" if c.light == CLEAR else f", {c.light.title}")
-        found = [f"{c.deviations[n].srgb_rmse:.4f} / {c.deviations[n].delta_e:.2f}" for n in names]
-        noise = f"{c.srgb_noise:.4f} / {c.delta_e_noise:.2f}"
+        found = [f"{c.deviations[n].srgb_rmse:.4f}/{c.deviations[n].delta_e:.2f}" for n in names]
+        noise = f"{c.srgb_noise:.4f}/{c.delta_e_noise:.2f}"
         lines.append(f"| {where} | {' | '.join(found)} | {noise} |")
     lines += ["", "| mean | of | sRGB RMSE | ΔE2000 |", "|---|---|---|---|"]
     ours = [c.deviations for c in comparisons if c.light == CLEAR]

@@ -411,7 +411,7 @@ def draw(path: Path) -> None:
 
 def _percent(values: np.ndarray) -> str:
     error = 100 * (np.asarray(values) - 1)
-    return f"{np.median(error):+.0f} ({error.min():+.0f} … {error.max():+.0f})"
+    return f"{np.median(error):+.0f} ({error.min():+.0f}…{error.max():+.0f})"
 
 
 def main(_arguments: list[str]) -> None:

@@ -128,7 +128,7 @@ def agreement(blend: Path, folder: Path) -> list[str]:
                 error = delta_e_CIE2000_images(seen[name], reference)
                 coarse = delta_e_CIE2000_images(blocks(seen[name]), blocks(reference))
                 cells.append(
-                    f"{error.mean():.2f} / {np.quantile(error, 0.95):.2f} ({coarse.mean():.2f})"
+                    f"{error.mean():.2f}/{np.quantile(error, 0.95):.2f} ({coarse.mean():.2f})"
                 )
             rows.append(f"| {water[7:]} | {port} | {' | '.join(cells)} | {noise:.2f} |")
             print(rows[-1], flush=True)

@@ -205,7 +205,7 @@ def _judged(rows: list[dict]) -> str:
     met = sum(abs(value) <= _TARGET for value, _ in off)
     missed = sum(abs(value) - 2 * error > _TARGET for value, error in off)
     value, error = max(off, key=lambda pair: abs(pair[0]))
-    return f"{len(off)} | {met} | {missed} | {value:+.1f} ± {error:.1f}"
+    return f"{len(off)} | {met} | {missed} | {value:+.1f}±{error:.1f}"
 
 
 def _bands(rows: list[dict]) -> str:

@@ -101,7 +101,7 @@ def _quadrature_table() -> str:
     for in_view, (name, phase) in itertools.product((False, True), _PHASES.items()):
         errors = quadrature_errors(in_view, phase)
         cells = [
-            f"{100 * np.quantile(errors[key], 0.95):.2g} / {100 * errors[key].max():.2g} %"
+            f"{100 * np.quantile(errors[key], 0.95):.2g}/{100 * errors[key].max():.2g} %"
             for key in errors
         ]
         where = "in view" if in_view else "beside the camera"
@@ -153,7 +153,7 @@ def photon_errors(count: int, photons: int, keep: Path) -> list[Row]:
 
 def _spread(errors: Sequence[float]) -> str:
     size = np.abs(np.asarray(errors)) * 100
-    return f"{np.median(size):.0f} / {np.quantile(size, 0.95):.0f} / {size.max():.0f} %"
+    return f"{np.median(size):.0f}/{np.quantile(size, 0.95):.0f}/{size.max():.0f} %"
 
 
 def _transport_lengths(row: Row) -> float:

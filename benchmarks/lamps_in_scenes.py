@@ -95,7 +95,7 @@ class Comparison:
         if len(off):
             size = np.abs(off)
             water = (
-                f"{100 * np.median(size):.0f} / {100 * np.quantile(size, 0.95):.0f} / "
+                f"{100 * np.median(size):.0f}/{100 * np.quantile(size, 0.95):.0f} / "
                 f"{100 * size.max():.0f} %"
             )
         return (

@@ -235,7 +235,7 @@ def measure(folder: Path) -> str:
         before=f"{100 * BEFORE:g} cm",
         bands="|".join(f" {_share(x)} " for x in in_bands),
         channels="|".join(f" {_share(x)} " for x in in_channels),
-        traced=f"{ratio.mean():.3f} ± {ratio.std() / np.sqrt(ratio.size):.3f}",
+        traced=f"{ratio.mean():.3f}±{ratio.std() / np.sqrt(ratio.size):.3f}",
         own=_share(_against_own_light(far.layers, of_sensor)),
     )
 

@@ -108,11 +108,11 @@ class Comparison:
         both = self.photons, self.mitsuba
         (one, doubt), (other, others) = (mean_and_error(x.mean(axis=(1, 2))) for x in both)
         ratio, error = one / other, one / other * math.hypot(doubt / one, others / other)
-        cells = [f"{100 * (ratio - 1):+.1f} ± {100 * error:.1f} %"]
+        cells = [f"{100 * (ratio - 1):+.1f}±{100 * error:.1f} %"]
         for sizes in ((1, 1), COARSER):
             cells += [*_differences(*(_together(x, sizes) for x in both))]
         photons, mitsuba = self.seconds
-        return f"| {self.title} | {' | '.join(cells)} | {photons:.0f} / {mitsuba:.0f} |"
+        return f"| {self.title} | {' | '.join(cells)} | {photons:.0f}/{mitsuba:.0f} |"
 
 
 def _together(pictures: Array, sizes: Sequence[int]) -> Array:
@@ -127,7 +127,7 @@ def _differences(photons: Array, mitsuba: Array) -> tuple[str, str]:
     (one, doubt), (other, others) = (mean_and_error(x) for x in (photons, mitsuba))
     off = np.abs(one / other - 1.0)
     noise = _MEDIAN_OF_NORMAL * np.hypot(doubt, others) / other
-    size = f"{100 * np.median(off):.1f} / {100 * np.quantile(off, 0.95):.1f} %"
+    size = f"{100 * np.median(off):.1f}/{100 * np.quantile(off, 0.95):.1f} %"
     return size, f"{100 * np.median(noise):.1f} %"
 
 

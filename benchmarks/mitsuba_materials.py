@@ -105,10 +105,10 @@ class Measured:
         every = np.stack(self.of_all_bands(one, other), axis=-1)
         rows = []
         for place, bands, mean in zip(PLACES, found, every, strict=True):
-            cells = [f"{100 * (r - 1):+.1f} ± {100 * e:.1f}" for r, e in (*bands, mean)]
+            cells = [f"{100 * (r - 1):+.1f}±{100 * e:.1f}" for r, e in (*bands, mean)]
             cells[-1] = f"**{cells[-1]}**"
             if place in places:
-                rows.append(f"| {place} | {one} / {other} | {' | '.join(cells)} |")
+                rows.append(f"| {place} | {one}/{other} | {' | '.join(cells)} |")
         return rows
 
 

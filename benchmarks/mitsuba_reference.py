@@ -361,7 +361,7 @@ def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str
     every = [(c.z(), c.has_normal_noise(2 * samples)) for c in comparisons]
     overall = [_overall_ratio(c) for c in comparisons]
     for c, (z, chosen), (ratio, error) in zip(comparisons, every, overall, strict=True):
-        cells = f"{_z_cells(z, chosen)} | {c.speed():.2f} | {ratio:.4f} ± {error:.4f}"
+        cells = f"{_z_cells(z, chosen)} | {c.speed():.2f} | {ratio:.4f}±{error:.4f}"
         lines.append(f"| {c.title} | {cells} |")
     ours = [c.light == CLEAR for c in comparisons]
     weights = np.array([own * error**-2 for own, (_, error) in zip(ours, overall, strict=True)])
@@ -369,8 +369,7 @@ def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str
     every = [z for own, z in zip(ours, every, strict=True) if own]
     cells = _z_cells(*(np.concatenate(x) for x in zip(*every, strict=True)))
     lines += [
-        f"| **all with a clear sky** | | {cells} | | "
-        f"**{mean:.4f} ± {weights.sum() ** -0.5:.4f}** |",
+        f"| **all with a clear sky** | | {cells} | | **{mean:.4f}±{weights.sum() ** -0.5:.4f}** |",
         "",
         "In IB from 475 to 575 nm -0.5 ± 0.2 % is not explained; the solver agrees with",
         "Cycles over",
@@ -432,7 +431,7 @@ def main(arguments: Sequence[str]) -> None:
         ratio, error = _overall_ratio(last)
         z = last.z()[last.has_normal_noise(2 * options.samples)]
         print(
-            f"{water} {depth:g} m, {light.title}: Mitsuba/Cycles {ratio:.4f} ± {error:.4f}, "
+            f"{water} {depth:g} m, {light.title}: Mitsuba/Cycles {ratio:.4f}±{error:.4f}, "
             f"mean z² {np.mean(z**2):.2f}, equal-error CPU {last.speed():.2f}",
             flush=True,
         )

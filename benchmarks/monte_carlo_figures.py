@@ -186,7 +186,7 @@ def main(arguments: list[str]) -> None:
         errors = [radiance[n][1] for n in (PROCESSES if name == "all" else (name,))]
         error = math.sqrt(sum((e[seen] ** 2).sum() for e in errors)) / total[seen].sum()
         share_rows.append(
-            f"| {name} | {100 * mean[seen].sum() / total[seen].sum():.2f} ± {100 * error:.2f} % "
+            f"| {name} | {100 * mean[seen].sum() / total[seen].sum():.2f}±{100 * error:.2f} % "
             f"| {100 * (mean @ observer) / (total @ observer):.2f} % |"
         )
     _draw_baltic(radiance, colours, shares, docs / "monte_carlo_baltic.png")
@@ -202,7 +202,7 @@ def main(arguments: list[str]) -> None:
             furthest.append(100 * (ratio[np.argmax(np.abs(np.log(ratio)))] - 1))
             largest = max(largest, float(error[kept, i].max()))
         far = max(furthest, key=abs)
-        profile_rows.append(f"| {name} | {' / '.join(off)} | {far:+.0f} |")
+        profile_rows.append(f"| {name} | {'/'.join(off)} | {far:+.0f} |")
     newline = "\n"
     events = newline.join(f"| {name} | {100 * share:.2f} |" for name, share in shares.items())
     codes = ", ".join(
@@ -237,7 +237,7 @@ absorptions that can excite, of which at most two in a hundred emit.
 
 Kd published with a and b of Solonenko & Mobley (2015) over that of the Monte Carlo, default phase
 function, sun at {SUN_ZENITH:g}° in a black sky, in % at
-{" / ".join(f"{nm:g}" for nm in WAVELENGTHS)} nm; then the ratio of exp(-Kd y) to the Monte Carlo
+{"/".join(f"{nm:g}" for nm in WAVELENGTHS)} nm; then the ratio of exp(-Kd y) to the Monte Carlo
 that is furthest from 1, down to 1 % of the light or {PROFILE_DEPTHS[-1]:g} m, in % (standard error
 at most {100 * largest:.1f} %).
 

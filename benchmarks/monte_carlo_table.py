@@ -223,7 +223,7 @@ def _canonical_lines(photons: int) -> list[str]:
         found = canonical(problem, case, photons if case == 1 else photons // 5)
         met += [abs(x.difference) <= x.tolerance for x in found]
         cells = [
-            " / ".join(f"{100 * x.difference:+.2f}" for x in found if x.quantity == name)
+            "/".join(f"{100 * x.difference:+.2f}" for x in found if x.quantity == name)
             for name in ("Ed", "Eou", "Lu")
         ]
         lines.append(f"| {problem}, {case} | {' | '.join(cells)} |")

@@ -65,12 +65,12 @@ class Moved:
         (pixels, _), (blocks, water) = self.unsteady(1), self.unsteady(_BLOCK)
         jumps, _ = self.unsteady(_BLOCK, 4)
         cells = [_cells(x) for x in (pixels, blocks, blocks[:, water], jumps)]
-        seconds = f"{np.median(self.seconds):.3f} / {self.seconds.max():.3f}"
+        seconds = f"{np.median(self.seconds):.3f}/{self.seconds.max():.3f}"
         return f"| {' | '.join(cells)} | {seconds} |"
 
 
 def _cells(x: Array) -> str:
-    return " / ".join(
+    return "/".join(
         f"{100 * y:.2f}"
         for y in (np.median(x), np.quantile(x, 0.95), np.quantile(x, 0.99), x.max())
     )

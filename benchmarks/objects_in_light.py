@@ -146,7 +146,7 @@ class Found:
         cells = [self.eevee / self.cycles, self.error / self.cycles]
         if self.rays is not None:
             cells += [self.eevee / self.rays[0], self.rays[1] / self.rays[0]]
-        texts = [" / ".join(f"{x:.2f}" for x in values) for values in cells]
+        texts = ["/".join(f"{x:.2f}" for x in values) for values in cells]
         return f"{self.thing} | {' | '.join(texts + [''] * (4 - len(texts)))} |"
 
 

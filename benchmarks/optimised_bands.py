@@ -142,7 +142,7 @@ def _cell(errors: list[NDArray[np.float64]]) -> str:
     """Mean, 95 % and the worst case's mean."""
     every = np.concatenate(errors)
     worst = max(float(e.mean()) for e in errors)
-    return f"{every.mean():.2f} / {np.percentile(every, 95):.2f} / {worst:.2f}"
+    return f"{every.mean():.2f}/{np.percentile(every, 95):.2f}/{worst:.2f}"
 
 
 def _chosen(found: dict[_Case, _Errors], label: str, **wanted: object) -> list[NDArray[np.float64]]:
@@ -172,7 +172,7 @@ def _spread(found: dict[_Case, _Errors], label: str, of: str, names: Sequence[st
         for name in names
     }
     most = max(means, key=means.__getitem__)
-    return f"{np.median(list(means.values())):.2f} / {means[most]:.2f} ({most})"
+    return f"{np.median(list(means.values())):.2f}/{means[most]:.2f} ({most})"
 
 
 def _times() -> list[tuple[int, float, float]]:

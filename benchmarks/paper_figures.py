@@ -364,7 +364,7 @@ def _cells(errors: Errors, method: str) -> str:
         means.append((np.mean(rmse), np.mean(delta_e), scene.title))
     rmse, delta_e = (np.mean([x[i] for x in means]) for i in range(2))
     worst = max(means, key=lambda x: x[1])
-    return f"{rmse:.3f} / {delta_e:.1f} | {worst[1]:.1f} ({worst[2]})"
+    return f"{rmse:.3f}/{delta_e:.1f} | {worst[1]:.1f} ({worst[2]})"
 
 
 def _wins(errors: Errors, better: str, worse: str) -> str:
@@ -399,7 +399,7 @@ def _figure12_text(bands: dict[int, list[Error]]) -> str:
     t_8 = 1.17 + 0.056 * 8
     lines = []
     for n in PRINTED_COUNTS:
-        cells = " | ".join(f"{e.rmse:.4f} / {e.delta_e:.2f}" for e in bands[n][::2])
+        cells = " | ".join(f"{e.rmse:.4f}/{e.delta_e:.2f}" for e in bands[n][::2])
         lines.append(f"| {n} | {cells} | {ours[n][0]:.2f} | {(1.17 + 0.056 * n) / t_8:.2f} |")
     table = grid("| bands | tables | closed form | cost, tables | theirs, fit |", lines)
     return f"""## Monzon 2024, Figure 12: the number of bands
@@ -430,7 +430,7 @@ def _looks_text() -> str:
         for water in (waters[0], waters[-1])
     ]
     single = ", ".join(f"{100 * a:.2g} to {100 * b:.2g} % ({w})" for w, (a, b) in ends)
-    amounts = " / ".join(f"{100 * look(PaperScene(w, 3.0, 1.0)).amount:.2g}" for w in LOOKS[0][1])
+    amounts = "/".join(f"{100 * look(PaperScene(w, 3.0, 1.0)).amount:.2g}" for w in LOOKS[0][1])
     return f"""## Monzon 2024, Figures 7, 8 and 10; Monzon 2022, Figure 1: how waters look
 ![Colours of the open water](paper_waters.png)
 
@@ -446,7 +446,7 @@ The sensors of Monzon 2022, Figure 1, are not named. Not repeated: 1, 6 and 9 (p
 
 
 def _stops(left: dict[str, float]) -> str:
-    return " / ".join(f"{-np.log2(x):.1f}" for x in left.values())
+    return "/".join(f"{-np.log2(x):.1f}" for x in left.values())
 
 
 def _table2_text() -> str:
@@ -455,7 +455,7 @@ def _table2_text() -> str:
 
     def line(name: str, values: dict[str, float]) -> str:
         each = [values[t] for t in titles]
-        return f"| {name} | {np.mean(each):.3f} | {min(each):.3f} … {max(each):.3f} |"
+        return f"| {name} | {np.mean(each):.3f} | {min(each):.3f}…{max(each):.3f} |"
 
     lines = [
         line("*Chen et al., printed, their scenes*", USSIM),
@@ -465,7 +465,7 @@ def _table2_text() -> str:
     theirs = {t: USSIM[t] / TABLE2[t] for t in titles}
     here = {t: found[AS_DESCRIBED][t] / found[PAPER][t] for t in titles}
     ratios = [
-        f"{label} {' / '.join(f'{x:.1f}' for x in each.values())}"
+        f"{label} {'/'.join(f'{x:.1f}' for x in each.values())}"
         for label, each in (("printed", theirs), ("here", here))
     ]
     return f"""## Monzon 2024, Table 2 and Figure 11: against the XYZ method
@@ -491,15 +491,15 @@ def _gutierrez_text() -> str:
         changes = [printed.compare(water, element) for water in waters.values()]
         bright, off = ([getattr(c, x) for c in changes] for x in ("brightness", "delta_e"))
         lines.append(
-            f"| {name} | {min(bright):.2f} … {max(bright):.2f} | {min(off):.1f} … {max(off):.1f} |"
+            f"| {name} | {min(bright):.2f}…{max(bright):.2f} | {min(off):.1f}…{max(off):.1f} |"
         )
     baltic = named_waters()["baltic"].constituents
     shares = [printed.inelastic_shares(water) for water in (*waters.values(), baltic)]
     every = {name: [100 * x[name] for x in shares] for name in shares[0]}
-    inelastic = "; ".join(f"{name}, {min(x):.2g} … {max(x):.2g} %" for name, x in every.items())
+    inelastic = "; ".join(f"{name}, {min(x):.2g}…{max(x):.2g} %" for name, x in every.items())
     gaining = ", ".join(f"{100 * printed.gaining_bands(w):.0f} %" for w in waters.values())
     return f"""## Gutierrez 2008: what Tables 1, 2 and 5 change
-Level open water at {gutierrez_figures.DEPTH:g} m in {" / ".join(waters)}, closed form, clear sky:
+Level open water at {gutierrez_figures.DEPTH:g} m in {"/".join(waters)}, closed form, clear sky:
 luminance over ours with one printed element in place of ours, and ΔE2000 made equally bright.
 
 {grid("| | × luminance | ΔE2000 |", lines)}

@@ -292,7 +292,7 @@ def _is_right(found: dict[str, float]) -> bool:
 
 
 def _range(values: Sequence[float], form: str) -> str:
-    return f"{min(values):{form}} … {max(values):{form}}"
+    return f"{min(values):{form}}…{max(values):{form}}"
 
 
 def _rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

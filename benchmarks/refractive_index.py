@@ -119,7 +119,7 @@ def main(_arguments: list[str]) -> None:
     light_lines = "\n".join(
         f"| {name}, {zenith:g}° | "
         + " | ".join(
-            f"{100 * (values.min() - 1):+.2f} … {100 * (values.max() - 1):+.2f} %"
+            f"{100 * (values.min() - 1):+.2f}…{100 * (values.max() - 1):+.2f} %"
             for values in light(name, zenith).values()
         )
         + " |"

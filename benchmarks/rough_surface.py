@@ -71,7 +71,7 @@ def _reflectances() -> str:
         for name, cosines, (flat, waves) in cases:
             traced, _ = sea.reflectance(cosines, above=name != _BELOW)
             row = cells.setdefault(name, [f"{flat:.4f}"])
-            row.append(f"{waves:.4f} / {traced:.4f}")
+            row.append(f"{waves:.4f}/{traced:.4f}")
     return _table(
         "| light | flat | " + " | ".join(f"{wind} m/s" for wind in WINDS) + " |",
         [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()],
@@ -121,7 +121,7 @@ def _photons() -> str:
             straight = photons(sea, np.repeat(suns[1][:, None], _PHOTONS, axis=1), **_WATER)
         name = "uniform sky" if zenith is None else f"sun at {zenith}°"
         cells = [
-            " / ".join(
+            "/".join(
                 f"{100 * (getattr(model, q) / getattr(truth, q) - 1.0):+.1f}"
                 for q in ("Ed", "Eu", "E0")
             )

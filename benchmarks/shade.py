@@ -183,7 +183,7 @@ def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
     for at, by in itertools.product(("points", "rays"), ("voxels", "probes")):
         every = [o for r in results for o in r.open_share if (o.at, o.by) == (at, by)]
         means, most = [o.mean for o in every], max(o.most for o in every)
-        seen.append(f"| {at} | {by} | {min(means):.3f} … {max(means):.3f} | {most:.3f} |")
+        seen.append(f"| {at} | {by} | {min(means):.3f}…{max(means):.3f} | {most:.3f} |")
     costs = "\n".join(
         f"| {r.place.name} | {r.cost.shaded / r.cost.without:.2f} | {r.cost.texels / 2**20:.1f} |"
         for r in results

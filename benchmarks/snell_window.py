@@ -100,7 +100,7 @@ def measure(name: str, light: grey_scene.Light, samples: int) -> list[str]:
         traced = (one + other) / 2
         off = [100 * float((x / truth - 1).mean()) for x in (found, traced)]
         noise = 100 * float((np.abs(one - other) / 2 / traced).mean())
-        cells.append(f"{off[0]:+.1f} / {off[1]:+.1f} ± {noise:.1f}")
+        cells.append(f"{off[0]:+.1f}/{off[1]:+.1f}±{noise:.1f}")
     return cells
 
 

@@ -191,7 +191,7 @@ def _summary(comparisons: Sequence[Comparison]) -> str:
         green, error = max((c.luminance("solved") for c in some), key=lambda pair: abs(pair[0]))
         lines.append(
             f"| {name} | {noise:.2f} | {np.mean(solved):.2f} | {max(solved):.2f} "
-            f"| {np.mean(papers):.2f} | {100 * green:+.1f} ± {100 * error:.1f} % |"
+            f"| {np.mean(papers):.2f} | {100 * green:+.1f}±{100 * error:.1f} % |"
         )
     return "\n".join(lines)
 
