@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
-from . import grey_scene
 from .path_radiance_table import ROOT
 
 _WHITE = 0.995  # quantile of Cycles' picture that is shown white
@@ -48,43 +47,6 @@ def write_sheet(pairs: Sequence[Pair], across: int, size: tuple[float, float], p
     quality = {"quality": 80} if path.suffix == ".jpg" else None
     figure.savefig(path, dpi=80, pil_kwargs=quality)
     plt.close(figure)
-
-
-def own_error(
-    eevee: NDArray[np.float64], halves: Sequence[NDArray[np.float64]], block: int
-) -> float:
-    """Root of the mean square ΔE*ab of blocks, with the noise of the reference taken out.
-
-    The differences from two halves of independent noise are multiplied: in the mean only what is
-    EEVEE's own is left, however noisy the halves are. Other than a distance from the mean of both
-    it falls no further with more samples.
-
-    Parameters
-    ----------
-    eevee : array, shape (h, w, 3)
-        Linear Rec.709.
-    halves : two arrays, shape (h, w, 3)
-    block : int
-        Pixels along a side.
-
-    Examples
-    --------
-    >>> noise = 0.1 * np.random.default_rng(0).normal(size=(2, 200, 200, 3))
-    >>> grey = np.full((200, 200, 3), 0.5)
-    >>> bool(own_error(grey, grey + noise, 1) < 1.0)
-    True
-    >>> one = own_error(grey, 1.1 * grey + noise, 1)
-    >>> bool(abs(one - own_error(grey, [1.1 * grey] * 2, 1)) < 0.5)
-    True
-    """
-    import colour
-
-    def lab(picture: NDArray[np.float64]) -> NDArray[np.float64]:
-        small = np.clip(grey_scene.blocks(picture, block), 0.0, 1.0)
-        return np.asarray(colour.XYZ_to_Lab(colour.RGB_to_XYZ(small, "sRGB")))
-
-    one, other = (lab(eevee) - lab(half) for half in halves)
-    return float(np.sqrt(max((one * other).sum(axis=-1).mean(), 0.0)))
 
 
 class _Titled(Protocol):

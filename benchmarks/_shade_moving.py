@@ -44,8 +44,7 @@ class Seconds:
 class Moving:
     """A place: the whole, and frames in which a fish, a diver and the camera move.
 
-    ``off`` is the largest relative difference of the diver's light from what is solved for itself,
-    and that of 999 numbers in a thousand.
+    ``off`` is the largest relative difference of the diver's light from what is solved for itself.
     """
 
     name: str
@@ -53,20 +52,18 @@ class Moving:
     fish: Seconds | None
     diver: Seconds
     camera: Seconds
-    off: tuple[float, float]
+    off: float
 
     def row(self) -> str:
         """Return the row of a table."""
         fish = "" if self.fish is None else str(self.fish)
-        most, usual = (f"{100 * x:.3f} %" for x in self.off)
         return (
             f"| {self.name} | {self.whole} | {fish} | {self.diver} | {self.camera} "
-            f"| {usual} | {most} |"
+            f"| {100 * self.off:.3f} % |"
         )
 
 
-HEADER = """| scene | whole | fish | diver | camera | off, 99.9 % | off, worst |
-|---|---|---|---|---|---|---|"""
+HEADER = "| scene | whole | fish | diver | camera | off |\n|---|---|---|---|---|---|"
 
 
 def moving(place: Place) -> Moving:
@@ -92,7 +89,7 @@ def moving(place: Place) -> Moving:
     off = _off(*tables)
     return Moving(
         place.name, whole, of_fish, _middle(iter(of_diver)), of_camera,
-        (float(off.max()), float(np.quantile(off, 0.999))),
+        float(off.max()),
     )  # fmt: skip
 
 

@@ -178,8 +178,8 @@ Along its light it is **too bright**: bubbles throw little straight back.
 ## EEVEE against Cycles
 As for [silt](clouds.md#eevee-against-cycles): ΔE2000 of blocks, wanted a mean of 3 by day.
 
-| water | light of | l/m³ | ΔE mean | 95 % | noise | own | light |
-|---|---|---|---|---|---|---|---|
+| water | light of | l/m³ | ΔE mean | 95 % | noise | light |
+|---|---|---|---|---|---|---|
 {rows(compared)}
 
 ![EEVEE, Cycles](bubbles.png)

@@ -260,11 +260,11 @@ def _table(shot: Shot, costs: Costs) -> str:
 
 
 def _limits(cases: Sequence[tuple[str, Shot, Costs, Order]]) -> str:
-    lines = ["| job | efficiency with 1000 | 90 % until | 50 % until |", "|---|---|---|---|"]
+    lines = ["| job | with 1000 | 90 % until, workers | 50 % until |", "|---|---|---|---|"]
     for name, shot, costs, order in cases:
         now = 100 * simulate(shot, costs, 1000, order).efficiency
         limits = [scaling_limit(shot, costs, order, share) for share in (0.9, 0.5)]
-        lines.append(f"| {name} | {now:.0f} % | {limits[0]} workers | {limits[1]} workers |")
+        lines.append(f"| {name} | {now:.0f} % | {limits[0]} | {limits[1]} |")
     return "\n".join(lines)
 
 

@@ -95,13 +95,13 @@ def effects() -> str:
         behind = round(-1000.0 * viewpoint(housing)[2], 1) + 0.0
         passed = housing.transmittance(np.concatenate([middle[:1], corner]), 550.0)
         angle = math.degrees(math.acos(float(w[0, 2])))
-        focus = " | ".join(
+        focus = ", ".join(
             "∞" if not math.isfinite(x) else f"{x:.2f}"
             for x in focus_distance(housing, [0.5, math.inf], 550.0).tolist()
         )
         rows.append(
             f"| {name} | {larger:.3f} | {angle:.1f}° | {colour:.1f} | {behind:.1f} | {focus} "
-            f"| {100 * passed[0]:.1f} % | {100 * passed[1]:.1f} % |"
+            f"| {100 * passed[0]:.1f}/{100 * passed[1]:.1f} |"
         )
     return "\n".join(rows)
 
@@ -156,8 +156,7 @@ def calibrations() -> str:
     air = [cases.IN_AIR.project(cases.placed(pose)) for pose in cases.POSES]
     found, error, _ = cases.calibrated(cases.IN_AIR, air)
     rows = [
-        f"| in air, OpenCV | focal length {found.fx:.2f} (given 1400), k1 {_k1(found):.4f} "
-        f"(given -0.12) | {error:.1e} |"
+        f"| in air, OpenCV | f {found.fx:.2f} (1400), k1 {_k1(found):.4f} (-0.12) | {error:.1e} |"
     ]
     plain = dataclasses.replace(cases.IN_AIR, lens=BrownConrady())
     for label, port in (("1 mm", FlatPort(1e-3, 0.0)), ("50 mm", FlatPort(0.05, 0.008))):
@@ -166,8 +165,8 @@ def calibrations() -> str:
         corners = [water.project(cases.placed(pose), cases.MIDDLE) for pose in cases.POSES]
         found, error, _ = cases.calibrated(plain, corners)
         rows.append(
-            f"| flat port {label} away, OpenCV | focal length × {found.fx / plain.fx:.4f} (n is "
-            f"{n:.4f}), k1 {_k1(found):+.3f} (far away (n² - 1)/2, {0.5 * (n * n - 1):.3f}) "
+            f"| flat port {label} away, OpenCV | f × {found.fx / plain.fx:.4f} (n "
+            f"{n:.4f}), k1 {_k1(found):+.3f} ({0.5 * (n * n - 1):.3f} far away) "
             f"| {error:.3f} |"
         )
     for noise in (0.0, 0.05, 0.2):
@@ -175,8 +174,8 @@ def calibrations() -> str:
         turned = math.degrees(math.acos(min(float(port.axis @ cases.TILTED.axis), 1.0)))
         away = 1000.0 * abs(port.distance - cases.TILTED.distance)
         rows.append(
-            f"| tilted flat port, least squares, noise {noise:g} pixels | distance off by "
-            f"{away:.1e} of 35 mm, tilt by {turned:.1e} of 3° | {error:.1e} |"
+            f"| tilted port, noise {noise:g} pixels | off by "
+            f"{away:.1e} of 35 mm, {turned:.1e} of 3° | {error:.1e} |"
         )
     return "\n".join(rows)
 
@@ -235,19 +234,17 @@ image behind domes within {focus_error():.0e} of its distance; Treibitz et al. (
 al. (2022) are in `tests/uw_spectral/housing`.
 
 ## What ports do
-Magnification in the middle, angle in water of the lower right corner, red against blue there in
-pixels at 2 m, how far behind the pupil the best single viewpoint lies, on which distance to focus
-for .5 m and ∞, light that both faces let through.
+Magnification; angle in water of the lower right corner; red against blue there in pixels at 2 m;
+viewpoint behind the pupil; focus for .5 m and ∞; light let through, middle/corner in %.
 
-| port | magnification | corner | colour, pixels | viewpoint, mm | .5 m | ∞ | middle | corner |
-|---|---|---|---|---|---|---|---|---|
+| port | magnification | corner | colour | viewpoint, mm | .5 m, ∞ | light |
+|---|---|---|---|---|---|---|
 {effects()}
 
 ## Pictures
-Boards at 3, 1 and .5 m, drawn by a pinhole with the margin of `field_needed`, then warped by
-depth, against rays cast at the boards. *Place*: of points, away from edges; *shift*: of the
-pattern on near boards; *wrong*: distance off by more than .1 %, edges included; *hidden*: not
-seen by the pinhole; *pixels*: of the pinhole's picture over Full HD; seconds for a band.
+Boards at 3, 1 and .5 m, drawn by a pinhole (`field_needed`) and warped by depth, against rays:
+place of points away from edges, shift of the pattern, pixels whose distance is off by more than
+.1 %, not seen by the pinhole; pixels over Full HD; seconds for a band.
 
 | housing | place, pixels | shift, pixels | wrong | hidden | pixels | s |
 |---|---|---|---|---|---|---|

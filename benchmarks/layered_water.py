@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from ..tests.node_groups import realtime_probe as probe
 from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.transfer.discrete_ordinates import STREAMS
-from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ._solved_cases import FROM_SUN, Case, layered_cases
 
 _CASES = 24
@@ -91,14 +90,11 @@ def _document(found: dict[str, Errors], worst: Sequence[tuple[float, str]]) -> s
 
 Written by `python3 dev.py run -m benchmarks layered_water`.
 
-{_CASES} random cases: two to four Jerlov types upon each other, borders anywhere between surface
-and floor, three wavelengths of 400 to 700 nm each, sun at 0 to 80°, camera at 1 to 20 m, with a
-floor and without; flat surface under a clear and an overcast sky, and none; default phase
-function. Views of 80° down, level, up and tilted; where they look down, past a level square.
-Wanted: the discrete ordinates ({STREAMS} streams) without tables; EEVEE looks up {TABLE_STREAMS}
-streams. Relative errors in %, beyond {FROM_SUN:g}° from the sun and {_EDGE:g}° from the edge of
-Snell's window. *One layer instead* is open water with the mean coefficients of
-what lies above the camera, which is what a single layer can do.
+{_CASES} random cases: two to four Jerlov types upon each other, sun at 0 to 80°, camera at 1 to
+20 m, with a floor and without, under a surface (clear, overcast) and none; views down, level, up
+and tilted. Relative errors in % against the discrete ordinates ({STREAMS} streams) without
+tables, beyond {FROM_SUN:g}° from the sun and {_EDGE:g}° from the edge of Snell's window. *One
+layer instead* has the mean coefficients above the camera.
 
 | what | median | 95 % | 99.9 % | worst |
 |---|---|---|---|---|
@@ -108,9 +104,7 @@ Cases with the largest 95 % in open water:
 
 {cases}
 
-Beam attenuation is averaged between the depths of any two slices, so a path through a border
-keeps its optical depth; slices are dense to both sides of the three strongest borders. A border
-between two waters is sharp in the solution; for level rays it is smeared over the first slices
-beside it, and between the elevations next to the horizon: in a clear layer between turbid ones,
-in a band that is nearly dark, they may be many times too bright.
+A border is sharp in the solution; for level rays it is smeared over the first slices beside it:
+in a clear layer between turbid ones, in a band that is nearly dark, they may be **many times too
+bright**.
 """

@@ -231,7 +231,7 @@ seen, with the sun at {_SEEN:g}°, are colours, directions and distances that th
 Waters and cameras other than {", ".join(TUNED_WATERS)} and {", ".join(TUNED_SENSORS)} are held out
 of the method's constants. *Midpoint weights* are all there is where nobody knows the water.
 
-Mean / 95 % of all spectra / mean of the worst case (a water and a camera):
+Mean/95 % of all spectra/mean of the worst case:
 """,
         *_table(
             ("bands", *(f"{d:g} m" for d in _DEPTHS)),

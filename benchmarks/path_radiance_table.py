@@ -210,15 +210,15 @@ def errors(rows: list[dict]) -> np.ndarray:
 def markdown(rows: list[dict]) -> str:
     """Write the table of medians and 90th percentiles."""
     lines = [
-        "| rays | " + " | ".join(FORMS) + " | closed form, 90th percentile |",
+        "| rays | " + " | ".join(FORMS) + " | closed form, 90 % |",
         "|---|" + "---|" * (len(FORMS) + 1),
     ]
 
     def line(name: str, chosen: list[dict]) -> None:
         error = errors(chosen) * 100
-        cells = [f"{value:.1f} %" for value in np.median(error, axis=0)]
-        cells.append(f"{np.percentile(error[:, -1], 90):.1f} %")
-        lines.append(f"| {name} ({len(chosen)}) | " + " | ".join(cells) + " |")
+        cells = [f"{value:.1f}" for value in np.median(error, axis=0)]
+        cells.append(f"{np.percentile(error[:, -1], 90):.1f}")
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
 
     line("**all**", rows)
     for view in VIEWS:
@@ -237,23 +237,22 @@ def main(_arguments: list[str]) -> None:
     ]
     particle_lines = "\n".join(
         f"| {name} | "
-        + " | ".join(f"{value:.1f} %" for value in 100 * np.median(errors(rows), axis=0))
+        + " | ".join(f"{value:.1f}" for value in 100 * np.median(errors(rows), axis=0))
         + " |"
         for name, rows in zip(("Fournier-Forand 1.10, 0.0183", "HG 0.95"), particles, strict=True)
     )
     irradiance_lines = "\n".join(
         f"| {name} | "
         + " | ".join(
-            f"{100 * value:.1f} %"
-            for row in values
-            for value in (np.median(row), np.percentile(row, 90), row.max())
+            f"{100 * np.median(x):.1f}/{100 * np.percentile(x, 90):.1f}/{100 * x.max():.1f}"
+            for x in values
         )
         + " |"
         for name, values in compare_irradiance().items()
     )
     text = f"""# Path radiance against discrete ordinates
 
-Median relative error of the path radiance L(y_o, w) - e^(-cP) L(y_o + w_y P, w).
+Median relative error in % of the path radiance L(y_o, w) - e^(-cP) L(y_o + w_y P, w).
 Written by `python3 dev.py run -m benchmarks path_radiance_table`; every ray counts, none is
 left out.
 
@@ -278,8 +277,8 @@ Phase functions of sea particles, camera at 5 m, 450 and 550 nm:
 Light field of the closed form, floor at 8 m, depths 1, 3 and 7.5 m, all waters and bands. *Eu* is
 that of the two streams, *Eu, integrated* that of the radiance (`upwelling_irradiance`).
 
-| | floor 0: median | 90th | worst | floor 0.2: median | 90th | worst |
-|---|---|---|---|---|---|---|
+| median/90 %/worst | floor 0 | floor 0.2 |
+|---|---|---|
 {irradiance_lines}
 """
     (ROOT / "docs" / "measured" / "path_radiance.md").write_text(text, encoding="utf-8")

@@ -304,7 +304,7 @@ def report(values: dict[str, dict[str, float]]) -> str:
     """Return the page."""
     names = [setting.name for setting in _SETTINGS]
     found = {w: {name: values[f"{w}: {name}"] for name in names} for w in WATERS}
-    shown = (_SHARED.name, _PLAIN.name, "exact peak", "HG 0.9", _GUIDED.name)
+    shown = (_SHARED.name, _PLAIN.name, "exact peak", "HG 0.9")
     costs = [
         [f"{water} {WATERS[water]:g} m", *(f"{_cost(by[name]):.2g}" for name in shown)]
         for water, by in found.items()
@@ -314,8 +314,8 @@ def report(values: dict[str, dict[str, float]]) -> str:
         every = [by[name] for by in found.values()]
         gains = [_cost(by[name]) / _cost(by[_PLAIN.name]) for by in found.values()]
         bias = "–" if name == "HG 0.9" else _range([100 * x["bias"] for x in every], "+.1f")
-        error = "–" if bias == "–" else f"{100 * max(x['error'] for x in every):.1f}"
-        settings.append([name, _range(gains, ".2g"), bias, error])
+        error = f"{100 * max(x['error'] for x in every):.1f}"
+        settings.append([name, _range(gains, ".2g"), bias if bias == "–" else f"{bias} ± {error}"])
     views = [_scene(water).plan(1).viewpoint(WATERS[water]) for water in found]
     bounds = 100 * np.max([lost_beyond(view, (32, 16)) for view in views], axis=0)
     lost = [
@@ -336,7 +336,7 @@ def report(values: dict[str, dict[str, float]]) -> str:
         view=_solved_scenes.FIELD_OF_VIEW, sun=_SUN, from_sun=FROM_SUN, streams=_STREAMS,
         bands=_BANDS, noise=100 * _NOISE, spread=100 * LARGEST_SPREAD,
         waters=len(found), lost=lost, bounds=bounds, costs=_rows(("water", *shown), costs),
-        settings=_rows(("setting", "cost", "bias, %", "standard error"), settings),
+        settings=_rows(("setting", "cost", "bias, %, ± largest error"), settings),
         error=_range([100 * x for x in before], ".0f"),
         denoised=_range([100 * x["rms"] for x in last], ".0f"), worth=_range(worth, ".0f"),
         bias=_range([100 * x["bias"] for x in last], "+.1f"),
