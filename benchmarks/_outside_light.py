@@ -6,7 +6,7 @@ import numpy as np
 
 from ..uw_spectral.water.inelastic_processes import raman_coefficient
 from . import _raman_at_sea, _tyler, inelastic_table
-from ._canonical import LAYERS, PROBLEMS, WIND, canonical_field, canonical_values, closed_form
+from ._canonical import PROBLEMS, WIND, canonical_field, canonical_values, closed_form
 from ._outside import MET, MISSED, OPEN, PARTLY, Row, Section, grid, percent
 from .path_radiance_table import ROOT
 
@@ -119,19 +119,17 @@ def canonical() -> Section:
     text = f"""## Canonical problems
 C. D. Mobley et al., Appl. Opt. 32, 7484 (1993): means of up to seven models and their scatter
 (`data/mobley1993_canonical.csv`), solved by 32 streams; the errors of each problem and depth are in
-[validation](../validation.md). *Met*: within twice the scatter, or 2 %.
+[validation](../validation.md). *Met*: within twice the scatter, or 2 %. Problem 7 is Raman light by
+power.
 
 | problem | what is found |
 |---|---|
-| 1 | Rayleigh's (1 + cos²); with that of sea water Lu at 0.8 m was 2.5 % off instead of 0.8 % |
 | 2, case 1; 3 | printed Lu at 4 m (± 36 %) and at 60 m (± 43 %) is noise of the codes of 1993; \
 64 and 128 streams agree to 0.3 %, the [Monte Carlo](monte_carlo.md) to 2.5 of its errors |
-| 3 | chlorophyll peaks at 17 m: {len(LAYERS)} layers |
 | 4 | levels are those of each model's atmosphere; ratios of Ed and Eou within 1.2 %, Lu over \
 Ed within 12 % (scatter 11 to 14 %) |
 | 5 | sun at 80°, wind {WIND:g} m/s: without the sun that waves let in Ed is 14 % too low, without \
 its flatter way 13 % too high |
-| 7 | Raman light at 486 nm; the paper scatters power, 14 % more than photons |
 | closed form | Ed 2 % off at τ = 1, 8 % at 5; at 10 up to 43 % too low where absorption prevails |
 """
     return rows, text

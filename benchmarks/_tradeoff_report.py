@@ -255,7 +255,10 @@ def _cheapest_settings(results: Results) -> list[str]:
     for key in results.noise:
         here = [m for m in results.measurements if (m.scene, m.configuration) == key]
         cells = [_choice(cheapest(here, "delta_e", target)) for target in TARGETS]
-        lines.append(f"| {key[0]}: {key[1]} | {results.noise[key][1]:.2g} | {' | '.join(cells)} |")
+        lines.append(
+            f"| {key[0]}, {key[1].split(',')[0]} | {results.noise[key][1]:.2g} "
+            f"| {' | '.join(cells)} |"
+        )
     for error, scale in (("delta_e", 1.0), ("srgb_rmse", 100.0)):
         every = _everywhere(results)
         cells = [_choice(cheapest(every, error, target / scale)) for target in TARGETS]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -47,7 +48,7 @@ _CASES = (
 )
 _SHOWN = 2
 _AMOUNTS = (0.5, 2.0, 5.0, 10.0)
-_COUNTS = (0, 1, 3, 6, 10)
+_COUNTS = (0, 1, 3, 10)
 _PLUME_SIZE = (96, 54)
 
 
@@ -116,19 +117,24 @@ def plume_row(concentration: float, samples: int) -> str:
     return f"| {concentration:g} | {green[bright].mean() / open_water:.0f} | {' | '.join(ratios)} |"
 
 
-def wind_row(wind: float) -> str:
-    """Write what the literature says of bubbles at a wind as cells of a table."""
-    cover = whitecap_cover_Monahan1980(wind)
-    depth = plume_depth(0.0246 * wind**2)
+def wind_text(winds: Sequence[float]) -> str:
+    """Say what the literature has of bubbles at winds."""
+    cover = [whitecap_cover_Monahan1980(wind) for wind in winds]
+    depth = [plume_depth(0.0246 * wind**2) for wind in winds]
     below = float(suspended_matter(BUBBLES, 1e3 * AIR_COLUMN, [550.0]).scattering[0])
     # 0.11 m of air below whitecaps, of all sizes up to 10 mm.
-    mean = 110.0 * cover
-    return f"| {wind:g} | {100 * cover:.2f} | {mean:.2g} | {depth:.2f} | {below:.1f} |"
+    return (
+        f"At {'/'.join(f'{x:g}' for x in winds)} m/s whitecaps cover "
+        f"{'/'.join(f'{100 * x:.2f}' for x in cover)} % (Monahan & O'Muircheartaigh 1980), the top "
+        f"metre has {'/'.join(f'{110.0 * x:.2g}' for x in cover)} l/m³ (arXiv:1906.11202, 2019), "
+        f"half axes of plumes are {'/'.join(f'{x:.2f}' for x in depth)} m (Kalvoda et al. 2003), "
+        f"the optical depth below a m² of foam seconds later is {below:.1f}."
+    )
 
 
 def report(
     optics: Sequence[str], lobes: Sequence[str], photons: Sequence[str], lamps: Sequence[str],
-    compared: Sequence[str], costs: Sequence[str], winds: Sequence[str], plumes: Sequence[str],
+    compared: Sequence[str], costs: Sequence[str], winds: str, plumes: Sequence[str],
 ) -> str:  # fmt: skip
     """Return the page."""
     rows, shipped = "\n".join, BubblePhase()
@@ -194,13 +200,7 @@ CPU seconds of EEVEE in real time, 240 × 135, 16 samples, as for [silt](clouds.
 {rows(costs)}
 
 ## Below breakers
-The literature: cover of whitecaps (Monahan & O'Muircheartaigh 1980), mean air of the top metre
-(0.11 m below whitecaps: arXiv:1906.11202, 2019), half axis of a plume down (Kalvoda et al. 2003);
-the optical depth is that of a m² of foam's plume seconds later.
-
-| wind, m/s | cover, % | top metre, l/m³ | down, m | optical depth |
-|---|---|---|---|---|
-{rows(winds)}
+{winds}
 
 Elsewhere hardly any are seen: 2 m down the void fraction stays below 10^−4.5 up to 27 m/s (Czerski
 et al. 2022), b .4 1/m. A plume right below a flat surface, IB, sun at 40°, seen from 5 m below: its
@@ -243,9 +243,9 @@ def main(arguments: Sequence[str]) -> None:
             both = np.concatenate([found.eevee, found.cycles], axis=1)
             larger = np.repeat(np.repeat(both, 6, axis=0), 6, axis=1)
             write_png(options.docs / "bubbles.png", np.clip(larger, 0.0, 1.0))
-    winds = [wind_row(wind) for wind in (5.0, 10.0, 15.0)]
+    winds = textwrap.fill(wind_text((5.0, 10.0, 15.0)), 98)
     plumes = [plume_row(amount, options.samples) for amount in (1.0, 3.0, 10.0, 30.0)]
-    print(*winds, *plumes, sep="\n", flush=True)
+    print(winds, *plumes, sep="\n", flush=True)
     costs = []
     for count in _COUNTS:
         costs.append(clouds.cost_row(count, constituent=BUBBLES))

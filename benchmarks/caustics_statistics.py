@@ -356,10 +356,8 @@ def main(_arguments: list[str]) -> None:
             ray_density(waves, sun, depth, 0.0, 512),
             jacobian_pattern(waves, sun, depth, 512),
         )
-        jacobians.append(
-            f"| {depth:g} | {cheap.mean():.2f} | "
-            f"{np.corrcoef(splat.ravel(), cheap.ravel())[0, 1]:.2f} |"
-        )
+        alike = np.corrcoef(splat.ravel(), cheap.ravel())[0, 1]
+        jacobians.append(f"{cheap.mean():.2f} ({alike:.2f}) at {depth:g} m")
     layers = []
     for depth, gained, plain in layer_cost(5.0):
         layers.append(
@@ -374,7 +372,7 @@ def main(_arguments: list[str]) -> None:
     text = _TEXT.format(
         darecki=darecki, inside=", ".join(map(str, inside)), gernez=gernez, slopes=slopes,
         crests=crests, low=min(near), high=max(near), seeds=_CREST_SEEDS,
-        traces="\n".join(traces), jacobians="\n".join(jacobians), layers="\n".join(layers),
+        traces="\n".join(traces), jacobians=", ".join(jacobians), layers="\n".join(layers),
         seconds=seconds,
         mild=DARECKI_WINDS[0], middle=DARECKI_WINDS[1], fresh=DARECKI_WINDS[2],
     )  # fmt: skip
@@ -383,7 +381,7 @@ def main(_arguments: list[str]) -> None:
 
 
 def _pair(values: NDArray) -> str:
-    return f"{values[0]:.4f} + {values[1]:.4f} = {values.sum():.4f}"
+    return f"{values[0]:.4f}+{values[1]:.4f}"
 
 
 def _published(wind: float) -> float:
@@ -452,11 +450,8 @@ noise alone takes the correlation below 1).
 |---|---|---|---|
 {traces}
 
-The Jacobian of the ray map instead of rays, 5 m/s (a mean of 1 keeps the energy):
-
-| depth, m | mean | correlation |
-|---|---|---|
-{jacobians}
+The Jacobian of the ray map instead of rays does not keep the energy; mean, and correlation with
+rays, at 5 m/s: {jacobians}.
 
 ## One grey image for all bands and depths
 

@@ -410,7 +410,6 @@ ray in {STEPS} steps.
 {rows(compared)}
 
 Transmittance against a sum in {50 * STEPS} steps: {columns}.
-A grid that holds the density of a puff shines by day as that does, within 2 % of each pixel.
 """
 
 

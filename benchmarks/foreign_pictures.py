@@ -36,24 +36,18 @@ from .materials import settings as water_of_materials
 
 _WIDTH, _HEIGHT, _BLOCK = 240, 135, 3
 _EEVEE_SAMPLES = 32
-_DARK = 0.8  # of the brightness of a row of blocks
 _ACROSS, _GAP = 4, 4  # pairs beside one another in the sheet, and pixels between them
 _DOCS = Path(__file__).resolve().parents[1] / "docs" / "measured"
 
 
 @dataclass(frozen=True)
 class Row:
-    """What was found of a scene: colour differences over blocks of pixels, and their noise.
-
-    ``bright`` and ``bright_high`` are of the blocks that are not dark in Cycles.
-    """
+    """What was found of a scene: colour differences over blocks of pixels, and their noise."""
 
     scene: str
     mean: float
     high: float
     worst: float
-    bright: float
-    bright_high: float
     noise: float
 
 
@@ -89,7 +83,7 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def _line(row: Row) -> str:
-    numbers = (row.mean, row.high, row.worst, row.bright, row.bright_high, row.noise)
+    numbers = (row.mean, row.high, row.worst, row.noise)
     return f"| {row.scene} | " + " | ".join(f"{x:.2f}" for x in numbers) + " |"
 
 
@@ -146,11 +140,9 @@ def _compared(name: str, picture: NDArray[np.float64], halves: NDArray[np.float6
     )
     delta = delta_e_CIE2000_images(seen, truth)
     noise = delta_e_CIE2000_images(one, other) / 2.0
-    light = truth[..., 1:].mean(axis=-1)  # there is next to no red
-    bright = delta[light > _DARK * np.median(light, axis=1, keepdims=True)]
     return Row(
         name, float(delta.mean()), float(np.percentile(delta, 95)), float(delta.max()),
-        float(bright.mean()), float(np.percentile(bright, 95)), float(noise.mean()),
+        float(noise.mean()),
     )  # fmt: skip
 
 
@@ -161,7 +153,7 @@ def _page(rows: Sequence[Row], out: Path, samples: int) -> str:
     means = np.array([row.mean for row in rows])
     return _PAGE.format(
         count=len(rows), samples=samples, seen=_EEVEE_SAMPLES, width=_WIDTH, height=_HEIGHT,
-        block=_BLOCK, dark=f"{_DARK:.0%}".replace("%", " %"), mean=means.mean(), most=means.max(),
+        block=_BLOCK, mean=means.mean(), most=means.max(),
         numbers="\n".join(map(_line, rows)),
         packages="; ".join(
             f"{p['name']} ({p['registry']}, {p['version']}, {p['licence']})"
@@ -196,12 +188,12 @@ run -m benchmarks foreign_scenes OUT` builds out of public packages.
 {count} scenes of some 60 materials on sand at 6.5 m, in Jerlov
 IB (hg:0.85), flat surface, clear sky, sun at 30°. Real time ({seen} samples) against Cycles (two
 pictures of {samples} samples, 6 bands), {width} × {height}. ΔE2000 of blocks of {block} × {block}
-pixels; *bright*: blocks of at least {dark} of their row's brightness; *noise*: of Cycles, in all
+pixels;  *noise*: of Cycles, in all
 columns. Targets: mean 1.5, 95 % 5, **met**: on average the mean is {mean:.2f}, at most
 {most:.2f}.
 
-| scene | mean | 95 % | worst | mean, bright | 95 %, bright | noise |
-|---|---|---|---|---|---|---|
+| scene | mean | 95 % | worst | noise |
+|---|---|---|---|---|
 {numbers}
 
 ![EEVEE above Cycles, in the order of the table](foreign_scenes.jpg)

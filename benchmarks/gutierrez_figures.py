@@ -62,6 +62,10 @@ MEASURED = np.array([412.0, 443.0, 490.0, 510.0, 555.0, 620.0, 670.0])
 SUNS = (0.0, 30.0, 50.0, 60.0, 70.0)
 STREAMS = 16
 _KD_STEPS = 8
+_LEFT_OUT = {
+    "Lee 2005",
+    *(f"{of}, {by}" for of in ("case 1", "fitted") for by in ("Lee 2005", "Monte Carlo")),
+}
 
 
 @dataclass(frozen=True)
@@ -420,12 +424,11 @@ def main(_arguments: list[str]) -> None:
     trip = kd_round_trip(PHOTONS)
     columns = list(dict.fromkeys(key for row in trip.values() for key in row))
     overall = []
-    for key in columns:
+    for key in (key for key in columns if key not in _LEFT_OUT):
         values = np.concatenate([row[key] for row in trip.values() if key in row])
         error = 100 * np.abs(values - 1)
         overall.append(
-            f"| {key} | {np.median(error):.1f} % | {np.percentile(error, 90):.1f} % | "
-            f"{error.max():.1f} % |"
+            f"| {key} | {np.median(error):.1f}/{np.percentile(error, 90):.1f}/{error.max():.1f} |"
         )
     chlorophyll = ", ".join(
         f"{name} {jerlov_chlorophyll(name):.2f}" for name in ("I", "IA", "IB", "II", "III")
@@ -440,7 +443,7 @@ def main(_arguments: list[str]) -> None:
     case1_lines = "\n".join(
         f"| {row.chlorophyll:g} | {row.published:.4f} | "
         + " | ".join(
-            f"{Kd:.4f} ({100 * (Kd / row.published - 1):+.0f} %)"
+            f"{100 * (Kd / row.published - 1):+.0f}"
             for Kd in (row.merged, row.before, row.by_lee, row.solved, row.measured)
         )
         + f" | {row.scattering_before:.3f} | {row.scattering:.3f} |"
@@ -467,10 +470,9 @@ Written by `python3 dev.py run -m benchmarks gutierrez_figures`.
 ## Colours
 ![Swatches of the waters](bio_optics.png)
 
-Deep water seen level from {DEPTH:g} m with all inelastic light: closed form, the eye, clear sky,
-sun at {SUN_ZENITH:g}°, equal brightness. Twelve waters of Figure 2 of Gutierrez et al. (2008), in
-its order, then the seas of its Figure 3 by `named_waters`, which has their constituents and
-sources, then Figure 4: inelastic light hardly changes the Baltic's colour.
+Deep water seen level from 5 m with all inelastic light, equal brightness: Figures 2, 3 (the seas
+of `named_waters`, which has their constituents and sources) and 4 of Gutierrez et al. (2008).
+Inelastic light hardly changes the Baltic's colour.
 
 ## Inelastic fraction
 Of each process in the radiance between 380 and 780 nm, level at {DEPTH:g} m, quantum yield 0.02.
@@ -483,7 +485,7 @@ The paper reports about 2 % for its Baltic. Raman light seen straight down: see
 
 ## Case 1 waters against measured Kd(490) and b
 `bio:case1=C` by Bricaud et al. (1998), Morel & Gentili (2009), Loisel & Morel (1998) and Morel &
-Maritorena (2001). Kd(490), 1/m, beside the regression of Morel et al. (2007), {laboratory}
+Maritorena (2001). Kd(490) in % off the regression of Morel et al. (2007), {laboratory}
 (*merged*: on the measurements of others too); *before*: version 0.1.0. Sun at {SUN_ZENITH:g}°,
 *solved* at 45°; b of the particles at 550 nm, before and now.
 
@@ -507,7 +509,7 @@ of the field: error in percent, median (lowest … highest), at {wavelengths} nm
 |---|---|---|---|
 {inversion_lines}
 
-Over all, a is off by {inversion[0]};
+Over all a is off by {inversion[0]};
 blind, {inversion[1]}.
 
 ## Round trip to Kd
@@ -515,8 +517,8 @@ Against the Kd of Solonenko & Mobley (2015), ten types, 400 to 700 nm, absolute 
 a and b from their Kd; *case 1*: the water of the type's Kd(490), I to III; *fitted*: chlorophyll,
 CDOM and minerals by Lee et al. (2013). Kd does not tell b, nor chlorophyll up to type 5C.
 
-| | median | 90 % | worst |
-|---|---|---|---|
+| | median/90 %/worst, % |
+|---|---|
 {chr(10).join(overall)}
 
 Chlorophyll of the oceanic types by Kd(490) (Morel et al. 2007), mg/m³: {chlorophyll}. Back from 0.3

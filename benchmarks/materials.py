@@ -43,7 +43,7 @@ _TEXT = """# Materials and objects
 
 Sixty-five kinds of what users give things on sand at 7 m in Jerlov IB, sun at 30°, six bands:
 EEVEE against Cycles with 2 × 128 samples. Mean ΔE2000 of blocks of 3 × 3 pixels within a kind,
-what 95 % stay below, EEVEE over Cycles in luminance, and the mean of the reference's own noise.
+what 95 % stay below, EEVEE over Cycles in luminance.
 
 Of kinds that are drawn: {summaries}. Targets are mean 2, 95 % 6, worst 12.
 {close} kinds are at most at {limit:g}; the others:
@@ -53,7 +53,7 @@ this page.
 
 ![EEVEE above, Cycles below](materials.jpg)
 
-| kind | {head} | noise |
+| kind | {head} |
 {rule}
 {table}
 
@@ -145,11 +145,11 @@ def _write(rows: Sequence[Row], modes: Sequence[str], pairs: Sequence[NDArray[np
             continue
         one, cells = found[modes[0]], " | ".join(found[mode].cells for mode in modes)
         said = ", left out" if one.kind.left_out else ""
-        lines.append(f"| {name}{said} | {cells} | {one.noise:.1f} |")
+        lines.append(f"| {name}{said} | {cells} |")
     table = "\n".join(lines)
     summaries = "; ".join(f"{_MODES[mode]}: {_summary(rows, mode)}" for mode in modes)
     head = " | ".join(f"{_MODES[mode]} | 95 % | ×" for mode in modes)
-    rule = "|---" * (3 * len(modes) + 2) + "|"
+    rule = "|---" * (3 * len(modes) + 1) + "|"
     with replacing(_PAGE) as temporary:
         temporary.write_text(
             _TEXT.format(

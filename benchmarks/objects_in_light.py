@@ -216,7 +216,7 @@ def _summaries(found: Sequence[Found]) -> Iterator[str]:
     groups: dict[tuple[str, str], list[NDArray[np.float64]]] = defaultdict(list)
     for each in found:
         groups["all", ""].append(each.off)
-        for name in ("grey", "view", "shape", "water", "angle", "distance"):
+        for name in ("view", "water", "angle", "distance"):
             groups[name, str(getattr(each.thing, name))].append(each.off)
         groups["over rays", ""].append(each.off_rays)
     for (name, value), values in sorted(groups.items()):

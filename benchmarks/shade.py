@@ -184,8 +184,8 @@ def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
         every = [o for r in results for o in r.open_share if (o.at, o.by) == (at, by)]
         means, most = [o.mean for o in every], max(o.most for o in every)
         seen.append(f"| {at} | {by} | {min(means):.3f}…{max(means):.3f} | {most:.3f} |")
-    costs = "\n".join(
-        f"| {r.place.name} | {r.cost.shaded / r.cost.without:.2f} | {r.cost.texels / 2**20:.1f} |"
+    costs = "; ".join(
+        f"{r.place.name} {r.cost.shaded / r.cost.without:.2f}, {r.cost.texels / 2**20:.1f} MiB"
         for r in results
         if r.cost is not None
     )
@@ -209,12 +209,8 @@ pixels.
 
 {moves}
 ## Seconds of a frame
-With shade over without it, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} samples, 8 bands, on
-the software rasteriser, and the table's image. Wanted was 1.25.
-
-| scene | ratio | MiB |
-|---|---|---|
-{costs}
+With shade over without it, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} samples, 8 bands,
+software rasteriser, and the table's image: {costs}. Wanted was 1.25, **missed** in the reef.
 
 ## Visibility of the sky
 Error of the fraction of directions that nothing covers, against rays at the meshes, at random
