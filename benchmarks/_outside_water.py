@@ -208,9 +208,8 @@ that are not published; on our grey scene in the same waters EEVEE in real time 
 {found["paper, corrected, RGB"]:.3f} corrected ([realtime_accuracy.md](realtime_accuracy.md)).
 
 The ten event weights of Gutierrez et al. (2008), §4.1, at 500 nm give a water by their equations:
-κ = {water.extinction:.4f} 1/m, {water.constituents.described()}. Its scattering is ours
-([validation](../validation.md)); their fluorescence would need quantum yields of 31 %
-(phytoplankton; 1 to 10 % are measured) and 13 % (CDOM; 1 %), their Raman scattering a coefficient
-of 1e-10 1/m (2.3e-4 is measured). Their Figure 2 is in [bio_optics.md](bio_optics.md).
+κ = {water.extinction:.4f} 1/m, {water.constituents.described()}. Their fluorescence would need
+quantum yields of 31 % (phytoplankton; 1 to 10 % are measured) and 13 % (CDOM; 1 %), their Raman
+scattering a coefficient of 1e-10 1/m (2.3e-4 is measured).
 """
     return rows, text

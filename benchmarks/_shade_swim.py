@@ -131,11 +131,11 @@ class Swum:
     frames: int
     changes: dict[tuple[str, str], Array]
 
-    def rows(self) -> list[str]:
-        """Return the rows of a table: median, 95 % and worst in percent."""
+    def parts(self) -> list[str]:
+        """Say median, 95 % and worst in percent of each."""
         return [
-            f"| {how} | {where} | {100 * np.median(x):.2f} % | {100 * np.quantile(x, 0.95):.2f} % "
-            f"| {100 * x.max():.1f} % |"
+            f"{how}, {where} {100 * np.median(x):.2f}/{100 * np.quantile(x, 0.95):.2f}/"
+            f"{100 * x.max():.1f}"
             for (how, where), x in self.changes.items()
         ]
 

@@ -251,19 +251,16 @@ def cheapest(measurements: Iterable[Measurement], error: str, target: float) -> 
 def _cheapest_settings(results: Results) -> list[str]:
     """Table of what is cheapest in each configuration and over all of them."""
     head = " | ".join(f"ΔE ≤ {target:g}" for target in TARGETS)
-    lines = [f"| scene | noise | {head} |", "|---|---|" + "---|" * len(TARGETS)]
+    lines = [f"| scene | {head} |", "|---|" + "---|" * len(TARGETS)]
     for key in results.noise:
         here = [m for m in results.measurements if (m.scene, m.configuration) == key]
         cells = [_choice(cheapest(here, "delta_e", target)) for target in TARGETS]
-        lines.append(
-            f"| {key[0]}, {key[1].split(',')[0]} | {results.noise[key][1]:.2g} "
-            f"| {' | '.join(cells)} |"
-        )
+        lines.append(f"| {key[0]}, {key[1].split(',')[0]} | {' | '.join(cells)} |")
     for error, scale in (("delta_e", 1.0), ("srgb_rmse", 100.0)):
         every = _everywhere(results)
         cells = [_choice(cheapest(every, error, target / scale)) for target in TARGETS]
         name = "all" if error == "delta_e" else "all, RMSE ≤ 0.01, 0.02, 0.05"
-        lines.append(f"| {name} | | {' | '.join(cells)} |")
+        lines.append(f"| {name} | {' | '.join(cells)} |")
     return lines
 
 

@@ -327,9 +327,8 @@ def main(_arguments: list[str]) -> None:
         lines.append(f"| {depth:g} | " + " | ".join(cells) + " |")
     darecki = "\n".join(lines)
     inside = [int(np.sum(np.abs(model / cv - 1) <= 0.3)) for _, _, model in found]
-    gernez = "\n".join(
-        f"| {zenith:g}° | {sea:.3f}±{sd:.3f} | {model:.3f} | ×{model / sea:.2f} |"
-        for zenith, sea, sd, model in against_gernez()
+    gernez = ", ".join(
+        f"× {model / sea:.2f} at {zenith:g}°" for zenith, sea, _, model in against_gernez()
     )
     crests = "\n".join(
         f"| {depth:g} | " + " | ".join(f"{x[1]:.2f}" for x in found_there)
@@ -425,13 +424,8 @@ none; nearest are linear waves in the second water, within 19 % from 2.8 m down.
 
 ## Against the sea: Gernez & Antoine 2009
 
-510 nm, 3.2 m, collector 8 mm, their sky; wind 5 m/s and chlorophyll 0.3 mg/m³ are not published.
-**Missed**: the model is 1.6 to 1.9 times the sea, of which a slow record explains all at a high sun
-and half at a low one.
-
-| sun zenith | sea | model | ratio |
-|---|---|---|---|
-{gernez}
+510 nm, 3.2 m, their sky; wind and chlorophyll are not published. **Missed**: model over sea by
+the sun's zenith {gernez}; a slow record explains all at a high sun and half at a low one.
 
 ## Slope variance
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import heapq
 import math
+import textwrap
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -272,20 +273,13 @@ def _sources(costs: Costs) -> str:
     small = "480 × 270 at 32 samples, denoised"
     larger = f"× {_LARGE_PIXELS / _SMALL_PIXELS:.0f} for the pixels"
     passes = np.array(_PASSES)
-    rows = [
-        (
-            "a pass",
-            f"{costs.render:.0f}, × or ÷ {math.exp(costs.spread):.2f}",
-            f"the reef in Cycles, {passes.mean():.1f} CPU s for {small}; {_CORES} cores; {larger}",
-        ),
-        ("start of a task", f"{costs.start:.1f}", "measured: Blender, scene, water, materials"),
-        ("development of a frame", f"{costs.develop:.1f}", f"measured, {larger}"),
-        ("scheduler, a task", f"{costs.assign:g}", "assumed"),
-        ("from choice to process", f"0 to {costs.latency:g}", "assumed"),
-        ("a worker comes up", f"after 0 to {costs.boot:g}", "assumed"),
-    ]
-    lines = ["| what | seconds | whence |", "|---|---|---|"]
-    return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
+    return (
+        f"Seconds: a pass {costs.render:.0f}, × or ÷ {math.exp(costs.spread):.2f} (the reef in "
+        f"Cycles, {passes.mean():.1f} CPU s for {small}; {_CORES} cores; {larger}), start of a "
+        f"task {costs.start:.1f}, development of a frame {costs.develop:.1f}, measured; scheduler "
+        f"{costs.assign:g} a task, from choice to process 0 to {costs.latency:g}, a worker comes "
+        f"up after 0 to {costs.boot:g}, assumed."
+    )
 
 
 def document() -> str:
@@ -311,7 +305,7 @@ machine, the farm is simulated with seed {SEED}: two minutes, {_SHOT.frames} fra
 2160 pixels in {_SHOT.passes} bands, a pass each. Files, lost workers, licences
 and other jobs are not in it.
 
-{_sources(slow)}
+{textwrap.fill(_sources(slow), 98)}
 
 ## Workers and hours
 A frame is developed as soon as its passes are there, as Flamenco's job type does it; last, the

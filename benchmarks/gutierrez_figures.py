@@ -436,7 +436,7 @@ def main(_arguments: list[str]) -> None:
     shares = {name: luminous_shares(sea.constituents) for name, sea in named_waters().items()}
     share_lines = "\n".join(
         f"| {name} | "
-        + " | ".join(f"{100 * row[key]:.2f} %" for key in (*PROCESSES, "all", "all, luminance"))
+        + " | ".join(f"{100 * row[key]:.2f}" for key in (*PROCESSES, "all", "all, luminance"))
         + " |"
         for name, row in shares.items()
     )
@@ -446,7 +446,7 @@ def main(_arguments: list[str]) -> None:
             f"{100 * (Kd / row.published - 1):+.0f}"
             for Kd in (row.merged, row.before, row.by_lee, row.solved, row.measured)
         )
-        + f" | {row.scattering_before:.3f} | {row.scattering:.3f} |"
+        + f" | {row.scattering_before:.3f}, {row.scattering:.3f} |"
         for row in case1_rows()
     )
     round_trip = inversion_round_trip()
@@ -475,7 +475,7 @@ of `named_waters`, which has their constituents and sources) and 4 of Gutierrez 
 Inelastic light hardly changes the Baltic's colour.
 
 ## Inelastic fraction
-Of each process in the radiance between 380 and 780 nm, level at {DEPTH:g} m, quantum yield 0.02.
+In % of the radiance between 380 and 780 nm, level at {DEPTH:g} m, quantum yield 0.02.
 The paper reports about 2 % for its Baltic. Raman light seen straight down: see
 [outside.md](outside.md#raman-light).
 
@@ -489,13 +489,11 @@ Maritorena (2001). Kd(490) in % off the regression of Morel et al. (2007), {labo
 (*merged*: on the measurements of others too); *before*: version 0.1.0. Sun at {SUN_ZENITH:g}°,
 *solved* at 45°; b of the particles at 550 nm, before and now.
 
-| C, mg/m³ | measured | merged | before | Lee 2013 | solved | `chl:C`, solved | b before | b |
-|---|---|---|---|---|---|---|---|---|
+| C, mg/m³ | measured | merged | before | Lee 2013 | solved | `chl:C` | b before, now |
+|---|---|---|---|---|---|---|---|
 {case1_lines}
 
-What is left above 1 mg/m³ lies between published laws; nothing is tuned to close them. Counting
-detritus twice would give -7 % at 1 and -22 % at 10 mg/m³ but 34 % too much Kd in the blue of Jerlov
-I (now 25 %); the CDOM of HydroLight's *new case 1* -17 and -32 %.
+What is left above 1 mg/m³ lies between published laws; nothing is tuned to close them.
 
 `chl:C` inverts the Kd of Morel & Maritorena (2001) for a sun at 30°; wanted was Kd(490) within 5 %.
 It has no fluorescence.

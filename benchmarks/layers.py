@@ -254,9 +254,9 @@ def main(arguments: Sequence[str]) -> None:
 _PAGE = """\
 # Layers of a picture
 
-Written by `python3 dev.py run -m benchmarks layers`; every number is measured. What the layers are is in
-[researcher.md](../researcher.md#layers). Black and grey squares at 24 ranges of 0.4 to {farthest} m before a level
-camera at 5 m depth, in Jerlov II (`{water}`), 6 bands, Nikon D7000.
+Written by `python3 dev.py run -m benchmarks layers`; the layers:
+[researcher.md](../researcher.md#layers). Black and grey squares at 24 ranges of 0.4 to {farthest}
+m, camera at 5 m depth, Jerlov II (`{water}`), 6 bands, Nikon D7000.
 
 ## They add up
 |D + B + F - I| / I of all pixels; wanted are 10⁻³ for the median, 10⁻² for 95 %. EEVEE keeps 11 bits of each layer.
@@ -265,15 +265,13 @@ camera at 5 m depth, in Jerlov II (`{water}`), 6 bands, Nikon D7000.
 |---|---|---|
 {sums}
 
-In Cycles they add up by construction: D and F are what is left of the image without what the volume
-scattered.
+In Cycles they add up by construction.
 
 ## They are what they are called
-- T of a band is e^(-cz) within {exact} at the centre of every pixel, and D / J, as drawn, is that within {left} where
-  more than e⁻³ is left.
-- J of a grey square, seen through metres of water, against the image from {before} before it: {same} apart. Those
-  {before} take {taken}, most of which is scattered forward.
-- J by Cycles over J by EEVEE, greys of which a tenth is left in all bands, mean of bands: {traced}.
+- T of a band is e^(-cz) within {exact}, D / J as drawn within {left} where more than e⁻³ is left.
+- J of a grey square against the image from {before} before it: {same} apart, of which those
+  {before} take {taken}.
+- J by Cycles over J by EEVEE: {traced}.
 
 ## The image alone gives the truth's coefficients
 `fit_formation` on the image and the range layer; largest error at any range against the JSON beside it. Wanted are 2 %.
@@ -283,8 +281,8 @@ scattered.
 | each band |{bands}|
 | the sensor's channels |{channels}|
 
-The truth's β_D of a channel is of grey in the light on a level surface; these squares stand upright, where the light
-has another colour. Against the layer T of the same squares, β_D of the channels is within {own}.
+The truth's β_D is of grey on a level surface; against the layer T of the same upright squares β_D
+of the channels is within {own}.
 
 ## What they cost
 CPU time of a frame of {size} pixels, mean of {frames} after the first, and that with all layers over that without any, in

@@ -222,25 +222,19 @@ def report(rows: Sequence[str], found: Water, options: argparse.Namespace) -> st
 
 Written by `python3 dev.py run -m benchmarks mitsuba_lamps`.
 
-The photons that [lamps.md](lamps.md) judges EEVEE by (`benchmarks/_lamp_room.py`), against
-Mitsuba's `volpath` (`{options.variant}`), which shares no code with them: one band of Jerlov
-{_WATER}, absorption {found.a:.3f} and scattering {found.b:.3f} 1/m; both have the same phase
-function, cut off at {math.degrees(CUT):g}°, and a spot of a sharp edge over a floor that reflects
-{_REFLECTANCE[0]:g}, a ball {_REFLECTANCE[1]:g}. {WIDTH} × {HEIGHT} pixels in blocks of
-{BLOCK} × {BLOCK} and of {across} × {down}. {options.photons * 10 / 1e6:g} million photons;
-{options.seeds} seeds of {options.samples} samples a pixel. What is scattered more than once is
-blurred by {BLUR[0]:g} m and more in the photons, as in [lamps.md](lamps.md).
-
-Photons over Mitsuba less 1: of the whole picture; then the median and 95 % of the size of it in
-blocks, and the median that noise alone would make.
+The photons that judge [lamps](lamps.md) (`benchmarks/_lamp_room.py`) against Mitsuba's `volpath`
+(`{options.variant}`): one band of Jerlov {_WATER}, a sharp spot, a floor, a ball; {WIDTH} ×
+{HEIGHT} pixels in blocks of {BLOCK} × {BLOCK} and of {across} × {down}.
+{options.photons * 10 / 1e6:g} million photons, blurred by {BLUR[0]:g} m and more; {options.seeds}
+seeds of {options.samples} samples. Photons over Mitsuba less 1 of the picture, then its size in
+blocks, median/95 %, and that of noise alone.
 
 | case | picture | blocks | noise | coarse blocks | noise | CPU s |
 |---|---|---|---|---|---|---|
 {table}
 
-CPU s: photons / Mitsuba. Mitsuba finds the lamp from each scattering, with 1/r²: places near the
-lamp are seldom met and bring much, so that its own scatter tells too little there. The photons'
-blur is in the differences of blocks too, most across a beam's edge.
+CPU s: photons/Mitsuba. Mitsuba seldom meets places near the lamp, so that its scatter tells too
+little there; the photons' blur is in the differences too.
 """
 
 

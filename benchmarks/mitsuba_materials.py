@@ -61,15 +61,14 @@ MITSUBA, INNER = "Mitsuba", "Mitsuba, roughplastic"
 _COMPARED = """
 ## What is compared
 
-- Diffuse 0.5. Metal: Principled, roughness 0.3, *GGX*; *Multiscatter GGX* adds up to 1 %.
-- Plastic: Principled, roughness 0.2, index 1.5, base 0.05; in Mitsuba a mirror of 1.5 / 1.34 over
-  a matte base, or its *roughplastic*. Of what it mirrors EEVEE draws the sun only: the dark ball
-  is too dark.
-- Pane: glass of index 1.5, 6 cm thick. Under a surface Cycles lets sunlight straight through
-  (*sun straight through*); what is traced comes by few paths.
-- EEVEE is too bright in the far red all over, as in [grey_scene.md](grey_scene.md).
-- With *indices in water* off (1.5 against air) the plastic ball is 36 / 44 / 50 % brighter in
-  Cycles and the pane 5 / 5 / 12 %.
+- Metal: Principled, *GGX*; *Multiscatter GGX* adds up to 1 %. Plastic: index 1.5; in Mitsuba a
+  mirror over a matte base, or its *roughplastic*. Of what it mirrors EEVEE draws the sun only:
+  the dark ball is too dark.
+- Pane: glass 6 cm thick. Under a surface Cycles lets sunlight straight through; what is traced
+  comes by few paths.
+- EEVEE is too bright in the far red, as in [grey_scene.md](grey_scene.md).
+- With *indices in water* off the plastic ball is 36/44/50 % brighter in Cycles, the pane 5/5/12
+  %.
 
 Repeat: `python3 dev.py run -m benchmarks mitsuba_materials`
 """
@@ -108,7 +107,9 @@ class Measured:
             cells = [f"{100 * (r - 1):+.1f}±{100 * e:.1f}" for r, e in (*bands, mean)]
             cells[-1] = f"**{cells[-1]}**"
             if place in places:
-                rows.append(f"| {place} | {one}/{other} | {' | '.join(cells)} |")
+                rows.append(
+                    f"| {place} | {one if other == MITSUBA else other} | {' | '.join(cells)} |"
+                )
         return rows
 
 

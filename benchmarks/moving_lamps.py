@@ -138,26 +138,19 @@ def report(row: str) -> str:
 
 Written by `python3 dev.py run -m benchmarks moving_lamps`.
 
-Two spots of 8000 lm and 70° move {_STEP * 100:g} cm a frame across the view of a camera that stands
-still, past a ball and a box on sand, by night in {_WATER}: {_FRAMES} frames in EEVEE,
-{width} × {height} pixels, {_BANDS} bands, {_SAMPLES} samples, one exposure.
-
-Unsteady is what a smooth curve is not: |L(t + 1) − 2 L(t) + L(t − 1)| of a pixel, or of a block of
-{_BLOCK} × {_BLOCK}, over its mean of all frames (or {100 * _DARK:g} % of that of the picture):
-median / 95 % / 99 % / worst, %. A beam that passes, and a shadow's edge that crosses a block, are
-no straight lines either: fourth differences, as large where they are noise (over √(70/6)), have
-less of what bends. Then the CPU seconds of the update of a frame, all but the render: median and
-worst.
+Two spots move {_STEP * 100:g} cm a frame across the view, past a ball and a box, by night in
+{_WATER}: {_FRAMES} frames in EEVEE, {width} × {height} pixels. Unsteady is what a smooth curve is
+not: second differences of a pixel, or of a block of {_BLOCK} × {_BLOCK}, over its mean; fourth
+differences have less of what bends. Median/95 %/99 %/worst, %; CPU seconds of an update, median
+and worst.
 
 | pixels | blocks | blocks of open water | blocks, fourth differences | update, s |
 |---|---|---|---|---|
 {row}
 
-Wanted were 1 % of blocks in the median and 3 % at worst, and .1 s of a frame. Shadows of things on
-things are Blender's own: their edges, and sand that the light grazes, change the most.
-
-Seconds were measured while other programs ran, four to each core; an earlier version took .08 s on
-a computer less loaded. Every sixth frame or so Python's garbage collector adds .1 s.
+Wanted were 1 % of blocks in the median, met, and 3 % at worst, and .1 s of a frame, **missed** (a
+busy machine; .08 s on one less loaded). Edges of Blender's own shadows and sand that the light
+grazes change the most.
 """
 
 

@@ -374,10 +374,10 @@ def _figure14_text(raw: Errors, balanced: Errors) -> str:
     lines = [f"| {name} | {_cells(raw, name)} | {_cells(balanced, name)} |" for name in METHODS]
     table = grid("| | as RGB | worst scene, ΔE | developed | worst scene, ΔE |", lines)
     return f"""## Monzon 2024, Figures 13 and 14: RGB against spectral, by camera
-Theirs: 28 cameras, six waters and depths, bars without values, spectral closer to the path tracer.
-Ours, sRGB RMSE / ΔE2000, mean of {len(raw) // len(SCENES)} cameras and the scenes of Table 2, with
-responses as RGB (Equation 12) and developed as the add-on does. *Wavelengths* takes each channel at
-its mean wavelength, *means* averages coefficients and reflectances over it.
+Theirs: 28 cameras, bars without values, spectral closer to the path tracer. Ours: mean sRGB
+RMSE/ΔE2000 of {len(raw) // len(SCENES)} cameras and the scenes of Table 2, responses as RGB
+(Equation 12) and developed. *Wavelengths*: each channel at its mean wavelength; *means*:
+coefficients and reflectances averaged over it.
 
 {table}
 
@@ -408,8 +408,7 @@ of 8 bands at 32 and 250, by their fit {(1.17 + 0.056 * 32) / t_8:.2f} and
 
 {table}
 
-From 12 bands on the closed form's own error is the larger one. Placed bands do with fewer
-([optimised_bands.md](optimised_bands.md)); for EEVEE see [realtime_cost.md](realtime_cost.md).
+From 12 bands on the closed form's own error is the larger one.
 """
 
 
@@ -474,7 +473,7 @@ text has no formula.
 {grid("| | mean | range |", lines)}
 
 Error of Chen et al. over that of Monzon et al. in {", ".join(titles)}: {ratios[0]}; {ratios[1]}.
-In clear water the order comes out; in 3C at 3 m and in II the light of Equation 9 errs more.
+In clear water the order comes out.
 """
 
 
@@ -506,7 +505,5 @@ As printed, the phase function 1/π of phytoplankton integrates to 4: in {gainin
 scattering then gives back more than is lost, and deep water has no solution. Fraction of inelastic
 light in the luminance, these waters and the Baltic: {inelastic}; *printed* has the absorption of
 water for the Raman coefficient (§3.3.2) and a quantum yield of {printed.QUANTUM_YIELD:g}. Their
-text has less than 2 %. CDOM's fluorescence and the values of Figure 5 are not legible in our copy;
-for Figures 2 to 4 see [bio_optics.md](bio_optics.md), for the weights of §4.1
-[outside.md](outside.md).
+text has less than 2 %. See [bio_optics.md](bio_optics.md) for Figures 2 to 4.
 """

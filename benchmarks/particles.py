@@ -256,7 +256,7 @@ Divers count 1 to 10 flocs above 0.5 mm in a litre, seldom more than 100 (Alldre
 quoted from memory): with 3.6 about as many are drawn, with 4 fewer.
 
 ## Kinds
-| kind | diameter, mm | reflectance (green) | speed upwards at 0.5 mm, mm/s |
+| kind | diameter, mm | reflectance | rise at 0.5 mm, mm/s |
 |---|---|---|---|
 {kinds}
 

@@ -152,23 +152,15 @@ def report(pairs: Sequence[Pair], depth: float, samples: int) -> str:
 
 Written by `python3 dev.py run -m benchmarks preset_pictures`.
 
-The presets once scattered with `{BEFORE}` ("Quick"), as if all of it were by particles; now they
-have the default `{NOW}`: molecules and particles by their fraction in each band. Nothing else
-differs within a pair: Cycles, {_BANDS} bands, {samples} samples, denoised,
-{WIDTH} × {HEIGHT} pixels, the
-reef of the examples (draft) from {depth:.1f} m, whose floor at {_REEF_FLOOR:g} m takes the place of
-the preset's. Exposure is automatic in both.
+The presets once scattered with `{BEFORE}`, now with `{NOW}`, molecules and particles by their
+fraction; nothing else differs: Cycles, {_BANDS} bands, {samples} samples, denoised, {WIDTH} ×
+{HEIGHT} pixels, the draft reef from {depth:.1f} m.
 
 ![The presets before and now](preset_pictures.jpg)
 
-Blue hole shows it: the water behind the reef was nearly black and is deep blue. In the tropical
-reef it is a little lighter, in the deep dive the haze is a little thinner. Harbour and North Sea
-look the same, for particles do nearly all the scattering there; their blotches are the denoiser's
-at so few samples, and so is some of what differs between them.
-
-Luminance of open water without a floor at that depth, across the sun's azimuth, before over now, by
-discrete ordinates ({_STREAMS} streams); that of the whole picture, and mean ΔE2000 of its blocks of
-{_BLOCK} × {_BLOCK} pixels:
+Blue hole shows it: nearly black water is deep blue. Luminance of open water there, before over
+now, by discrete ordinates; that of the whole picture, and mean ΔE2000 of blocks of {_BLOCK} ×
+{_BLOCK} pixels (the denoiser's blotches in it):
 
 | preset | water | {" | ".join(_VIEWS)} | picture | ΔE2000 |
 |---|---|{"---|" * len(_VIEWS)}---|---|

@@ -363,8 +363,7 @@ where there are rare bright paths (the exact peak). **Differences below 20 % are
   of a band and Eu stay within 0.5 % and 1 % (`uw_spectral.water.shared_phase`).
 - **Path guiding** stays off: it gains in the clearest waters, which are the cheapest anyway, loses
   in the turbid ones, and took 300 MB more for 480 × 270 pixels of 3C.
-- **Roulette** stays where Cycles has it. The **light tree** changes no bit of the picture and is
-  off where nothing but the sun is sampled. **Fewer bounces** save little.
+- The **light tree** changes no bit of the picture and is off where nothing but the sun is sampled.
 
 ## Bias
 Range over the waters of the cost, over the bounded peak with a band a pass, and of the bias of the

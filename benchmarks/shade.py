@@ -183,13 +183,13 @@ def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
     for at, by in itertools.product(("points", "rays"), ("voxels", "probes")):
         every = [o for r in results for o in r.open_share if (o.at, o.by) == (at, by)]
         means, most = [o.mean for o in every], max(o.most for o in every)
-        seen.append(f"| {at} | {by} | {min(means):.3f}…{max(means):.3f} | {most:.3f} |")
+        seen.append(f"{at} by {by} {min(means):.3f}…{max(means):.3f}, {most:.3f}")
     costs = "; ".join(
         f"{r.place.name} {r.cost.shaded / r.cost.without:.2f}, {r.cost.texels / 2**20:.1f} MiB"
         for r in results
         if r.cost is not None
     )
-    steady = "\n".join(swum.rows())
+    steady = "; ".join(swum.parts())
     rows = "\n".join(map(_row, results))
     return f"""# Shade in the water
 
@@ -213,23 +213,14 @@ With shade over without it, {_COST_SIZE[0]} × {_COST_SIZE[1]}, {_COST_SAMPLES} 
 software rasteriser, and the table's image: {costs}. Wanted was 1.25, **missed** in the reef.
 
 ## Visibility of the sky
-Error of the fraction of directions that nothing covers, against rays at the meshes, at random
-points and along rays of the camera: range of the scenes' means, worst 95 %. Wanted was 0.03.
-
-| at | by | mean | 95 % |
-|---|---|---|---|
-{chr(10).join(seen)}
-
-Voxels are full wherever a surface crosses them: plants and rails cover more than they do.
+Error of the fraction of directions that nothing covers, against rays at the meshes: range of the
+scenes' means, worst 95 %: {"; ".join(seen)}. Wanted was 0.03; voxels are full wherever a surface
+crosses them.
 
 ## A swim through the cave
-Change of the shade from frame to frame, {swum.frames} frames, both seen by the same camera, in the
-water and on things. In a job frames share their probes; *alone* is a view that knows no other
+Change of the shade from frame to frame, {swum.frames} frames seen by the same camera, median/95
+%/worst in %: {steady}. In a job frames share their probes; *alone* is a view that knows no other
 frame.
-
-| frames | where | median | 95 % | worst |
-|---|---|---|---|---|
-{steady}
 
 ![Cycles, no shade, shade](shade.jpg)
 """
@@ -299,7 +290,7 @@ def main(arguments: Sequence[str]) -> None:
         return
     results = []
     swum = swim(options.keep / "cave.blend")
-    print("\n".join(swum.rows()), flush=True)
+    print("\n".join(swum.parts()), flush=True)
     for place in found:
         results.append(measure(place, options.keep))
         print(_row(results[-1]), flush=True)
