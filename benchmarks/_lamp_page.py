@@ -97,11 +97,9 @@ were a mean of 2, with noise below 0.7, and backscatter within 5 % in the median
 {rows}
 
 **Met** in clear water but for the torch across it, where sand in the ball's shadow is up to 1.8
-times too bright (what is scattered on things has no shadows) and a block at the lamp has a share
-of its beam. Behind fish, net and diver the reference's own blur lets light round the silhouettes:
-with a quarter of it, water behind the fish is .98 / 1.07 / .96 times the photons' in the three
-bands, behind the diver .92 / .77 / 1.04. Across III the torch is right within the noise, 3C
-**misses by more**.
+times too bright. Behind fish, net and diver the reference's own blur lets light round the
+silhouettes: with a quarter of it water behind the fish is .98/1.07/.96 times the photons', behind
+the diver .92/.77/1.04. Across III the torch is right within the noise, 3C **misses by more**.
 
 ## Seconds of a frame
 CPU seconds on the software rasteriser, {WIDTH} × {HEIGHT}, the less of two, sun on; {COUNT} lamps

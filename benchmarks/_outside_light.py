@@ -70,8 +70,8 @@ depths, median / 90 % with one at each.
 
 {table}
 
-The directions come out to 5 %; the tail looks up away from the sun, where hills and sky are not
-those of the CIE. The drift with depth (Fournier-Forand:
+The directions come out to 5 %; the tail looks up away from the sun, to hills.
+The drift with depth (Fournier-Forand:
 × {ff.by_depth[0]:.2f} at {at.depths[0]:g} m, × {ff.by_depth[-1]:.2f} at {at.depths[-1]:g} m) is
 that of 0.002 1/m more absorption, the sky's fraction
 hardly matters, HG 0.8 fails at every depth, and the closed form is worse in the tail only.

@@ -69,8 +69,7 @@ def optics_row(name: str, found: Population) -> str:
     """Write what a population scatters as cells of a table."""
     return (
         f"| {name} | {1e-3 * found.per_void:.2f} | {found.asymmetry:.3f} | "
-        f"{found.backscatter_ratio:.4f} | {found.diffracted:.3f} | "
-        f"{found.mean(78, 82) / found.mean(86, 90):.1f} |"
+        f"{found.backscatter_ratio:.4f} | {found.diffracted:.3f} |"
     )
 
 
@@ -145,11 +144,11 @@ Written by `python3 dev.py run -m benchmarks bubbles`. How they are drawn:
 [physics](../physics.md#bubbles).
 
 ## Optics
-The Lorenz-Mie series over sizes: b of a litre of air in a m³, mean cosine, bb/b and the share that
-is only diffracted, all with diffraction; phase function at 80° over that at 88°.
+The Lorenz-Mie series: b of a litre of air in a m³, mean cosine, bb/b and the share that is only
+diffracted.
 
-| sizes | b, 1/m | g | bb/b | diffracted | step |
-|---|---|---|---|---|---|
+| sizes | b, 1/m | g | bb/b | diffracted |
+|---|---|---|---|---|
 {rows(optics)}
 
 Published: bb/b about .01, up to five times as much with an organic film (Zhang et al. 1998), g
@@ -193,11 +192,7 @@ As for [silt](clouds.md#eevee-against-cycles): ΔE2000 of blocks, wanted a mean 
 *By day, type IB, 3 l/m³: EEVEE, and Cycles with its noise.*
 
 ## What they cost
-CPU seconds of EEVEE in real time, 240 × 135, 16 samples, as for [silt](clouds.md#what-they-cost).
-
-| clouds | lamps | first | later |
-|---|---|---|---|
-{rows(costs)}
+CPU seconds as for [silt](clouds.md#what-they-cost), by clouds, later pictures: {", ".join(costs)}.
 
 ## Below breakers
 {winds}
@@ -248,7 +243,8 @@ def main(arguments: Sequence[str]) -> None:
     print(winds, *plumes, sep="\n", flush=True)
     costs = []
     for count in _COUNTS:
-        costs.append(clouds.cost_row(count, constituent=BUBBLES))
+        later = clouds.cost_row(count, constituent=BUBBLES).split(" | ")[-1].strip(" |")
+        costs.append(f"{count}: {later}")
         print(costs[-1], flush=True)
     with replacing(options.docs / "bubbles.md") as temporary:
         temporary.write_text(report(optics, lobes, photons, lamps, compared, costs, winds, plumes))

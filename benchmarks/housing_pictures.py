@@ -179,26 +179,21 @@ def main(arguments: Sequence[str]) -> None:
 
 Written by `python3 dev.py run -m benchmarks housing_pictures`.
 
-Posts and balls of .2 to 6 m distance over sand, {DEPTH:g} m down, a camera of 78° in air,
-{_SIZE[0]} × {_SIZE[1]} pixels, six bands, white balance at depth. EEVEE draws a pinhole's picture
-in the water and moves it, band by band, by its depth; Cycles traces the rays of the port. Where
-things are in both is a test (`tests/scene/test_housed.py`).
+Posts and balls at .2 to 6 m, {DEPTH:g} m down, 78° in air, {_SIZE[0]} × {_SIZE[1]} pixels, six
+bands. EEVEE moves a pinhole's picture band by band; Cycles traces the rays of the port
+(`tests/scene/test_housed.py`).
 
 ## EEVEE against Cycles
-ΔE2000, mean / 95 % of pixels, and in brackets the mean of blocks of {_BLOCK} × {_BLOCK} pixels;
-what a port adds is the difference to *none*. *Noise*: of the mean of two denoised renders
-by Cycles.
-Target: mean 1.5.
+ΔE2000, mean/95 % of pixels, in brackets the mean of blocks of {_BLOCK} × {_BLOCK}; a port adds
+the difference to *none*. Target: mean 1.5.
 
 | Jerlov | port | real-time | bands | noise |
 |---|---|---|---|---|
 {chr(10).join(rows)}
 
 ## What a port costs
-CPU seconds of a frame after the first without a port, {_FRAME[0]} × {_FRAME[1]}, and with a port
-over that. EEVEE draws some 8 % more pixels for a flat port, one more sample for depth, and moves
-the picture; here a flat port shows fewer things. Cycles renders each band by itself, which costs
-where bands share a pass. Measured while other programs ran. Target: 1.3.
+CPU seconds of a frame without a port, {_FRAME[0]} × {_FRAME[1]}, and with one over that. Target:
+1.3.
 
 | engine | s without | {ports} |
 |---|---|---|---|

@@ -214,7 +214,7 @@ def by_mitsuba(case: Case, water: Water, samples: int, seeds: int, variant: str)
     return np.stack([grey_scene.blocks(image, BLOCK)[..., 0] for image in images])
 
 
-def report(rows: Sequence[str], found: Water, options: argparse.Namespace) -> str:
+def report(rows: Sequence[str], options: argparse.Namespace) -> str:
     """Return the page."""
     down, across = (BLOCK * n for n in COARSER)
     table = "\n".join(rows)
@@ -257,4 +257,4 @@ def main(arguments: Sequence[str]) -> None:
         rows.append(Comparison(case.title, photons, mitsuba, seconds).row())
         print(rows[-1], flush=True)
     with replacing(options.docs / "mitsuba_lamps.md") as temporary:
-        temporary.write_text(report(rows, found, options), encoding="utf-8")
+        temporary.write_text(report(rows, options), encoding="utf-8")

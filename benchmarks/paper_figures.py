@@ -345,11 +345,10 @@ def _head() -> str:
 Monzon et al. (2024, 2022) and Gutierrez et al. (2008) print few numbers, and no scene, texture or
 exposure: compare order and ratio, not digits.
 
-Our colours: sun D65 at {scenes.SUN_ZENITH:g}° (not printed), no sky, HG {scenes.ASYMMETRY:g} (their
-path tracer's), water of Solonenko & Mobley (2015), a floor of {scenes.FLOOR_REFLECTANCE:g},
-{scenes.CAMERA_ABOVE:g} m below the camera; {24 * len(scenes.DISTANCES)} patches of the ColorChecker
-at up to {max(scenes.DISTANCES):g} m and open water, as sRGB. The reference is the solved field in
-{len(FINE)} bands, which is checked elsewhere ([solved_accuracy.md](solved_accuracy.md)).
+Our colours: sun D65 at {scenes.SUN_ZENITH:g}°, no sky, HG {scenes.ASYMMETRY:g} (their path
+tracer's), water of Solonenko & Mobley (2015), floor {scenes.CAMERA_ABOVE:g} m below the camera,
+{24 * len(scenes.DISTANCES)} patches of the ColorChecker and open water as sRGB, against the
+solved field in {len(FINE)} bands.
 """
 
 

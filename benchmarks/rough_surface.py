@@ -219,8 +219,7 @@ exchange, which is kept.
 
 {_cost()}
 
-Not in it: slopes that differ along and across the wind (1.4 times at 10 m/s), whitecaps, skewness,
-heights. Where the wind is animated, each frame is solved anew.
+Not in it: slopes that differ along and across the wind, whitecaps, heights.
 """
     (path_radiance_table.ROOT / "docs" / "measured" / "rough_surface.md").write_text(
         text, encoding="utf-8"
