@@ -308,9 +308,8 @@ and other jobs are not in it.
 {textwrap.fill(_sources(slow), 98)}
 
 ## Workers and hours
-A frame is developed as soon as its passes are there, as Flamenco's job type does it; last, the
-first picture where all passes come first, as a step of Open Job Description has to wait (the hours
-are nearly the same).
+Frames are developed in turn, as by Flamenco; last, the first picture where all passes come first,
+as by a step of Open Job Description (the hours are nearly the same).
 
 {_table(_SHOT, slow)}
 

@@ -258,10 +258,8 @@ times the focal length and pincushion distortion that depends on the distance.
 |---|---|---|
 {calibrations()}
 
-## What is left out
-Dirt on the port, mirror images in it, one pupil for all directions, the softness at the edges of
-a dome's picture, the frame of a flat port. Pictures that reach farther than 80° from the axis in
-the water are refused.
+Pictures that reach farther than 80° from the axis in the water are refused; dirt, mirror images,
+the softness of a dome's edges and frames are left out.
 """
     (ROOT / "docs" / "measured" / "housing.md").write_text(text, encoding="utf-8")
     print(text)

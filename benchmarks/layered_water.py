@@ -47,7 +47,7 @@ def main(arguments: Sequence[str]) -> None:
             worst.append((float(np.quantile(water, 0.95)), case.name))
             print(f"{np.median(water):.2%} {worst[-1][0]:.2%} {case.name}", flush=True)
     with replacing(_DOCUMENT) as path:
-        path.write_text(_document(found, sorted(worst, reverse=True)[:3]), encoding="utf-8")
+        path.write_text(_document(found, sorted(worst, reverse=True)[:1]), encoding="utf-8")
 
 
 def _rendered(case: Case, path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -100,7 +100,7 @@ layer instead* has the mean coefficients above the camera.
 |---|---|---|---|---|
 {chr(10).join(rows)}
 
-Cases with the largest 95 % in open water:
+The case with the largest 95 % in open water:
 
 {cases}
 

@@ -174,7 +174,7 @@ def _row(result: Result) -> str:
     )  # fmt: skip
     bright = result.pictures["shade"].mean() / result.reference.mean() - 1.0
     cells = " | ".join(f"{value:.2f}" for value in values)
-    return f"| {result.place.name} | {cells} | {100 * bright:+.0f} % |"
+    return f"| {result.place.name} | {cells} | {100 * bright:+.0f} |"
 
 
 def report(results: Sequence[Result], swum: Swum, moves: str) -> str:
@@ -203,7 +203,7 @@ cave are the example scenes, the jetty is in 3C, the car in II. ΔE2000 of block
 Cycles, in all of them; *bright*: of the picture. Wanted were 1.5 in the mean and 2.5 in shaded
 pixels.
 
-| scene | no shade | shade | 95 % | shaded | noise | bright |
+| scene | no shade | shade | 95 % | shaded | noise | bright, % |
 |---|---|---|---|---|---|---|
 {rows}
 
