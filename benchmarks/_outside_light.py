@@ -98,9 +98,7 @@ def canonical() -> Section:
         verdict = MET if worst <= 1 else PARTLY
         if problem == 4:
             verdict = f"{OPEN}: their atmospheres differ by 18 %"
-        rows.append(
-            Row(f"problem {problem}, case {case}, by depth", "Mobley 1993", ours, theirs, verdict)
-        )
+        rows.append(Row(f"problem {problem}, case {case}", "Mobley 1993", ours, theirs, verdict))
     closed = {
         each: [
             float(closed_form(*each).Ed(row.depth)[0]) / row.mean - 1
@@ -111,7 +109,7 @@ def canonical() -> Section:
     }
     rows.append(
         Row(
-            "Ed of the closed form, " + "; ".join(f"{p}, {c}" for p, c in CLOSED) + ", by depth",
+            "Ed of the closed form, " + "; ".join(f"{p}, {c}" for p, c in CLOSED),
             "Mobley 1993", "; ".join(f"{percent(off, 1)} %" for off in closed.values()),
             "as above", f"{PARTLY}: to 5 % where much is scattered, down to τ = 5",
         )

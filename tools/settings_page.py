@@ -22,10 +22,9 @@ from underwater_spectral.settings.setting import SECTIONS, Setting
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
 _HEAD = """# Settings
 
-As the panel (*Advanced*), the command line and Python know them. In Python they are properties of
-`bpy.context.scene.underwater`, named as the options: `--sun-zenith` is `sun_zenith`. Switches have
-an opposite: `--shafts`, `--no-shafts`. `render_bands.py --help` says the same, and what a job takes
-besides.
+In the panel (*Advanced*), on the command line, and as properties of
+`bpy.context.scene.underwater`: `--sun-zenith` is `sun_zenith`. Switches have an opposite:
+`--shafts`, `--no-shafts`. `render_bands.py --help` says the same.
 
 ◆ can be keyframed; R for researchers; E in EEVEE only; C in Cycles only. In brackets: what it needs
 to have an effect. Defaults are bold.
