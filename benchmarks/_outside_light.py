@@ -11,6 +11,7 @@ from ._outside import MET, MISSED, OPEN, PARTLY, Row, Section, grid, percent
 from .path_radiance_table import ROOT
 
 RAMAN_DEPTHS = (0.0, 5.0, 10.0, 20.0)
+_SHOWN = [0, 1, 4, 5]  # wavelengths of Raman light
 CLOSED = ((1, 1), (1, 2), (2, 1), (2, 2), (6, 1))
 """Problems that the closed form knows."""
 
@@ -143,10 +144,12 @@ def raman() -> Section:
         ratios.append(ours / theirs)
         _, with_older, theirs_then = _raman_at_sea.at_the_surface(C, older=True)
         older.append(with_older / theirs_then)
-        three = zip(100 * ours, 100 * theirs, older[-1], strict=True)
-        cells = [f"{x:.1f}/{y:.1f} ({then:.2f})" for x, y, then in three]
+        three = [x[_SHOWN] for x in (100 * ours, 100 * theirs, older[-1])]
+        cells = [f"{x:.1f}/{y:.1f} ({then:.2f})" for x, y, then in zip(*three, strict=True)]
         lines.append(f"| {C:g} | {' | '.join(cells)} |")
-    surface = grid("| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths) + " |", lines)
+    surface = grid(
+        "| C, mg/m³ | " + " | ".join(f"{x:.0f} nm" for x in wavelengths[_SHOWN]) + " |", lines
+    )
     deep = ", ".join(f"{100 * _raman_at_sea.share(0.1, 650.0, y):.0f} %" for y in RAMAN_DEPTHS)
     ratios, older = np.array(ratios), np.array(older)
     verdict = inelastic_table.verdict(

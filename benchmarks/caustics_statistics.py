@@ -394,9 +394,8 @@ Written by `python3 dev.py run -m benchmarks caustics_statistics`.
 
 ![One sea at three depths; coefficient of variation against the sea](caustics.png)
 
-Waves of Elfouhaily et al. (1997) on a tile, shorter ones scaled to the slopes of Cox & Munk (1954);
-refracted rays, blurred by the sun's disc and by finer waves (`caustic_pattern`); scattering takes
-contrast by the moments of the phase function (`SunlitWater`). Nothing is fitted.
+Waves of Elfouhaily et al. (1997), shorter ones scaled to Cox & Munk (1954); refracted rays
+(`caustic_pattern`), contrast lost by scattering (`SunlitWater`). Nothing is fitted.
 
 ## Against the sea: Darecki et al. 2011
 

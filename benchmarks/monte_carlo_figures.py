@@ -204,7 +204,7 @@ def main(arguments: list[str]) -> None:
         far = max(furthest, key=abs)
         profile_rows.append(f"| {name} | {'/'.join(off)} | {far:+.0f} |")
     newline = "\n"
-    events = newline.join(f"| {name} | {100 * share:.2f} |" for name, share in shares.items())
+    events = ", ".join(f"{name} {100 * share:.2f}" for name, share in shares.items())
     codes = ", ".join(
         f"{case} `#{''.join(f'{round(255 * float(v)):02x}' for v in rgb)}`"
         for case, rgb in colours.items()
@@ -228,9 +228,7 @@ the radiance, 380 to 780 nm, and of its luminance; the paper reports about 2 %.
 Fraction of the ten events by the power of the light; *chlorophyll light* and *cdom light* are the
 absorptions that can excite, of which at most two in a hundred emit.
 
-| event | % |
-|---|---|
-{events}
+In %: {events}.
 
 ## Monzon et al. (2024), Figure 15: irradiance profiles of the Jerlov types
 ![Profiles](monte_carlo_jerlov.png)

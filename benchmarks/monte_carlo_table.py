@@ -290,7 +290,7 @@ def radiance_section(photons: int, threads: int) -> str:
     newline = "\n"
     return f"""## {RADIANCE}
 
-{_cases(photons)}
+The same waters, {photons} photons in each case.
 
 Camera at {CAMERA:g} m, three distances, fourteen elevations, three azimuths, a cone of {CONE:g}°:
 in %, median/90 %/worst, in brackets the Monte Carlo's standard error, below which nothing is

@@ -254,10 +254,6 @@ def green_over_blue(scene: PaperScene, sensor: Sensor) -> float:
     return float(green / blue)
 
 
-def _hex(rgb: Sequence[float]) -> str:
-    return "`#" + "".join(f"{round(255 * x):02x}" for x in rgb) + "`"
-
-
 def _spread(errors: Errors, title: str, method: str) -> tuple[list[float], list[float]]:
     chosen = [each[method] for (scene, _), each in errors.items() if scene == title]
     return [e.rmse for e in chosen], [e.delta_e for e in chosen]
@@ -391,7 +387,7 @@ coefficients and reflectances averaged over it.
 
 
 def _figure12_text(bands: dict[int, list[Error]]) -> str:
-    ours = costs()
+    ours = costs((32, 250))
     t_8 = 1.17 + 0.056 * 8
     lines = []
     for n in PRINTED_COUNTS:

@@ -38,7 +38,7 @@ class Error:
     ----------
     name : str
     file : str
-        In ``uw_spectral``.
+        From ``uw_spectral``.
     right, wrong : str
         Text that is there once, and what takes its place.
     """
@@ -73,7 +73,7 @@ ERRORS = (
         "return 1.1 * self.diffuse_attenuation.at(wavelengths)",
     ),
     Error(
-        "Kd of Lee et al. (2005) × 1.1", "water/diffuse_attenuation.py",
+        "Kd of Lee et al. (2005) × 1.1", "../validation/kd.py",
         "return (1 + 0.005 * sun_zenith) * a + 4.18",
         "return (1.1 + 0.0055 * sun_zenith) * a + 4.6",
     ),

@@ -52,7 +52,6 @@ _NOISE = 0.02
 _STREAMS, _RAYS = 32, 2
 _GUIDING = {"use_guiding": True, "guiding_training_samples": _SAMPLES // 2}
 _SUNS = (30.0, 70.0)
-_ALLOWED = 0.01
 _TABLE_SAMPLES = 48
 _BLOCK = 5
 
@@ -285,10 +284,6 @@ def main(arguments: Sequence[str]) -> None:
 def _cost(found: dict[str, float]) -> float:
     """CPU seconds of a megapixel and band at the noise that is compared at."""
     return found["seconds"] * (found["noise"] / _NOISE) ** 2
-
-
-def _is_right(found: dict[str, float]) -> bool:
-    return abs(found["bias"]) <= _ALLOWED + 2.0 * found["error"]
 
 
 def _range(values: Sequence[float], form: str) -> str:

@@ -215,7 +215,7 @@ def report(found: dict[Case, Found], samples: int) -> str:
     rows += [f"| {case.title} | not measured | | | |" for case in CASES if case not in found]
     mean = float(np.mean([x.bands for x in found.values()]))
     return _TEXT.format(
-        bands=_BANDS, floor=_FLOOR, samples=samples, block=_BLOCK, width=_WIDTH, height=_HEIGHT,
+        samples=samples, block=_BLOCK, width=_WIDTH, height=_HEIGHT,
         rows="\n".join(rows), mean=mean, target=TARGET,
         verdict=_verdict(mean, len(found)),
     )  # fmt: skip
