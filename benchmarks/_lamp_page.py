@@ -96,8 +96,9 @@ were a mean of 2, with noise below 0.7, and backscatter within 5 % in the median
 |{"---|" * 7}
 {rows}
 
-**Met** in clear water but for the torch across it, where sand in the ball's shadow is up to 1.8
-times too bright. Behind fish, net and diver the reference's own blur lets light round the
+The mean is **met** in clear water but for the torch across it, where sand in the ball's shadow is
+up to 1.8 times too bright, and **missed** in most of II and in III and 3C, where much of it is
+the reference's noise. Behind fish, net and diver the reference's own blur lets light round the
 silhouettes: with a quarter of it water behind the fish is .98/1.07/.96 times the photons', behind
 the diver .92/.77/1.04. Across III the torch is right within the noise, 3C **misses by more**.
 

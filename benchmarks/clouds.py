@@ -437,8 +437,8 @@ camera; {_SIZE[0]} × {_SIZE[1]} pixels, 8 bands by day and 3 with the torch.
 
 ## EEVEE against Cycles
 ΔE2000 of blocks of 3 × 3 pixels by day, 6 × 6 by torch; *noise*: of Cycles, in both; *light*:
-green over that of Cycles. Wanted was a mean of {_TARGET:g}, **missed** by torch in II, where
-lamps err without a cloud as well.
+green over that of Cycles. Wanted was a mean of {_TARGET:g}, **missed**
+by torch, where lamps err without a cloud as well.
 
 | water | light of | g/m³ | ΔE mean | 95 % | noise | light |
 |---|---|---|---|---|---|---|
