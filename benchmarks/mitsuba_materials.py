@@ -295,7 +295,7 @@ def _cycles(
     """Open Cycles with the wide sun; ``straight`` as under a water surface."""
     scene = bpy.context.scene
     extent = water_body.water_extent(scene, plan.column, _DEPTH)
-    with engines.cycles_bands(scene, camera, plan, extent, seed=seed, denoise=False) as engine:
+    with engines.cycles_bands(scene, camera, plan, extent, seed=seed) as engine:
         if straight:
             clear_shadows.insert(m for m in bpy.data.materials if m.name.startswith("BsdfGlass"))
         for item in marks.objects(scene):

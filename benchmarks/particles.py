@@ -138,7 +138,7 @@ def measure(look: Look, samples: int, width: int) -> Found:
     extent = water_body.water_extent(scene, plan.column, DEPTH)
     weights = plan.reduction(DEPTH, lamps.lamplight(scene, camera, plan), 0.0).weights
     if look.engine == "realtime":
-        opened = engines.eevee_realtime(scene, camera, plan, extent, DEPTH, weights=weights)
+        opened = engines.eevee_realtime(scene, camera, plan, extent, DEPTH)
     else:
         opened = engines.cycles_bands(scene, camera, plan, extent, seed=0, guides=True)
     with opened as engine, tempfile.TemporaryDirectory() as folder:
