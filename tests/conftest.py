@@ -30,7 +30,7 @@ def pytest_terminal_summary(terminalreporter, config):
     seconds = Counter()
     for kind in ("passed", "failed", "error", ""):
         for report in terminalreporter.getreports(kind):
-            seconds[report.nodeid.partition("::")[0]] += report.duration
+            seconds[report.nodeid.partition("::")[0]] += getattr(report, "duration", 0.0)
     terminalreporter.section("seconds by file")
     for name, spent in seconds.most_common():
         terminalreporter.write_line(f"{spent:7.1f} {name}")

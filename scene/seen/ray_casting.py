@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..materials.mean_colours import Rgb
 from .mesh_parts import MeshArrays
-from .visible_meshes import Ray, visible_meshes
+from .visible_meshes import Ray, VisibleMesh, visible_meshes
 
 _AT_ONCE = 200_000  # rays times boxes
 _FARTHEST = 1e30  # what a search tree takes for infinite
@@ -60,8 +60,10 @@ class _Mesh:
 class PlacedMesh:
     """A mesh in its place."""
 
-    def __init__(self, mesh: _Mesh, place: Matrix, colours: list[Rgb]) -> None:
-        self.mesh, self.colours = mesh, colours
+    def __init__(self, mesh: _Mesh, shown: VisibleMesh) -> None:
+        place = shown.place
+        self.mesh, self.materials = mesh, shown.materials
+        self.colours = [mean.colour for mean in shown.means]
         turned = np.array(place)
         corners = mesh.corners @ turned[:3, :3].T + turned[:3, 3]
         self.low, self.high = corners.min(axis=0), corners.max(axis=0)
@@ -136,8 +138,7 @@ class Meshes:
         for shown in visible_meshes(depsgraph, leave_out, ray):
             if shown.key not in meshes:
                 meshes[shown.key] = _Mesh(shown.arrays)
-            colours = [mean.colour for mean in shown.means]
-            self.instances.append(PlacedMesh(meshes[shown.key], shown.place, colours))
+            self.instances.append(PlacedMesh(meshes[shown.key], shown))
         low, high = (
             np.array([getattr(i, end) for i in self.instances]).reshape(-1, 3)
             for end in ("low", "high")

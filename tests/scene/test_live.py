@@ -261,7 +261,7 @@ def test_no_camera_and_a_floor_above_it_are_messages():
     scene.underwater.floor_depth = 3.0
     assert "below the floor" in live.problem(scene)
     bpy.data.objects.remove(scene.camera)
-    assert "no camera" in live.problem(scene)
+    assert "no active camera" in live.problem(scene)
     live.add(scene)
     live.remove(scene)
 
@@ -286,7 +286,7 @@ def test_two_scenes_show_their_own_water():
     live.add(other)
     other.underwater.absorption_factor = 2.0
     assert live.update(other)
-    assert live.problem(other).startswith("The scene has no camera")
+    assert live.problem(other).startswith("The scene has no active camera")
     assert np.array_equal(_numbers(), shown)
     live.remove(scene)
     assert is_live(other)

@@ -279,7 +279,7 @@ def test_damaged_output_folders(tmp_path):
             render_job.begin(planned, resume=True)
     record.unlink()
     record.mkdir()
-    with pytest.raises(InputError, match="job.json is damaged"):
+    with pytest.raises(InputError, match="job.json cannot be used: it is damaged"):
         render_job.begin(planned, resume=True)
     blocked = planned.out / "passes"
     blocked.write_text("")

@@ -72,7 +72,7 @@ def test_preferences_are_those_of_a_new_scene(monkeypatch):
     scenes.add_camera()
     bpy.context.view_layer.update()
     monkeypatch.setattr(operators.preferences, "stored", Stored)
-    monkeypatch.setattr(first_settings, "start", lambda *_: None)
+    monkeypatch.setattr(first_settings, "start", lambda *_: [])
     bpy.ops.underwater.add_water()
     panel = scene.underwater_panel
     assert (panel.output, panel.quality) == ("//dives", "BANDS")
