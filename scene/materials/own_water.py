@@ -23,22 +23,25 @@ def notes(scene: bpy.types.Scene) -> Iterator[str]:
     in it.
     """
     camera = scene.camera
+    known: dict[bpy.types.Material, tuple[bool, bool]] = {}
     for item in ever_rendered(scene):
         if item.type != "MESH" or marks.MARK in item:
             continue
         materials = contents.materials_of(item)
-        if not materials:
+        known |= {m: (_is_clear(m), _is_filled(m)) for m in materials if m not in known}
+        clear, filled = (any(known[m][i] for m in materials) for i in (0, 1))
+        if not (clear or filled):
             continue
         box = np.array([item.matrix_world @ Vector(corner) for corner in item.bound_box])
         low, high = box.min(axis=0), box.max(axis=0)
         x, y, z = high - low
         level = min(x, y) >= _WIDE and z <= _FLAT * min(x, y)
-        if level and low[2] <= _NEAR and high[2] >= -_NEAR and any(map(_is_clear, materials)):
+        if level and low[2] <= _NEAR and high[2] >= -_NEAR and clear:
             yield (
                 f"{item.name!r} looks like a water surface of the scene's own: the water has one, "
                 "and both are drawn; hide it in renders"
             )
-        elif camera is not None and any(map(_is_filled, materials)):
+        elif camera is not None and filled:
             place = np.array(camera.matrix_world.translation)
             if ((place > low) & (place < high)).all():
                 yield (
