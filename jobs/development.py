@@ -18,6 +18,7 @@ from ..node_groups import sensor_reduction
 from ..scene.engines.exr_output import write_float_exr
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from .guides import Guides
+from .render_region import Region
 
 _NAME = "UW Development"
 
@@ -29,6 +30,7 @@ def develop(
     *,
     denoise: bool = False,
     guides: Guides | None = None,
+    region: Region | None = None,
 ) -> NDArray[np.float32]:
     """Combine band images into a scene-linear RGB image.
 
@@ -44,12 +46,15 @@ def develop(
         Denoise the RGB image.
     guides : Guides, optional
         What guides the denoiser.
+    region : Region, optional
+        What there is of the images.
 
     Returns
     -------
     array, shape (height, width, 3)
+        Of the region.
     """
-    with _Tree(images, passes) as tree:
+    with _Tree(images, passes, region) as tree:
         if not denoise:
             return tree.rendered(tree.weighed(weights))
         sockets = tree.guides(guides) if guides is not None else ()
@@ -66,8 +71,10 @@ def develop(
 class _Tree:
     """A scene of the compositor, with the band images loaded; gone after the block."""
 
-    def __init__(self, images: Sequence[Path], passes: Sequence[tuple[int, ...]]) -> None:
-        self._paths, self._passes = images, passes
+    def __init__(
+        self, images: Sequence[Path], passes: Sequence[tuple[int, ...]], region: Region | None
+    ) -> None:
+        self._paths, self._passes, self._region = images, passes, region
         self._groups: list[bpy.types.NodeTree] = []
         self._images: list[bpy.types.Image] = []
         self._folder = tempfile.TemporaryDirectory()
@@ -92,6 +99,10 @@ class _Tree:
         self._folder.cleanup()
 
     def _loaded(self, path: Path) -> bpy.types.NodeSocket:
+        if self._region is not None:
+            cut = self._region.cut(read_exr(path)[0])
+            path = Path(self._folder.name, f"{len(self._images)}.exr")
+            write_rgb_exr(path, cut)
         image = bpy.data.images.load(str(path))
         self._images.append(image)
         image.colorspace_settings.is_data = True

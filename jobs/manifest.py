@@ -14,6 +14,8 @@ from dataclasses import asdict, astuple, dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
+from numpy.typing import NDArray
+
 from ..datasets.files import joined, no_device, plain_names, relative
 from ..quality.methods import Device, Engine, Method, Mode, method_of
 from ..scene.seen.picture_size import rendered_size
@@ -23,6 +25,7 @@ from ..uw_spectral.imaging.layer_sums import drawn_for
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import split_location
+from .render_region import Region
 from .stage import Stage, stage_of
 
 FORMAT = 1
@@ -116,7 +119,8 @@ class Output:
 
     ``resolution`` is width, height and percentage; ``denoise`` whether developed pictures are
     denoised; ``extent`` half the width of the water and the depth of its bottom, in m; ``scripts``
-    whether the scene has Python of its own that runs; ``scene_name`` is that of the .blend.
+    whether the scene has Python of its own that runs; ``scene_name`` is that of the .blend;
+    ``region`` is rendered, or all; ``crop`` leaves out what lies beyond it.
     """
 
     engine: Engine
@@ -130,11 +134,23 @@ class Output:
     decisions: tuple[str, ...]
     scripts: bool = False
     scene_name: str = ""
+    region: Region | None = None
+    crop: bool = False
 
     @property
     def size(self) -> tuple[int, int]:
         """Width and height of a picture in pixels."""
         return rendered_size(*self.resolution)
+
+    def cut(self, image: NDArray[Any]) -> NDArray[Any]:
+        """Return what is rendered of an image as large as a picture."""
+        return image if self.region is None else self.region.cut(image)
+
+    def framed(self, part: NDArray[Any]) -> NDArray[Any]:
+        """Return what files hold of a region: it alone, or a picture that is 0 elsewhere."""
+        if self.region is None or self.crop:
+            return part
+        return self.region.placed(part, self.size)
 
 
 @dataclass(frozen=True)
@@ -256,7 +272,7 @@ class Manifest:
     def drawing(self) -> dict[str, Any]:
         """What the passes of every frame depend on, besides settings and files."""
         values = asdict(self.output)
-        for name in ("extent", "decisions", "denoise"):
+        for name in ("extent", "decisions", "denoise", "crop"):
             del values[name]
         if self.stage is not None:
             values["stage"] = self.stage.drawn
@@ -295,7 +311,7 @@ class Manifest:
                 [self.key(view, number) for number in range(len(self.passes))],
                 {**values, **named},
                 {file.setting: file.sha256 for file in self.files if file.setting},
-                self.output.denoise,
+                [self.output.denoise, self.output.crop],
                 self.developments[view.development].weights,
             ]
         )
@@ -450,6 +466,7 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         **{
             **content["output"],
             **{name: tuple(content["output"][name]) for name in _TUPLES},
+            "region": Region(**region) if (region := content["output"].get("region")) else None,
         }
     )
     for value, known in ((output.engine, Engine), (output.mode, Mode), (output.device, Device)):

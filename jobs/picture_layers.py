@@ -34,6 +34,7 @@ from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_lay
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
 from .manifest import Manifest, View
+from .render_region import Region
 from .work import Rendered
 
 _FROM_BANDS = "sum over bands by the responses of the sensor"
@@ -93,6 +94,11 @@ def develop_layers(
         of_pass = by_pass.setdefault(item.task.number // manifest.parts, [])
         of_pass.append(read_layers(band_passes.layers_path(item.file.path)))
     found = side_by_side([_mean(parts) for parts in by_pass.values()])
+    whole = found.header["camera"]
+    if output.region is not None:
+        found = _cut(found, output.region)
+        if output.crop:
+            whole = found.header["camera"]
     together = dict(found.layers)
     seen = _seen(manifest, picture, found.header)
     way = _way(together["range"], found.header)
@@ -110,7 +116,12 @@ def develop_layers(
         "sensor": plan.sensor.name,
         **found.header,
     }
-    chosen = _chosen(together, wanted)
+    header["camera"] = whole
+    seen = _seen(manifest, picture, header)
+    chosen = {
+        name: replace(image, values=output.framed(image.values))
+        for name, image in _chosen(together, wanted).items()
+    }
     write_layers(layers_path(picture), FrameLayers(chosen, header, found.attributes))
     notes = _write_truth(manifest, view, plan, seen, found.header["lamps"])
     missing = missing_layers(plan, wanted, traced=method.traced)
@@ -121,6 +132,20 @@ def develop_layers(
             *notes,
         ]
     return notes
+
+
+def _cut(found: FrameLayers, region: Region) -> FrameLayers:
+    """Return the layers of a region, and its camera."""
+    layers = {
+        name: replace(image, values=region.cut(image.values))
+        for name, image in found.layers.items()
+    }
+    camera, K = found.header["camera"], np.array(found.header["camera"]["K"])
+    K[0, 2] -= region.left
+    K[1, 2] -= region.top
+    size = {"width": region.right - region.left, "height": region.bottom - region.top}
+    header = {**found.header, "camera": {**camera, **size, "K": K.tolist()}}
+    return replace(found, layers=layers, header=header)
 
 
 def _mean(parts: Sequence[FrameLayers]) -> FrameLayers:

@@ -7,6 +7,7 @@ import importlib.metadata
 import json
 import platform
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from . import band_passes, development, picture_layers, raw_pictures, rounds, wo
 from .band_passes import RenderedPass
 from .frame_plans import FramePlans
 from .guides import read_guides
-from .manifest import Manifest, View
+from .manifest import Manifest, Output, View
 from .work import Rendered
 
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
@@ -118,7 +119,7 @@ def develop(
     InputError
         If a pass is damaged, or a file cannot be written.
     """
-    plan, picture = plans.of(view.frame), picture_path(manifest, view)
+    plan, picture, output = plans.of(view.frame), picture_path(manifest, view), manifest.output
     _require_own(manifest, rendered)
     for path in files(manifest, view):  # of a job that wrote more
         with contextlib.suppress(OSError):  # of which writing tells
@@ -127,26 +128,28 @@ def develop(
     denoised, said = "", []
     noise = rounds.reached(manifest, view, rendered) if manifest.noise else None
     said += [str(noise)] if noise else []
-    if method_of(manifest.output.engine, manifest.output.mode).draws_colours:
-        linear = sum(read_exr(item.path)[0] for item in whole)
+    if method_of(output.engine, output.mode).draws_colours:
+        linear = output.cut(sum(read_exr(item.path)[0] for item in whole))
     else:
         _write_spectra(manifest, view, whole, plan)
         weights = np.array(manifest.developments[view.development].weights)
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
-        denoise = manifest.output.denoise
+        denoise = output.denoise
         guides = read_guides(manifest, view, rendered) if denoise else None
-        linear = development.develop(paths, weights, bands, denoise=denoise, guides=guides)
+        linear = development.develop(
+            paths, weights, bands, denoise=denoise, guides=guides, region=output.region
+        )
         if denoise:
             denoised = _DENOISED[guides is not None]
             said += [_UNGUIDED] if guides is None else []
             there = particles.particles_of(plan.settings, plan.column).clouds
             said += [_PARTICLES] if there else []
     header = {"Camera": view.camera, "Frame": f"{view.frame:03d}", "Software": _SOFTWARE}
-    write_rgb_exr(picture, linear, {**LINEAR_REC709, **header})
+    write_rgb_exr(picture, _with_alpha(output, linear), {**LINEAR_REC709, **header})
     chosen = plan.settings
     shown = shown_path(manifest, view)
     view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
-    raw = raw_pictures.write_raw_picture(manifest, view, plan, np.asarray(linear), picture)
+    raw = raw_pictures.write_raw_picture(manifest, view, plan, output.framed(linear), picture)
     said += picture_layers.develop_layers(manifest, view, rendered, plan, picture)
     record = _record(manifest, view, rendered, plan)
     record["notes"] += said
@@ -160,6 +163,13 @@ def develop(
     _require_own(manifest, rendered)  # still
     write_json(record_path(manifest, view), record)
     return said
+
+
+def _with_alpha(output: Output, linear: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return a picture as its file has it: where something is left out, with alpha."""
+    if output.region is None or output.crop:
+        return linear
+    return output.framed(np.pad(linear, ((0, 0), (0, 0), (0, 1)), constant_values=1.0))
 
 
 def _require_own(manifest: Manifest, rendered: Sequence[Rendered]) -> None:
@@ -239,7 +249,7 @@ def _write_spectra(
     picture = picture_path(manifest, view)
     write_spectral_exr(
         _spectra_path(picture),
-        band_passes.gather(whole),
+        manifest.output.framed(manifest.output.cut(band_passes.gather(whole))),
         plan.bands,
         {
             "frame": view.frame,
@@ -266,6 +276,7 @@ def _record(
             "device": output.device,
             "frames": manifest.frames,
             "resolution": output.size,
+            **({"region": asdict(output.region), "crop": output.crop} if output.region else {}),
             "seed": output.seed,
             "parts": manifest.parts,
             "denoise": output.denoise,

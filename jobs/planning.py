@@ -30,7 +30,7 @@ from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
-from . import job_files, raw_pictures, staging
+from . import job_files, raw_pictures, render_region, staging
 from .exposures import developments
 from .job import Job
 from .manifest import (
@@ -119,6 +119,8 @@ def _plan(
         decisions=job.decisions,
         scripts=scripts.scripts_run(),
         scene_name=scene.name,
+        region=render_region.region_of(scene),
+        crop=render.use_border and render.use_crop_to_border,
     )
     picture_size.check_memory(output.size, 3 if engine.method.draws_colours else len(first.bands))
     base = asdict(first.settings)

@@ -49,6 +49,13 @@ def staged(scene: bpy.types.Scene, stage: Stage | None) -> Iterator[None]:
         yield
 
 
+def notes(scene: bpy.types.Scene, stage: Stage | None) -> list[str]:
+    """Return what a scene asks for that is not heeded with a stage."""
+    if stage is None or not scene.render.use_border:
+        return []
+    return ["the render region is not heeded: pictures of a data set are whole, as its cameras"]
+
+
 def _picture(
     scene: bpy.types.Scene, camera: StageCamera
 ) -> list[tuple[bpy.types.bpy_struct, str, object]]:

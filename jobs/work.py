@@ -27,10 +27,10 @@ from ..scene.temporary import held
 from ..scene.unheeded import unheeded, unheeded_of_camera
 from ..scene.water.shade import Kept
 from ..uw_spectral.errors import InputError
-from . import band_passes, staging
+from . import band_passes, render_region, staging
 from .claims import claimed
 from .frame_plans import FramePlans
-from .manifest import Manifest, View
+from .manifest import Manifest, Output, View
 from .planning import extent_of
 
 
@@ -148,6 +148,7 @@ def render(
     said = (
         *missing_notes(scene, manifest.frames),
         *(*scripts.notes(), *unheeded(scene), *unlit_scans.notes(scene), other_scenes(scene)),
+        *staging.notes(scene, manifest.stage),
     )
     said = tuple(filter(None, dict.fromkeys(said)))
     if bpy.app.background:
@@ -252,7 +253,7 @@ class _Water:
         of_camera = [view for view in manifest.views if view.camera == self._camera]
         first = next(x for x in of_camera if len(manifest.lamps_of(x.frame)) == count)
         camera = cameras.find_camera(scene, self._camera)
-        self._stack.enter_context(_resolution(scene, manifest.output.resolution))
+        self._stack.enter_context(_size(scene, manifest.output))
         self._stack.enter_context(contents.drawn_by(scene, manifest.output.engine.upper()))
         scene.frame_set(first.frame)
         plan, output = self._plans.of(first.frame), manifest.output
@@ -303,10 +304,11 @@ def _weights(manifest: Manifest, view: View) -> np.ndarray:
 
 
 @contextlib.contextmanager
-def _resolution(scene: bpy.types.Scene, wanted: tuple[int, int, int]) -> Iterator[None]:
-    """Give a scene a resolution while the block runs."""
+def _size(scene: bpy.types.Scene, output: Output) -> Iterator[None]:
+    """Give a scene the resolution and the render region of a job while the block runs."""
     names = ("resolution_x", "resolution_y", "resolution_percentage")
-    with held((scene.render, name, value) for name, value in zip(names, wanted, strict=True)):
+    wanted = [(scene.render, *row) for row in zip(names, output.resolution, strict=True)]
+    with held([*wanted, *render_region.wanted_settings(scene, output.region, output.size)]):
         yield
 
 

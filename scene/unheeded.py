@@ -57,8 +57,6 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     if unit:
         yield unit
     render, view, layer = scene.render, scene.view_settings, rendered_layer(scene)
-    if render.use_border:
-        yield "the render region is not heeded: whole pictures are rendered"
     if render.film_transparent:
         yield "the transparent film is not heeded: water fills the background, there is no alpha"
     others = [repr(other.name) for other in scene.view_layers if other.use and other != layer]

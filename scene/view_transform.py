@@ -104,6 +104,8 @@ def give_back(view: bpy.types.ColorManagedViewSettings, kept: Mapping[str, Any])
 def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) -> None:
     """Write scene-linear Rec.709, shape (height, width, 3), as an 8-bit PNG as it is shown.
 
+    A fourth channel is alpha, by which the colours are multiplied already.
+
     Raises
     ------
     InputError
@@ -112,13 +114,13 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
     if is_plain(tone, contrast):
         write_png(path, rgb)
         return
-    height, width = rgb.shape[:2]
+    height, width, channels = rgb.shape
     pixels = np.ones((height, width, 4), dtype=np.float32)
-    pixels[..., :3] = np.nan_to_num(rgb)[::-1]
+    pixels[..., :channels] = np.nan_to_num(rgb)[::-1]
     with _display(tone, contrast) as scene, _picture(width, height) as image:
         settings = scene.render.image_settings
         settings.media_type, settings.file_format = "IMAGE", "PNG"
-        settings.color_mode, settings.color_depth = "RGB", "8"
+        settings.color_mode, settings.color_depth = "RGBA"[:channels], "8"
         image.pixels.foreach_set(pixels.ravel())
         with replacing(path) as temporary:
             try:

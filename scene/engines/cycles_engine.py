@@ -98,7 +98,7 @@ def cycles_bands(
             bounces=chosen.bounces,
             device=device,
         ) as layer:
-            clip_start = camera.data.clip_start
+            clip_start, of_region = camera.data.clip_start, scene.render.use_border
 
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
                 ground = ground_of(now)
@@ -123,6 +123,9 @@ def cycles_bands(
                 camera.data.clip_start = (
                     waterline.PORT if split else max(clip_start, cameras.before_water(camera))
                 )
+
+                # Glass and water bend it across.
+                scene.render.use_border = of_region and not split
 
                 def bend(both: NDArray[np.float32]) -> NDArray[np.float32]:
                     index = now.column.refractive_index

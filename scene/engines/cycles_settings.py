@@ -63,7 +63,7 @@ def reference_settings(
         (render, "engine", "CYCLES"),
         (render, "film_transparent", False),
         (render, "use_persistent_data", True),
-        (render, "use_border", False),
+        (render, "use_border", render.use_border),  # not in every frame
         (render, "use_sequencer", False),
         (render, "use_stamp", False),
         (cycles, "device", device.upper()),

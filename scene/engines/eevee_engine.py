@@ -21,7 +21,7 @@ from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
 from ..seen import cameras, enclosed_places, lamps, waterline
-from ..temporary import render_settings
+from ..temporary import held, render_settings
 from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
 from ..water.shade import Kept
@@ -211,7 +211,8 @@ def _drawn(
     raised = None if water.waves is None else water.waves.raised
     if water.seen.above is None or not waterline.splits(scene, camera, raised):
         return render(water)
-    air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
+    with held([(scene.render, "use_border", False)]):  # glass and water bend it across
+        air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
     index = water.column.refractive_index
     both = waterline.joined(scene, camera, air, wet, index, raised)
     write_rgb_exr(path, both)
@@ -308,6 +309,7 @@ def _warm_up(scene: bpy.types.Scene) -> None:
         (scene.render, "resolution_x", _FEW_PIXELS),
         (scene.render, "resolution_y", _FEW_PIXELS),
         (scene.render, "resolution_percentage", 100),
+        (scene.render, "use_border", False),
         (scene.eevee, "taa_render_samples", 1),
     ]
     with render_settings(scene, few), tempfile.TemporaryDirectory() as folder:

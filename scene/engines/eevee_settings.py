@@ -37,7 +37,6 @@ def wanted_settings(
         (scene, "compositing_node_group", None),
         (render, "engine", ENGINE),
         (render, "film_transparent", False),
-        (render, "use_border", False),
         (render, "use_sequencer", False),
         (render, "use_stamp", False),
         (eevee, "taa_render_samples", samples),

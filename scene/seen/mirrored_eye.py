@@ -321,6 +321,7 @@ def looking(
             (render, "resolution_x", of.width),
             (render, "resolution_y", of.height),
             (render, "resolution_percentage", 100),
+            (render, "use_border", False),
             (scene, "camera", found),
         ]
         if eye.index is not None:

@@ -119,6 +119,7 @@ def picture_of(scene: bpy.types.Scene, view: PinholeView) -> Iterator[None]:
         (render, "resolution_percentage", 100),
         (render, "pixel_aspect_x", 1.0),
         (render, "pixel_aspect_y", 1.0),
+        (render, "use_border", False),
     ]
     with held(wanted):
         yield

@@ -62,14 +62,24 @@ def write_exr(
 def write_rgb_exr(
     path: str | Path, rgb: ArrayLike, metadata: Mapping[str, Any] | None = None
 ) -> None:
-    """Write scene-linear Rec.709, shape (height, width, 3), as float32 OpenEXR."""
-    write_exr(path, rgb, ("R", "G", "B"), metadata)
+    """Write scene-linear Rec.709, shape (height, width, 3), as float32 OpenEXR.
+
+    A fourth channel is alpha, by which the colours are multiplied already.
+    """
+    write_exr(path, rgb, "RGBA"[: np.shape(rgb)[-1]], metadata)
 
 
 def write_png(path: str | Path, rgb: ArrayLike) -> None:
-    """Write scene-linear Rec.709, shape (height, width, 3), as 8-bit sRGB PNG."""
-    codes = np.round(srgb_encode(np.nan_to_num(rgb)) * 255).astype(np.uint8)
-    _write(path, codes, ("R", "G", "B"), "uint8", {"oiio:ColorSpace": "srgb_rec709_scene"})
+    """Write scene-linear Rec.709, shape (height, width, 3), as 8-bit sRGB PNG.
+
+    A fourth channel is alpha, by which the colours are multiplied already; those of a PNG are not.
+    """
+    values = np.nan_to_num(rgb)
+    alpha = np.clip(values[..., 3:], 0.0, 1.0)
+    colours = values[..., :3] / np.where(alpha > 0.0, alpha, 1.0) if alpha.size else values
+    codes = np.round(np.concatenate([srgb_encode(colours), alpha], axis=-1) * 255).astype(np.uint8)
+    header = {"oiio:ColorSpace": "srgb_rec709_scene", "oiio:UnassociatedAlpha": 1}
+    _write(path, codes, "RGBA"[: codes.shape[-1]], "uint8", header)
 
 
 def write_jpeg(path: str | Path, rgb: ArrayLike, quality: int = 90) -> None:
