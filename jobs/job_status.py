@@ -101,9 +101,8 @@ def status_of(manifest: Manifest) -> JobStatus:
     left = [0] * len(manifest.passes)
     for view, number in manifest.tasks():
         path = manifest.pass_path(view, number)
-        state, stamp = band_passes.look_at(
-            path, manifest.key(view, number), manifest.output.size, layers=manifest.has_layers
-        )
+        key, layers = manifest.key(view, number), manifest.has_layers(number)
+        state, stamp = band_passes.look_at(path, key, manifest.output.size, layers=layers)
         if state is State.DONE and stamp is not None:
             seconds[number].append(stamp.seconds)
             continue

@@ -120,7 +120,8 @@ class Output:
     ``resolution`` is width, height and percentage; ``denoise`` whether developed pictures are
     denoised; ``extent`` half the width of the water and the depth of its bottom, in m; ``scripts``
     whether the scene has Python of its own that runs; ``scene_name`` is that of the .blend;
-    ``region`` is rendered, or all; ``crop`` leaves out what lies beyond it.
+    ``region`` is rendered, or all; ``crop`` leaves out what lies beyond it; ``transparent`` is
+    whether pictures have alpha instead of open water.
     """
 
     engine: Engine
@@ -136,6 +137,7 @@ class Output:
     scene_name: str = ""
     region: Region | None = None
     crop: bool = False
+    transparent: bool = False
 
     @property
     def size(self) -> tuple[int, int]:
@@ -228,10 +230,10 @@ class Manifest:
         """Return the settings of a frame."""
         return SceneSettings(**{**self.settings, **self.changes.get(frame, {})})
 
-    @property
-    def has_layers(self) -> bool:
-        """Whether the passes have layers."""
-        return bool(parse_layers(self.settings.get("layers", NONE)))
+    def has_layers(self, number: int) -> bool:
+        """Whether a pass has layers: what is asked for, and alpha with the first."""
+        wanted = parse_layers(self.settings.get("layers", NONE))
+        return bool(wanted) or (self.output.transparent and number == 0)
 
     @property
     def noise(self) -> float:

@@ -16,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.files import relative
+from ..datasets.layer_file import read_layers
 from ..quality.methods import method_of
 from ..scene import view_transform
+from ..scene.engines import transparent_film
 from ..scene.water import particles
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.matte import without_open_water
 from ..uw_spectral.spectra.spectral_image import (
     LINEAR_REC709,
     read_exr,
@@ -129,7 +132,7 @@ def develop(
     noise = rounds.reached(manifest, view, rendered) if manifest.noise else None
     said += [str(noise)] if noise else []
     if method_of(output.engine, output.mode).draws_colours:
-        linear = output.cut(sum(read_exr(item.path)[0] for item in whole))
+        linear = output.cut(np.sum([read_exr(item.path)[0] for item in whole], axis=0))
     else:
         _write_spectra(manifest, view, whole, plan)
         weights = np.array(manifest.developments[view.development].weights)
@@ -145,7 +148,7 @@ def develop(
             there = particles.particles_of(plan.settings, plan.column).clouds
             said += [_PARTICLES] if there else []
     header = {"Camera": view.camera, "Frame": f"{view.frame:03d}", "Software": _SOFTWARE}
-    write_rgb_exr(picture, _with_alpha(output, linear), {**LINEAR_REC709, **header})
+    write_rgb_exr(picture, _with_alpha(output, linear, rendered), {**LINEAR_REC709, **header})
     chosen = plan.settings
     shown = shown_path(manifest, view)
     view_transform.write_shown(shown, read_exr(picture)[0], chosen.tone, chosen.contrast)
@@ -165,11 +168,17 @@ def develop(
     return said
 
 
-def _with_alpha(output: Output, linear: NDArray[np.float32]) -> NDArray[np.float32]:
+def _with_alpha(
+    output: Output, linear: NDArray[np.float32], rendered: Sequence[Rendered]
+) -> NDArray[np.float32]:
     """Return a picture as its file has it: where something is left out, with alpha."""
-    if output.region is None or output.crop:
-        return linear
-    return output.framed(np.pad(linear, ((0, 0), (0, 0), (0, 1)), constant_values=1.0))
+    if output.transparent:
+        first = [item.file.path for item in rendered if item.task.number == 0]
+        alpha = read_layers(band_passes.layers_path(first[0]))[transparent_film.ALPHA]
+        linear = without_open_water(linear, output.cut(alpha))
+    elif output.region is not None and not output.crop:
+        linear = np.pad(linear, ((0, 0), (0, 0), (0, 1)), constant_values=1.0)
+    return output.framed(linear)
 
 
 def _require_own(manifest: Manifest, rendered: Sequence[Rendered]) -> None:

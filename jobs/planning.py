@@ -18,7 +18,7 @@ from ..quality.methods import Device
 from ..quality.sampling import parts_of
 from ..scene import colour_space, contents, scripts, view_transform
 from ..scene.as_rendered import as_rendered
-from ..scene.engines import cycles_settings, housed
+from ..scene.engines import cycles_settings, housed, transparent_film
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
@@ -121,6 +121,13 @@ def _plan(
         scene_name=scene.name,
         region=render_region.region_of(scene),
         crop=render.use_border and render.use_crop_to_border,
+        transparent=render.film_transparent
+        and job.stage is None
+        and not any(
+            transparent_film.why_opaque(camera, frame.plan.settings, frame.eyes)
+            for frame in frames
+            for camera in seen_by
+        ),
     )
     picture_size.check_memory(output.size, 3 if engine.method.draws_colours else len(first.bands))
     base = asdict(first.settings)

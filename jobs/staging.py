@@ -51,9 +51,12 @@ def staged(scene: bpy.types.Scene, stage: Stage | None) -> Iterator[None]:
 
 def notes(scene: bpy.types.Scene, stage: Stage | None) -> list[str]:
     """Return what a scene asks for that is not heeded with a stage."""
-    if stage is None or not scene.render.use_border:
+    if stage is None:
         return []
-    return ["the render region is not heeded: pictures of a data set are whole, as its cameras"]
+    render = scene.render
+    asked = {"render region": render.use_border, "transparent film": render.film_transparent}
+    said = "is not heeded: pictures of a data set are whole and opaque"
+    return [f"the {name} {said}" for name, is_on in asked.items() if is_on]
 
 
 def _picture(

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..scene import colour_space, contents, scripts, unlit_scans
 from ..scene.as_rendered import as_rendered
-from ..scene.engines import housed
+from ..scene.engines import housed, transparent_film
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
@@ -95,7 +95,7 @@ def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered |
     """
     path = manifest.pass_path(task.view, task.number)
     size = manifest.output.size
-    key, layers = manifest.key(task.view, task.number), manifest.has_layers
+    key, layers = manifest.key(task.view, task.number), manifest.has_layers(task.number)
     state, stamp = band_passes.look_at(path, key, size, layers=layers)
     if state is not band_passes.State.DONE or stamp is None:
         return None
@@ -236,8 +236,10 @@ class _Water:
             ready = engine.frame(self._plans.of(view.frame), view.depth, _weights(manifest, view))
             self._frame = view.frame, ready
         engine.draw(item.seed, item.samples)
-        key = manifest.key(view, task.number)
-        seconds = band_passes.render_pass(self._frame[1], item.bands, path, key, self._notes)
+        key, draw = manifest.key(view, task.number), self._frame[1]
+        if manifest.output.transparent and task.number == 0:
+            draw = transparent_film.with_alpha(draw, self._scene)
+        seconds = band_passes.render_pass(draw, item.bands, path, key, self._notes)
         return Rendered(task, band_passes.RenderedPass(path, item.bands, seconds), self._notes)
 
     def _opened(self, count: int) -> BandEngine:
@@ -278,6 +280,7 @@ class _Water:
         said = (
             *self._said,
             *unheeded_of_camera(scene, camera, traced=traced),
+            "" if output.transparent else transparent_film.note(scene, camera, plan.settings, eyes),
             floor_note(plan, ground),
             *unusable_places.notes(),
         )

@@ -57,8 +57,6 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     if unit:
         yield unit
     render, view, layer = scene.render, scene.view_settings, rendered_layer(scene)
-    if render.film_transparent:
-        yield "the transparent film is not heeded: water fills the background, there is no alpha"
     others = [repr(other.name) for other in scene.view_layers if other.use and other != layer]
     if others:
         yield (
@@ -117,7 +115,7 @@ def _of_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:
         yield f"view layer {layer.name!r} leaves out {' and '.join(left_out)}, which is not heeded"
     held = [part.name for part in collections_of(layer) if part.holdout]
     if held:
-        yield f"holdout of collection {_list(held)} is not heeded: there is no alpha"
+        yield f"holdout of collection {_list(held)} is not heeded"
 
 
 def _of_frames(scene: bpy.types.Scene) -> Iterator[str]:

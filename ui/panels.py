@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from typing import TYPE_CHECKING, Any, ClassVar, override
 
@@ -80,6 +81,7 @@ class MainPanel(_Panel, bpy.types.Panel):
 
     @override
     def draw(self, context: bpy.types.Context) -> None:
+        from ..scene.engines import transparent_film
         from ..scene.seen.cameras import camera_of
         from ..scene.viewport import live
 
@@ -101,6 +103,10 @@ class MainPanel(_Panel, bpy.types.Panel):
         camera = camera_of(scene)
         if camera is not None:
             notes += unheeded_of_camera(scene, camera, traced=not is_live(scene))
+            if not is_live(scene):  # there the film is Blender's own
+                with contextlib.suppress(InputError):  # which a render tells
+                    stored = optics.stored_settings(scene)
+                    notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
         for note in notes:
             _say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
         problem = live.problem(scene)

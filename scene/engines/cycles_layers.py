@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import bpy
 import numpy as np
@@ -17,9 +16,7 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.imaging.layer_sums import drawn_for
 from ...uw_spectral.imaging.layers import layer
 from ...uw_spectral.spectra.spectral_image import band_labels
-from .. import marks
 from ..rendered import rendered_layer
-from ..temporary import render_settings
 from . import denoising_guides, geometry_layers
 from .layer_passes import Passes, render_passes, switched_on
 
@@ -134,7 +131,8 @@ class CyclesLayers:
         if not switches:
             return {}
         layer = rendered_layer(scene)
-        with _dry(scene, [(scene.cycles, "samples", _DRY_SAMPLES)]), switched_on(layer, switches):
+        samples = [(scene.cycles, "samples", _DRY_SAMPLES)]
+        with geometry_layers.without_water(scene, samples), switched_on(layer, switches):
             return render_passes(scene, path)
 
 
@@ -151,18 +149,7 @@ def depth_map(scene: bpy.types.Scene, path: Path) -> NDArray[np.float64]:
     return geometry_layers.depth_map(scene, lambda: _one_sample(scene), path)
 
 
-@contextlib.contextmanager
-def _dry(scene: bpy.types.Scene, wanted: Sequence[tuple[Any, str, Any]]) -> Iterator[object]:
-    """Leave surface and volume of the water out of renders while the block runs."""
-    bodies = [item for item in marks.bodies(scene) if not item.hide_render]
-    # Data that are kept have no motion.
-    settings = [*wanted, (scene.render, "use_persistent_data", False)]
-    settings += [(item, "hide_render", True) for item in bodies]
-    with render_settings(scene, settings) as found:
-        yield found
-
-
 def _one_sample(scene: bpy.types.Scene) -> contextlib.AbstractContextManager[object]:
     settings = [("samples", 1), ("pixel_filter_type", "BOX"), ("filter_width", 0.01)]
     wanted = [(scene.cycles, name, value) for name, value in settings]
-    return _dry(scene, [*geometry_layers.sharp(scene), *wanted])
+    return geometry_layers.without_water(scene, [*geometry_layers.sharp(scene), *wanted])

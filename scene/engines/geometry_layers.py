@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,11 @@ from ...datasets.truth import lamp_record
 from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.imaging.layers import layer
-from .. import contents
+from .. import contents, marks
 from ..rendered import rendered_layer
 from ..seen import lamps
 from ..seen.pinhole import pinhole_of, pose_of
+from ..temporary import render_settings
 from .layer_passes import Passes, render_passes, switched_on
 
 CRYPTOMATTE = ("CryptoObject", "CryptoMaterial")
@@ -46,6 +47,25 @@ def sharp(scene: bpy.types.Scene) -> list[tuple[Any, str, Any]]:
     if scene.camera is not None:
         settings.append((scene.camera.data.dof, "use_dof", False))
     return settings
+
+
+@contextlib.contextmanager
+def without_water(
+    scene: bpy.types.Scene, wanted: Sequence[tuple[Any, str, Any]]
+) -> Iterator[object]:
+    """Leave surface and volume of the water out of renders while the block runs.
+
+    Parameters
+    ----------
+    wanted : sequence of (owner, name, value)
+        Settings besides.
+    """
+    bodies = [item for item in marks.bodies(scene) if not item.hide_render]
+    # Data that are kept have no motion.
+    settings = [*wanted, (scene.render, "use_persistent_data", False)]
+    settings += [(item, "hide_render", True) for item in bodies]
+    with render_settings(scene, settings) as found:
+        yield found
 
 
 def geometry_layers(

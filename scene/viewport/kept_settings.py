@@ -29,8 +29,8 @@ def apply(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             for owner, name, value in eevee_settings.wanted_settings(
                 scene, camera, scene.eevee.taa_render_samples, water
             )
-            # The user's compositor and camera stay.
-            if owner != scene
+            # The user's compositor, camera and film stay.
+            if owner != scene and name != "film_transparent"
         ]
     else:
         wanted = [(scene.render, "engine", eevee_settings.ENGINE)]

@@ -1,0 +1,84 @@
+"""A transparent film: what share of each pixel is no open water."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...datasets.layer_file import FrameLayers, LayerImage, joined
+from ...settings.render_plan import housing_of
+from ...settings.scene_settings import SceneSettings
+from ...uw_spectral.spectra.spectral_image import read_exr
+from ..water import moving_surface
+from .band_engine import RenderPass
+from .exr_output import write_exr
+from .geometry_layers import without_water
+
+ALPHA = "alpha"
+"""Name of the layer."""
+_TEXT = "share of the pixel that is no open water"
+
+
+def why_opaque(
+    camera: bpy.types.Object, settings: SceneSettings, eyes: Sequence[tuple[float, ...]] = ()
+) -> str:
+    """Return why pictures of a camera have no alpha, empty if they may have.
+
+    Parameters
+    ----------
+    eyes : sequence of tuple
+        Where the camera is at the frames of a job, see :func:`.cameras.eye_of`.
+    """
+    if housing_of(settings).is_any:
+        return "the camera looks through a port"
+    if moving_surface.may_be_over(camera, settings, eyes):
+        return "the camera is above the water or at its surface"
+    return ""
+
+
+def note(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    settings: SceneSettings,
+    eyes: Sequence[tuple[float, ...]] = (),
+) -> str:
+    """Say why the transparent film that a scene asks for is not heeded; empty if it is."""
+    why = why_opaque(camera, settings, eyes) if scene.render.film_transparent else ""
+    return why and f"the transparent film is not heeded: {why}"
+
+
+def alpha_map(scene: bpy.types.Scene, beside: Path) -> NDArray[np.float32]:
+    """Render what share of each pixel is no open water, shape (height, width).
+
+    Parameters
+    ----------
+    beside : Path
+        Beside this file one is written for the moment.
+    """
+    path = beside.with_name(f"{beside.stem}.alpha{beside.suffix}")
+    transparent = scene.render, "film_transparent", True
+    try:
+        with without_water(scene, [(scene.cycles, "max_bounces", 0), transparent]):
+            write_exr(scene, path, alpha=True)
+        pixels, names = read_exr(path)
+        return pixels[..., names.index("A")]
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def with_alpha(draw: RenderPass, scene: bpy.types.Scene) -> RenderPass:
+    """Return what renders a pass, and alpha as a layer of it."""
+
+    def render(indices: tuple[int, ...], path: Path) -> FrameLayers:
+        found = draw(indices, path)
+        share = LayerImage(
+            alpha_map(scene, path)[..., None], text="share of the pixel that is no open water"
+        )
+        layer = FrameLayers({ALPHA: share})
+        return layer if found is None else joined([found, layer])
+
+    return render
