@@ -121,7 +121,7 @@ class Output:
     denoised; ``extent`` half the width of the water and the depth of its bottom, in m; ``scripts``
     whether the scene has Python of its own that runs; ``scene_name`` is that of the .blend;
     ``region`` is rendered, or all; ``crop`` leaves out what lies beyond it; ``transparent`` is
-    whether pictures have alpha instead of open water.
+    whether pictures have alpha instead of open water; ``hidden`` names objects that are left out.
     """
 
     engine: Engine
@@ -138,6 +138,7 @@ class Output:
     region: Region | None = None
     crop: bool = False
     transparent: bool = False
+    hidden: tuple[str, ...] = ()
 
     @property
     def size(self) -> tuple[int, int]:
@@ -468,6 +469,7 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         **{
             **content["output"],
             **{name: tuple(content["output"][name]) for name in _TUPLES},
+            "hidden": tuple(content["output"].get("hidden", ())),
             "region": Region(**region) if (region := content["output"].get("region")) else None,
         }
     )

@@ -6,7 +6,7 @@ import functools
 import hashlib
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import bpy
@@ -22,6 +22,7 @@ from ..scene.engines import cycles_settings, housed, transparent_film
 from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
+from ..scene.materials import own_water
 from ..scene.seen import cameras, clouds, lamps, picture_size, stereo
 from ..scene.seen.pinhole import require_pinhole
 from ..scene.water import metering
@@ -82,8 +83,16 @@ def plan_job(
         contents.require_local(scene)
     colour_space.require_rec709()
     files = job_files.scene_files()  # those of the stage are its own
-    with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, job.stage):
-        return _plan(scene, settings_now, job, files)
+    hides = settings_now().hide_own_water
+    hidden = tuple(item.name for item, _ in own_water.found(scene)) if hides else ()
+    with (
+        own_water.hidden(scene, hidden),
+        as_rendered(scene),
+        stereo.two_eyes(scene),
+        staging.staged(scene, job.stage),
+    ):
+        planned = _plan(scene, settings_now, job, files)
+    return replace(planned, output=replace(planned.output, hidden=hidden))
 
 
 def _plan(

@@ -18,6 +18,7 @@ from ..scene.engines import housed, transparent_film
 from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
+from ..scene.materials import own_water
 from ..scene.seen import cameras, picture_size, stereo, unusable_places
 from ..scene.seen.missing_data import missing_notes
 from ..scene.seen.own_seabed import floor_note
@@ -144,13 +145,8 @@ def render(
         If the scene cannot be used, or a pass cannot be written.
     """
     require_no_water(scene)
-    # Of the scene as it came.
-    said = (
-        *missing_notes(scene, manifest.frames),
-        *(*scripts.notes(), *unheeded(scene), *unlit_scans.notes(scene), other_scenes(scene)),
-        *staging.notes(scene, manifest.stage),
-    )
-    said = tuple(filter(None, dict.fromkeys(said)))
+    with own_water.hidden(scene, manifest.output.hidden):
+        said = _said(scene, manifest)  # of the scene as it came
     if bpy.app.background:
         made = contents.make_local(scene)
         if made:
@@ -163,11 +159,28 @@ def render(
         3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
     )
     left: list[Task] = []
-    with as_rendered(scene), stereo.two_eyes(scene), staging.staged(scene, manifest.stage):
+    with (
+        own_water.hidden(scene, manifest.output.hidden),
+        as_rendered(scene),
+        stereo.two_eyes(scene),
+        staging.staged(scene, manifest.stage),
+    ):
         rounds = functools.partial(_round, scene, manifest, plans, report_note, said, insist)
         yield from rounds(tasks, left, force=False)
         if left:  # by now their workers may have died
             yield from rounds(left, [], force=insist)
+
+
+def _said(scene: bpy.types.Scene, manifest: Manifest) -> tuple[str, ...]:
+    """Return what to know of a scene, a line each."""
+    hidden = manifest.output.hidden
+    said = (
+        *missing_notes(scene, manifest.frames),
+        *(*scripts.notes(), *unheeded(scene), *unlit_scans.notes(scene), other_scenes(scene)),
+        *staging.notes(scene, manifest.stage),
+        own_water.hidden_note(hidden) if hidden else "",
+    )
+    return tuple(filter(None, dict.fromkeys(said)))
 
 
 def _round(

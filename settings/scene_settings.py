@@ -899,6 +899,13 @@ class SceneSettings:
         engine="cycles",
         who="researcher",
     )
+    hide_own_water: bool = _setting(
+        False,
+        "Hide own water",
+        "Leave out the water that a scene has of its own: sea surfaces, and bodies about the "
+        "camera, which the notes name; it is back afterwards",
+        "quality",
+    )
     shafts: bool = _setting(
         False,
         "Shafts of light",

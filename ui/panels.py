@@ -82,6 +82,7 @@ class MainPanel(_Panel, bpy.types.Panel):
     @override
     def draw(self, context: bpy.types.Context) -> None:
         from ..scene.engines import transparent_film
+        from ..scene.materials import own_water
         from ..scene.seen.cameras import camera_of
         from ..scene.viewport import live
 
@@ -109,6 +110,8 @@ class MainPanel(_Panel, bpy.types.Panel):
                     notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
         for note in notes:
             _say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
+        if any(own_water.ADVICE in note for note in notes):
+            layout.prop(_water(context), "hide_own_water")
         problem = live.problem(scene)
         if problem:
             _say(layout, problem, "ERROR")

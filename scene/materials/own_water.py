@@ -2,22 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import contextlib
+from collections.abc import Iterator, Sequence
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
 from .. import contents, marks
+from ..animation import curves
 from ..rendered import ever_rendered
+from ..temporary import held
 from .shader_nodes import REFRACTS, SHADER_NODES
 
 _WIDE, _FLAT, _NEAR = 10.0, 0.2, 1.5  # m; height over width; m from z = 0
 _CLEAR = 0.3  # transmission from which a surface is clear
 
 
+ADVICE = "hide it in renders, or switch on Hide own water (--hide-own-water)"
+"""What to do about it."""
+
+
 def notes(scene: bpy.types.Scene) -> Iterator[str]:
-    """Name sea surfaces and bodies of water among a scene's meshes, a sentence each.
+    """Say what water of its own a scene has, and what of it is hidden while there is water."""
+    hidden = [item.name for item in scene.objects if item.type == "MESH" and marks.HIDDEN in item]
+    if hidden:
+        yield hidden_note(hidden)
+    for item, what in found(scene):
+        yield f"{item.name!r} {what}; {ADVICE}"
+
+
+def hidden_note(names: Sequence[str]) -> str:
+    """Say that water of a scene's own is hidden."""
+    listed = ", ".join(map(repr, names))
+    return f"water of the scene's own is left out, as Hide own water says: {listed}"
+
+
+@contextlib.contextmanager
+def hidden(scene: bpy.types.Scene, names: Sequence[str]) -> Iterator[None]:
+    """Leave objects out of renders while the block runs, animated or not."""
+    items = [scene.objects[name] for name in names]
+    keyed = [(curve, "mute", True) for item in items for curve in curves(item, "hide_render")]
+    with held([*keyed, *((item, "hide_render", True) for item in items)]):
+        yield
+
+
+def hide(scene: bpy.types.Scene) -> None:
+    """Leave it out of renders and viewport until the scene gives its water back."""
+    for item, _ in list(found(scene)):
+        marks.hide(item, viewport=True)
+
+
+def found(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.Object, str]]:
+    """Yield sea surfaces and bodies of water among a scene's meshes, and what each is.
 
     A surface is wide, nearly level, at z = 0, and refracts; a body has a volume, and the camera is
     in it.
@@ -38,15 +75,16 @@ def notes(scene: bpy.types.Scene) -> Iterator[str]:
         level = min(x, y) >= _WIDE and z <= _FLAT * min(x, y)
         if level and low[2] <= _NEAR and high[2] >= -_NEAR and clear:
             yield (
-                f"{item.name!r} looks like a water surface of the scene's own: the water has one, "
-                "and both are drawn; hide it in renders"
+                item,
+                "looks like a water surface of the scene's own: the water has one, and both are "
+                "drawn",
             )
         elif camera is not None and filled:
             place = np.array(camera.matrix_world.translation)
             if ((place > low) & (place < high)).all():
                 yield (
-                    f"{item.name!r} has a volume, and the camera is in it: it darkens the water or "
-                    "hides it; hide it in renders"
+                    item,
+                    "has a volume, and the camera is in it: it darkens the water or hides it",
                 )
 
 

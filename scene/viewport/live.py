@@ -21,7 +21,7 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, scripts, stored_settings
 from ..engines.eevee_settings import ENGINE
-from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
+from ..materials import fluorescence, own_water, realtime_materials, wet_colours, wet_trees
 from ..seen import cameras, clouds, enclosed_places, lamps, missing_data, unusable_places
 from ..session import PROBLEM, SESSION, has_strays
 from ..water import (
@@ -108,7 +108,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     water = _water(scene, chosen, depth)
     extent = water_extent(scene, water.column, depth)
     notes = [*missing_data.missing_notes(scene, (scene.frame_current,)), *scripts.notes()]
-    notes += realtime.add_realtime(scene, water, extent)
+    notes += _fill(scene, chosen, water, extent)
     known = _state.known[scene.session_uid]
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     camera = cameras.camera_of(scene)
@@ -122,6 +122,19 @@ def add(scene: bpy.types.Scene) -> list[str]:
     session[_KINDS] = _kinds(scene)
     scene[SESSION] = session
     kept_settings.apply(scene, water)
+    return notes
+
+
+def _fill(
+    scene: bpy.types.Scene,
+    chosen: SceneSettings,
+    water: frame_water.RealtimeWater,
+    extent: WaterExtent,
+) -> list[str]:
+    """Put water into a scene, and hide the scene's own if that is wanted."""
+    notes = realtime.add_realtime(scene, water, extent)
+    if chosen.hide_own_water:
+        own_water.hide(scene)
     return notes
 
 
@@ -217,7 +230,7 @@ def update(
             # It evaluates the scene: while that is dry, its things would seem to have come.
             extent = water_extent(scene, water.column, depth)
             scene_water.remove(scene)
-            realtime.add_realtime(scene, water, extent)
+            _fill(scene, chosen, water, extent)
             session[_ROAM] = _roam(extent, water.column)
         else:
             realtime.set_values(scene, water)
@@ -262,7 +275,8 @@ def _kinds(scene: bpy.types.Scene) -> str:
     materials = list(contents.materials(scene))
     kinds = realtime_materials.kinds(materials), wet_colours.of(materials)
     glowing = [(name, one.fluorophore) for name, one in fluorescence.of(materials).items()]
-    return repr((*kinds, glowing))
+    hides = getattr(scene, stored_settings.PROPERTY).hide_own_water
+    return repr((*kinds, glowing, hides))
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import json
+
 import bpy
 import pytest
+from underwater_spectral.jobs import batch
+from underwater_spectral.scene import stored_settings
+from underwater_spectral.scene.materials import own_water
 from underwater_spectral.scene.unheeded import unheeded
+from underwater_spectral.scene.viewport import live
 from underwater_spectral.tests.scene import scenes
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 pytestmark = pytest.mark.usefixtures("registered")
 
@@ -54,6 +61,50 @@ def test_it_is_named(make, words):
     scenes.add_camera((0.0, 0.0, -5.0))
     make()
     bpy.context.view_layer.update()
-    found = [note for note in unheeded(bpy.context.scene) if "hide it in renders" in note]
+    found = [note for note in unheeded(bpy.context.scene) if own_water.ADVICE in note]
     assert len(found) == bool(words)
     assert all(words in note and "'Plane'" in note for note in found)
+
+
+def test_it_is_hidden_in_a_job_that_is_asked_to(tmp_path):
+    """The picture is that of the scene without it; that is said, and nothing stays hidden."""
+    scenes.add_camera((0.0, 0.0, -5.0))
+    _plane(80.0, 0.3, "ShaderNodeBsdfGlass")
+    pictures, notes = [], []
+    for name, options in (("hidden", ["--hide-own-water"]), ("drawn", []), ("gone", [])):
+        path, out = tmp_path / f"{name}.blend", tmp_path / name
+        if name == "gone":
+            bpy.data.objects.remove(bpy.context.scene.objects["Plane"])
+        bpy.ops.wm.save_as_mainfile(filepath=str(path))
+        job = ["--engine", "cycles", "--bands", "3", "--samples", "4", "--resolution", "16", "9"]
+        job += ["--phase", "hg:0.8", "--no-denoise", "--exposure", "0", *options]
+        assert batch.main([str(path), *job, "--out", str(out)], inside_blender=False) == 0
+        pictures.append(read_exr(out / "0001.exr")[0])
+        notes.append("; ".join(json.loads((out / "0001.json").read_text())["notes"]))
+        assert all(not item.hide_render for item in bpy.context.scene.objects)
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+    hidden, drawn, gone = pictures
+    assert (hidden == gone).all()
+    assert drawn.mean() < 0.8 * gone.mean()
+    assert [own_water.ADVICE in note for note in notes] == [False, True, False]
+    assert ["left out" in note and "'Plane'" in note for note in notes] == [True, False, False]
+
+
+def test_it_is_hidden_while_there_is_live_water_and_comes_back():
+    scene = bpy.context.scene
+    scenes.add_camera((0.0, 0.0, -5.0))
+    sea = _plane(80.0, 0.3, "ShaderNodeBsdfGlass")
+    getattr(scene, stored_settings.PROPERTY).hide_own_water = True
+    live.add(scene)
+    assert sea.hide_render
+    assert sea.hide_viewport
+    assert any("left out" in note and "'Plane'" in note for note in unheeded(scene))
+    getattr(scene, stored_settings.PROPERTY).hide_own_water = False
+    live.update(scene)
+    assert not sea.hide_render
+    getattr(scene, stored_settings.PROPERTY).hide_own_water = True
+    live.update(scene)
+    assert sea.hide_render
+    live.remove(scene)
+    assert not sea.hide_render
+    assert not sea.hide_viewport
