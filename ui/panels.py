@@ -108,7 +108,7 @@ class MainPanel(_Panel, bpy.types.Panel):
                 with contextlib.suppress(InputError):  # which a render tells
                     stored = optics.stored_settings(scene)
                     notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
-        for note in notes:
+        for note in (*notes, *live.standing_notes(scene)):
             _say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
         if any(own_water.ADVICE in note for note in notes):
             layout.prop(_water(context), "hide_own_water")

@@ -85,7 +85,7 @@ def cycles_bands(
     notes += fluorescence.unseen(contents.materials(scene), "Cycles")
     if wanted and clouds.objects_of(scene):
         notes.append(cloud_volumes.LAYERS)
-    notes += continued_seabed.notes(plan, ground)
+    notes += [*continued_seabed.notes(plan, ground), *kept.notes]
     notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
     more = inelastic_layers.MOST_ABOVE if chosen.inelastic else 0
     notes += volume_stack.notes(scene, [cameras.eye_of(camera), *eyes], more)

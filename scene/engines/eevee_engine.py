@@ -174,6 +174,7 @@ def _limits(
         *mirrored_picture.notes_of_air(scene, camera, plan, eyes),
         *moving_surface.limits(camera, plan.settings, eyes, eevee=True),
         *enclosed_places.notes(scene, camera, first.seen.shade, kept.looked),
+        *kept.notes,
     ]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -35,6 +35,7 @@ _FROM_BEHIND = (
     0.5  # of what comes through, by the light on this side: sides seen are mostly the lit
 )
 _SIDES = 64
+_APART = 0.05  # of what is reflected or covered, by which it matters what a node gives
 _THREADS = {"ShaderNodeBsdfHair", "ShaderNodeBsdfHairPrincipled"}
 _CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
 _DARKNESS = np.zeros((1, 3)), np.ones((1, 1))
@@ -48,12 +49,14 @@ type _Shown = tuple[Array, Array]
 class MeanSurface:
     """Mean base colour of what covers, linear Rec.709, and the share of light that it stops.
 
-    ``anywhere`` is whether all surfaces of the material have the same.
+    ``anywhere`` is whether all surfaces of the material have the same; ``unknown`` names nodes that
+    decide it and are not known.
     """
 
     colour: Rgb
     coverage: float
     anywhere: bool = True
+    unknown: tuple[str, ...] = ()
 
 
 def mean_colour(material: bpy.types.Material | None) -> Rgb:
@@ -97,7 +100,19 @@ def mean_surface(
         output = contents.output_of(tree)
         is_volume = output is not None and output.inputs["Volume"].is_linked
         return MeanSurface(_BLACK, 0.0 if is_volume else 1.0)
-    sockets = SampledSockets(points or SurfacePoints())
+    points = points or SurfacePoints()
+    found = _shown(material, shader, SampledSockets(points))
+    if found.unknown:
+        ends = [_shown(material, shader, SampledSockets(points, end)) for end in (0.0, 1.0)]
+        low, high = (np.array([*one.colour, 1.0]) * one.coverage for one in ends)
+        if np.abs(high - low).max() <= _APART:
+            return replace(found, unknown=())
+    return found
+
+
+def _shown(
+    material: bpy.types.Material, shader: bpy.types.NodeSocket, sockets: SampledSockets
+) -> MeanSurface:
     colour, coverage = _Closures(sockets).of(shader)
     coverage = np.clip(np.nan_to_num(coverage), 0.0, 1.0)
     shown = np.nan_to_num(colour) / np.maximum(coverage, _THINNEST)
@@ -107,9 +122,8 @@ def mean_surface(
         )
     covers = float(coverage.mean())
     mean = np.broadcast_to(shown * coverage, (max(len(shown), len(coverage)), 3)).mean(axis=0)
-    return MeanSurface(
-        _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0)), covers, not sockets.asked
-    )
+    shade = _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0))
+    return MeanSurface(shade, covers, not sockets.asked, tuple(sorted(sockets.unknown)))
 
 
 @dataclass

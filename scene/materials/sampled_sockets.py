@@ -22,7 +22,6 @@ from .pattern_nodes import brick, checker, gradient, noise, voronoi, wave
 from .socket_rules import luminance_weights, source
 from .surface_points import Array, SurfacePoints, spread
 
-_HALFWAY = np.full((1, 1), 0.5)
 _DEEPEST = 64  # nodes in a row
 _GRAZING = np.full((1, 1), 0.1)  # mean share of what shows at grazing angles
 _CURVES = {"ShaderNodeRGBCurve": (3, 0, 1, 2), "ShaderNodeVectorCurve": (0, 1, 2)}
@@ -35,21 +34,32 @@ class SampledSockets:
 
     Attributes
     ----------
+    halfway : float
+        What counts where nodes are not known.
     asked : bool
         Whether something was asked that differs from surface to surface.
+    unknown : set of str
+        Nodes that are not known, as Blender's menus call them.
     """
 
     points: SurfacePoints
+    halfway: float = 0.5
     asked: bool = False
+    unknown: set[str] = field(default_factory=set)
     groups: list[bpy.types.Node] = field(default_factory=list)
     depth: int = 0
+
+    @property
+    def guess(self) -> Array:
+        """What a socket holds if it is not known."""
+        return np.full((1, 1), self.halfway)
 
     def of(self, socket: bpy.types.NodeSocket) -> Array:
         """Return what an input gets, as what it takes."""
         output = source(socket)
         if output is None:
             return _value(socket)
-        return self.followed(lambda: converted(self._output(output), output, socket), _HALFWAY)
+        return self.followed(lambda: converted(self._output(output), output, socket), self.guess)
 
     def number(self, socket: bpy.types.NodeSocket) -> Array:
         """Return what an input of a number gets, shape (1 or n,)."""
@@ -91,10 +101,13 @@ class SampledSockets:
         if kind == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree):
             return self.of(node.inputs[uplift.COLOR_INPUT])
         if kind == "NodeGroupInput" or (kind == "ShaderNodeGroup" and node.node_tree is not None):
-            return self.within(output, self.of, _HALFWAY)
+            return self.within(output, self.of, self.guess)
         find = _NODES.get(kind)
         found = None if find is None else find(self, node, output)
-        return _HALFWAY if found is None else found
+        if found is not None:
+            return found
+        self.unknown.add(node.bl_label)
+        return self.guess
 
     def inputs(self, node: bpy.types.Node) -> list[Array]:
         """Return what the inputs in use get."""

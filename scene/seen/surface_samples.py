@@ -18,7 +18,7 @@ from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.shade.filled_voxels import FilledVoxels, Samples
 from ...uw_spectral.shade.triangles import quartered
 from .mesh_parts import KeptMeshes, MeshArrays
-from .visible_meshes import visible_meshes
+from .visible_meshes import VisibleMesh, visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1)
@@ -33,16 +33,21 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A visible mesh in its place, with the base colours of its parts, (c, 3)."""
+    """A visible mesh in its place, with the base colours of its parts, (c, 3).
+
+    ``unknown`` are materials and those of their nodes that the colours would need.
+    """
 
     arrays: MeshArrays
     place: NDArray[np.float32]
     colours: Array
+    unknown: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @functools.cached_property
     def key(self) -> bytes:
         """What differs where the triangles or their colours do."""
-        return self.arrays.digest + self.place.tobytes() + self.colours.tobytes()
+        known = self.arrays.digest + self.place.tobytes() + self.colours.tobytes()
+        return known + repr(self.unknown).encode()
 
     @property
     def corners(self) -> NDArray[np.float32]:
@@ -116,7 +121,13 @@ def visible_triangles(
     for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes):
         colours = np.array([mean.colour for mean in shown.means])
         place = np.array(shown.place, dtype=np.float32)
-        yield samples.thing(Triangles(shown.arrays, place, colours))
+        yield samples.thing(Triangles(shown.arrays, place, colours, _unknown(shown)))
+
+
+def _unknown(shown: VisibleMesh) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    parts = zip(shown.arrays.slots, shown.means, strict=True)
+    unknown = [(shown.materials[slot], mean.unknown) for slot, mean in parts if mean.unknown]
+    return tuple((material.name, nodes) for material, nodes in unknown if material is not None)
 
 
 def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Samples:

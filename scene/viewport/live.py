@@ -113,6 +113,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     camera = cameras.camera_of(scene)
     notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
+    notes += standing_notes(scene)
     notes += [*unusable_places.notes(), *cameras.clip_notes(camera)]
     if camera is not None:
         notes += moving_surface.limits(camera, chosen, eevee=True, live=True)
@@ -123,6 +124,12 @@ def add(scene: bpy.types.Scene) -> list[str]:
     scene[SESSION] = session
     kept_settings.apply(scene, water)
     return notes
+
+
+def standing_notes(scene: bpy.types.Scene) -> list[str]:
+    """Return what to know of live water for as long as it is there, a line each."""
+    known = _state.known.get(scene.session_uid)
+    return [] if known is None else known.kept.notes
 
 
 def _fill(

@@ -19,6 +19,7 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
+from ..seen import unknown_colours
 from ..seen.lamp_shadows import KeptLampShadows
 from ..seen.surface_samples import KeptSamples
 from ..seen.surroundings import Ground, Surroundings, look_around
@@ -114,6 +115,11 @@ class Kept:
             self._looked = asked, around
             self.ground = around.ground
         return self._looked[1]
+
+    @property
+    def notes(self) -> list[str]:
+        """What to know of the things of the last look around."""
+        return unknown_colours.notes(self.looked)
 
     @property
     def looked(self) -> Surroundings | None:

@@ -7,11 +7,15 @@ import math
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.scene.materials import mean_colours
 from underwater_spectral.scene.materials.mean_colours import mean_colour
 from underwater_spectral.scene.seen import surroundings
 from underwater_spectral.scene.seen.ray_casting import Meshes
 from underwater_spectral.scene.seen.surface_samples import visible_triangles
 from underwater_spectral.scene.seen.visible_meshes import visible_meshes
+from underwater_spectral.scene.water.shade import Kept
+from underwater_spectral.settings.render_plan import make_plan
+from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.shown_kinds import KINDS, Kind
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -154,3 +158,44 @@ def test_what_looks_pictures_up_is_not_stored_and_updates_no_scene(tmp_path):
     bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
     with bpy.data.libraries.load(path) as (stored, _):
         assert stored.textures == []
+
+
+@pytest.mark.parametrize(
+    ("node", "into", "said"),
+    [
+        ("ShaderNodeTexMagic", "Base Color", True),
+        ("ShaderNodeTexMagic", "Roughness", False),  # decides nothing that is thrown back
+        ("ShaderNodeTexChecker", "Base Color", False),
+    ],
+)
+def test_a_colour_that_is_a_guess_is_said(node, into, said, monkeypatch):
+    """Of the seabed, in a job and while water is live."""
+    monkeypatch.setattr(surroundings, "_COARSE", 2000)
+    scene, camera = bpy.context.scene, scenes.add_camera((0.0, 0.0, -3.0))
+    bpy.ops.mesh.primitive_plane_add(size=30.0, location=(0.0, 0.0, -5.0))
+    material = scenes.principled("Sand", (0.5, 0.5, 0.5, 1.0))
+    tree = material.node_tree
+    source = tree.nodes.new(node)
+    tree.links.new(source.outputs[0], tree.nodes["Principled BSDF"].inputs[into])
+    bpy.context.object.data.materials.append(material)
+    bpy.context.view_layer.update()
+    column = make_plan(SceneSettings(bands=3)).column
+    kept = Kept()
+    kept.look(scene, camera, column)
+    assert len(kept.notes) == said
+    assert all("'Sand' (Magic Texture)" in note and "0.5" in note for note in kept.notes)
+
+
+def test_a_guess_that_changes_nothing_is_not_said():
+    material = scenes.principled("Even", (0.5, 0.5, 0.5, 1.0))
+    tree = material.node_tree
+    mix, source = tree.nodes.new("ShaderNodeMix"), tree.nodes.new("ShaderNodeTexMagic")
+    mix.data_type = "RGBA"
+    one, other = (i for i in mix.inputs if i.type == "RGBA")
+    one.default_value, other.default_value = (0.4, 0.4, 0.4, 1.0), (0.42, 0.4, 0.4, 1.0)
+    tree.links.new(source.outputs[1], mix.inputs[0])
+    colour = next(o for o in mix.outputs if o.type == "RGBA")
+    tree.links.new(colour, tree.nodes["Principled BSDF"].inputs["Base Color"])
+    assert mean_colours.mean_surface(material).unknown == ()
+    other.default_value = (0.8, 0.4, 0.4, 1.0)
+    assert mean_colours.mean_surface(material).unknown == ("Magic Texture",)

@@ -74,7 +74,7 @@ def _said(out: Path) -> list[str]:
 
 @pytest.mark.parametrize(
     ("options", "height", "why"),
-    [(["--housing", "flat:"], -3.0, "port"), (["--surface", "flat"], 1.0, "above the water")],
+    [(["--housing", "flat"], -3.0, "port"), (["--surface", "flat"], 1.0, "above the water")],
 )
 def test_where_there_is_no_alpha_it_is_said(options, height, why, tmp_path):
     scene = _scene()
