@@ -83,6 +83,23 @@ def test_the_region_shows_what_the_whole_picture_shows_there(options, tmp_path):
         _near(bands[inside], read_spectral_exr(whole / "0001_spectral.exr")[0][inside])
 
 
+@pytest.mark.parametrize("layers", [[], ["--layers", "range"]], ids=["traced", "moved"])
+def test_a_region_behind_a_port_is_that_of_the_picture_that_it_shows(layers, tmp_path):
+    """Not of the pinhole picture that is moved; rays of the port are traced in it alone."""
+    _scene()
+    options = [*CYCLES, "--no-denoise", "--housing", "flat", *layers]
+    whole = _rendered(tmp_path, "whole", *options)
+    _ask(bpy.context.scene, crop=False)
+    part = _rendered(tmp_path, "region", *options)
+    expected, image = (read_exr(out / "0001.exr")[0] for out in (whole, part))
+    _near(image[ROWS, COLUMNS, :3], expected[ROWS, COLUMNS])
+    assert not image[: ROWS.start].any()
+    for name in ("range",) if layers else ():
+        found, there = (read_layers(out / "0001_layers.exr")[name] for out in (part, whole))
+        np.testing.assert_allclose(found[ROWS, COLUMNS], there[ROWS, COLUMNS], rtol=1e-3)
+        assert not found[: ROWS.start].any()
+
+
 def _record(out: Path) -> dict:
     return json.loads((out / "0001.json").read_text())
 
