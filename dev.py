@@ -9,6 +9,8 @@
     python3 dev.py build --wheel    build the wheel of optics and data sets into dist/, and try it
                                     in a new environment; --python python3.11: in one of that
     python3 dev.py run FILE [ARGS]  run a script in the project's environment
+    python3 dev.py measure [PAGE]   measure pages of docs/measured again, by default all; --stale
+                                    lists those whose code or data changed
     python3 dev.py site             build the documentation site into out/site/; --check only
                                     reads it, and ends with what is wrong
     python3 dev.py lock [-U]        write requirements.lock and docs.lock from pyproject.toml;
@@ -186,6 +188,8 @@ def main() -> None:
         run(set_up(), f"tools/{tool}", *arguments)
     elif job == "site":
         run(environment(DOCS_VENV, DOCS_LOCK), "tools/build_site.py", *arguments)
+    elif job == "measure":
+        run(set_up(), "-m", "benchmarks", "measure", *arguments)
     elif job == "run" and arguments:
         run(set_up(), *arguments)
     else:

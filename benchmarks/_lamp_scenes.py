@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import runpy
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
@@ -13,9 +13,8 @@ import numpy as np
 from mathutils import Vector
 
 from ..scene.water import lamp_rigs
-from ..settings import render_plan
-from . import _lamp_room
-from ._shade_scenes import Place, matt
+from ..validation import lamp_room
+from ._places import Place, ball, block, camera_at, ground
 
 DEPTH = 15.0
 FIELD_OF_VIEW = math.radians(70)
@@ -52,40 +51,27 @@ type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 
 @dataclass(frozen=True)
 class LitPlace(Place):
-    """A place with lamps.
+    """A place with lamps, by night unless its settings say otherwise.
 
     Parameters
     ----------
-    sunlight : float
-        Factor on sun and sky.
     room : Room, optional
         The same for photons.
     photons : int
         From the lamps, in each of ten batches and bands.
     """
 
-    sunlight: float = 0.0
-    room: _lamp_room.Room | None = None
+    settings: Mapping[str, object] = field(default_factory=lambda: {"sunlight": 0.0})
+    room: lamp_room.Room | None = None
     photons: int = PHOTONS
-
-    def plan(self, samples: int, **changes: object) -> render_plan.RenderPlan:
-        """Resolve it; ``changes`` are other settings."""
-        return super().plan(samples, **({"sunlight": self.sunlight} | changes))
 
 
 def sand_room() -> bpy.types.Object:
     """Make sand, a ball, a box and open water, seen from 1.2 m above the sand."""
-    scene = bpy.context.scene
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler.x = (0.0, 0.0, -DEPTH), _TOWARDS
-    camera.data.angle = FIELD_OF_VIEW
-    scene.collection.objects.link(camera)
-    bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 20.0, -DEPTH - _ABOVE_SAND))
-    bpy.context.object.data.materials.append(matt(_SAND))
-    _sphere(_BALL, (_BALL_RADIUS,) * 3, _RED)
-    bpy.ops.object.shade_smooth()
-    bpy.ops.mesh.primitive_cube_add(size=_BOX_SIZE, location=_seen(_BOX))
-    bpy.context.object.data.materials.append(matt(_WHITE))
+    camera = camera_at((0.0, 0.0, -DEPTH), (_TOWARDS, 0.0, 0.0), FIELD_OF_VIEW)
+    ground(-DEPTH - _ABOVE_SAND, _SAND)
+    ball(_seen(_BALL), _BALL_RADIUS, _RED)
+    block("box", _seen(_BOX), (_BOX_SIZE,) * 3, _WHITE)
     return camera
 
 
@@ -93,28 +79,16 @@ def _seen(place: Sequence[float]) -> Vector:
     return Vector(place) - Vector((0.0, 0.0, DEPTH))
 
 
-def _sphere(place: Sequence[float], axes: Sequence[float], colour: Sequence[float]) -> None:
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16, location=_seen(place))
-    bpy.context.object.scale = axes
-    bpy.context.object.data.materials.append(matt(colour))
-
-
-def _cube(solid: _Solid, colour: Sequence[float]) -> None:
-    bpy.ops.mesh.primitive_cube_add(size=2.0, location=_seen(solid[0]))
-    bpy.context.object.scale = solid[1]
-    bpy.context.object.data.materials.append(matt(colour))
-
-
 def _for_photons(
     balls: Sequence[_Solid] = (), boxes: Sequence[_Solid] = (), colour: Sequence[float] = _GREY
-) -> _lamp_room.Room:
+) -> lamp_room.Room:
     ellipsoids = [(_BALL, (_BALL_RADIUS,) * 3), *balls]
     blocks = [(_BOX, (_BOX_SIZE / 2.0,) * 3), *boxes]
     colours = [_SAND, _RED, *[colour] * len(balls), _WHITE, *[colour] * len(boxes)]
     balls_of, boxes_of = (
         np.array([(*at, *half) for at, half in kind]) for kind in (ellipsoids, blocks)
     )
-    return _lamp_room.Room(-_ABOVE_SAND, balls_of, boxes_of, np.array(colours))
+    return lamp_room.Room(-_ABOVE_SAND, balls_of, boxes_of, np.array(colours))
 
 
 def _cords() -> list[_Solid]:
@@ -177,7 +151,7 @@ def _strobes() -> bpy.types.Object:
 def _behind_a_fish() -> bpy.types.Object:
     camera = sand_room()
     add_lamp((0.0, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
-    _sphere(_FISH, _FISH_AXES, _GREY)
+    ball(_seen(_FISH), _FISH_AXES, _GREY)
     return camera
 
 
@@ -185,7 +159,7 @@ def _behind_a_net() -> bpy.types.Object:
     camera = sand_room()
     add_lamp((0.05, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
     for cord in _cords():
-        _cube(cord, _GREY)
+        block("cord", _seen(cord[0]), 2.0 * np.array(cord[1]), _GREY)
     return camera
 
 
@@ -194,9 +168,9 @@ def _behind_a_diver() -> bpy.types.Object:
     add_lamp((0.1, 5.4, 0.4), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
     body, gear = _diver()
     for place, axes in body:
-        _sphere(place, axes, _NEOPRENE)
+        ball(_seen(place), axes, _NEOPRENE)
     for part in gear:
-        _cube(part, _NEOPRENE)
+        block("gear", _seen(part[0]), 2.0 * np.array(part[1]), _NEOPRENE)
     return camera
 
 
@@ -258,7 +232,7 @@ def places(folder: Path) -> list[LitPlace]:
         )
     ]
     by_cycles = [
-        LitPlace("vehicle and sun, IB", _vehicle, "IB", sunlight=0.05),
+        LitPlace("vehicle and sun, IB", _vehicle, "IB", settings={"sunlight": 0.05}),
         LitPlace("wreck by night, IB", _wreck(folder), "IB"),
     ]
     return found + [replace(place, samples=SAMPLES) for place in by_cycles]

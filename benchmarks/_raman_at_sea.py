@@ -19,7 +19,7 @@ from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.pure_water import pure_water_absorption
-from ._sunlight import entering
+from ..validation.sunlight import entering
 from .gutierrez_figures import SUN_ZENITH, column
 
 CHLOROPHYLL = (0.03, 0.1, 0.3, 1.0)

@@ -16,7 +16,7 @@ from ..scene.water import shade
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.shade.shade_table import ShadeTable
 from ._drawing import drawing
-from ._shade_scenes import Place
+from ._places import Place
 
 _FRAMES = 5
 _STEP = 0.1  # m from frame to frame
@@ -54,16 +54,11 @@ class Moving:
     camera: Seconds
     off: float
 
-    def row(self) -> str:
+    def cells(self) -> list[object]:
         """Return the row of a table."""
-        fish = "" if self.fish is None else str(self.fish)
-        return (
-            f"| {self.name} | {self.whole} | {fish} | {self.diver} | {self.camera} "
-            f"| {100 * self.off:.3f} % |"
-        )
-
-
-HEADER = "| scene | whole | fish | diver | camera | off |\n|---|---|---|---|---|---|"
+        fish = "" if self.fish is None else self.fish
+        off = f"{100 * self.off:.3f} %"
+        return [self.name, self.whole, fish, self.diver, self.camera, off]
 
 
 def moving(place: Place) -> Moving:

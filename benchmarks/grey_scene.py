@@ -8,10 +8,8 @@ analytically here, so nothing but the optics can differ from Cycles.
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -28,7 +26,7 @@ from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
+from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
@@ -340,7 +338,7 @@ def compare(
             np.median(np.abs(blocks(image, _BLOCK) / blocks(mean, _BLOCK) - 1), axis=(0, 1)),
         )
 
-    drawn = {EEVEE: _eevee_image(plan, camera, depth)} if eevee else {}
+    drawn = {EEVEE: eevee_image(plan, camera, depth)} if eevee else {}
     size = (depth, width, height)
     drawn[TABLES] = solved_image(plan.column, plan.phase, *size)
     drawn[CLOSED_FORM] = closed_form_image(plan.column, plan.phase, *size)
@@ -356,9 +354,10 @@ def compare(
     )
 
 
-def _eevee_image(
+def eevee_image(
     plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
 ) -> NDArray[np.float64]:
+    """Draw the bands by EEVEE, shape (h, w, n)."""
     scene = bpy.context.scene
     plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
     extent = water_body.water_extent(scene, plan.column, depth)
@@ -377,88 +376,5 @@ def blocks(image: NDArray[np.float64], size: int) -> NDArray[np.float64]:
     return image.reshape(shape).mean(axis=(1, 3))
 
 
-def picture(comparisons: Sequence[Comparison], path: Path) -> None:
-    """Draw the reference and the pictures, and two differences (± 10 %), side by side."""
-    import matplotlib as mpl
-
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
-    rows = len(comparisons)
-    figure, axes = plt.subplots(rows, 6, figsize=(13, 1.4 * rows), squeeze=False)
-    for row, item in zip(axes, comparisons, strict=True):
-        images = [srgb_encode(x) for x in (item.reference, *item.pictures.values())]
-        for axis, image in zip(row, images, strict=False):
-            axis.imshow(image)
-        for axis, image in zip(row[4:], images[1:], strict=False):
-            difference = (image - images[0]).mean(axis=-1)
-            shown = axis.imshow(difference, cmap="RdBu_r", vmin=-0.1, vmax=0.1)
-            figure.colorbar(shown, ax=axis, shrink=0.8)
-        phase = "" if item.light == CLEAR else f"\n{item.light.phase}"
-        row[0].set_ylabel(f"{item.water}, {item.depth:g} m{phase}")
-    names = list(comparisons[0].pictures)
-    titles = ("Cycles", *names, *(f"{name} - Cycles" for name in names[:2]))
-    for axis, title in zip(axes[0], titles, strict=True):
-        axis.set_title(title, fontsize=9)
-    for axis in axes.flat:
-        axis.set(xticks=[], yticks=[])
-    figure.tight_layout()
-    figure.savefig(path, dpi=60, pil_kwargs={"quality": 90})
-
-
 COMBINATIONS = (("3C", 3.0), ("3C", 9.0), ("I", 5.0), ("IA", 9.0), ("IB", 5.0), ("II", 3.0))
-CASES = (*((*combination, CLEAR) for combination in COMBINATIONS), ("IB", 5.0, PAPERS))
-"""Water, depth and light."""
-_WIDTH, _HEIGHT = 45, 27
-
-
-def report(comparisons: Sequence[Comparison], samples: int) -> str:
-    """Return the table as Markdown."""
-    lines = [
-        "# A grey sphere over a grey floor: EEVEE and formulas against Cycles",
-        "",
-        "Default phase function, clear sky, sun at 30°, no surface, floor 3 m below the camera, 8",
-        f"bands; {_WIDTH} × {_HEIGHT} pixels against two Cycles images of {samples} samples. sRGB",
-        "RMSE, its noise taken off / ΔE2000 over blocks of"
-        f" {_BLOCK} × {_BLOCK} pixels. EEVEE in bands as it ships; in",
-        "numpy nothing but the sun's own beam casts a shadow.",
-        "",
-        "The shade that EEVEE draws is too bright in the **far red**: in IB it equals the",
-        "tables to",
-        "0.1 % without it, and is 2 % (531 nm), 17 % (606 nm) and 38 % (681 nm) brighter with it.",
-        "",
-    ]
-    names = list(comparisons[0].deviations)
-    lines += [f"| water | {' | '.join(names)} | noise |", "|---" * (len(names) + 2) + "|"]
-    for c in comparisons:
-        where = f"{c.water} {c.depth:g} m" + ("" if c.light == CLEAR else f", {c.light.title}")
-        found = [f"{c.deviations[n].srgb_rmse:.4f}/{c.deviations[n].delta_e:.2f}" for n in names]
-        noise = f"{c.srgb_noise:.4f}/{c.delta_e_noise:.2f}"
-        lines.append(f"| {where} | {' | '.join(found)} | {noise} |")
-    lines += ["", "| mean | of | sRGB RMSE | ΔE2000 |", "|---|---|---|---|"]
-    ours = [c.deviations for c in comparisons if c.light == CLEAR]
-    for name in ours[0]:
-        rmse, delta_e = np.mean([(d[name].srgb_rmse, d[name].delta_e) for d in ours], axis=0)
-        lines.append(f"| mean, clear sky | {name} | {rmse:.4f} | {delta_e:.2f} |")
-    lines += ["", "![Cycles, EEVEE, solved field, closed form, differences](grey_scene.jpg)", ""]
-    lines += ["With the papers' forms beside them: [realtime_accuracy.md](realtime_accuracy.md)."]
-    lines += ["", "Repeat: `python3 dev.py run -m benchmarks grey_scene`", ""]
-    return "\n".join(lines)
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Compare every combination and write table and picture to docs/."""
-    parser = argparse.ArgumentParser(prog="grey_scene")
-    parser.add_argument("--samples", type=int, default=640)
-    options = parser.parse_args(arguments)
-    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
-    comparisons = []
-    for water, depth, light in CASES:
-        last = compare(water, depth, _WIDTH, _HEIGHT, options.samples, light=light, eevee=True)
-        comparisons.append(last)
-        found = {
-            k: (round(d.srgb_rmse, 4), round(d.delta_e, 2)) for k, d in last.deviations.items()
-        }
-        print(f"{water} {depth:g} m: RMSE, ΔE {found}", flush=True)
-    picture(comparisons, docs / "grey_scene.jpg")
-    (docs / "grey_scene.md").write_text(report(comparisons, options.samples), encoding="utf-8")
+"""Water and depth, those of Table 2 of Monzon et al. (2024)."""

@@ -1,13 +1,11 @@
-"""Waters of constituents: colours, Kd, inelastic light. Writes docs/measured/bio_optics.md.
-
-``python3 dev.py run -m benchmarks gutierrez_figures``; the tests use the same functions.
-"""
+"""Waters of constituents: colours, Kd, inelastic light; the tests use the same functions."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,8 +40,8 @@ from ..validation.gutierrez import particle_scattering_Gordon1983
 from ..validation.inelastic_light import InelasticLight, solve_inelastic
 from ..validation.kd import Kd_Lee2005, chlorophyll_jerlov, jerlov_chlorophyll
 from ..validation.monte_carlo import simulate
+from .runner import Ask, Page, spread, table
 
-ROOT = Path(__file__).resolve().parent.parent
 SUN_ZENITH = 30.0
 VISIBLE = Bands.uniform(80, 380, 780)
 EXCITATION = Bands.uniform(100, 300, 800)
@@ -418,80 +416,73 @@ def _percent(values: np.ndarray) -> str:
     return f"{np.median(error):+.0f} ({error.min():+.0f}…{error.max():+.0f})"
 
 
-def main(_arguments: list[str]) -> None:
-    """Measure everything, write docs/measured/bio_optics.md and docs/measured/bio_optics.png."""
-    draw(ROOT / "docs" / "measured" / "bio_optics.png")
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Solve and trace the waters."""
+    draw(ask.shown("bio_optics.png"))
     trip = kd_round_trip(PHOTONS)
-    columns = list(dict.fromkeys(key for row in trip.values() for key in row))
     overall = []
-    for key in (key for key in columns if key not in _LEFT_OUT):
+    for key in dict.fromkeys(key for row in trip.values() for key in row if key not in _LEFT_OUT):
         values = np.concatenate([row[key] for row in trip.values() if key in row])
-        error = 100 * np.abs(values - 1)
-        overall.append(
-            f"| {key} | {np.median(error):.1f}/{np.percentile(error, 90):.1f}/{error.max():.1f} |"
-        )
-    chlorophyll = ", ".join(
-        f"{name} {jerlov_chlorophyll(name):.2f}" for name in ("I", "IA", "IB", "II", "III")
-    )
+        overall.append((key, spread(100 * np.abs(values - 1), ".1f", (0.5, 0.9, 1.0))))
+    parts = (*PROCESSES, "all", "all, luminance")
     shares = {name: luminous_shares(sea.constituents) for name, sea in named_waters().items()}
-    share_lines = "\n".join(
-        f"| {name} | "
-        + " | ".join(f"{100 * row[key]:.2f}" for key in (*PROCESSES, "all", "all, luminance"))
-        + " |"
-        for name, row in shares.items()
-    )
-    case1_lines = "\n".join(
-        f"| {row.chlorophyll:g} | {row.published:.4f} | "
-        + " | ".join(
-            f"{100 * (Kd / row.published - 1):+.0f}"
-            for Kd in (row.merged, row.before, row.by_lee, row.solved, row.measured)
-        )
-        + f" | {row.scattering_before:.3f}, {row.scattering:.3f} |"
-        for row in case1_rows()
-    )
-    round_trip = inversion_round_trip()
-    inversion_lines = "\n".join(
-        f"| {zenith:g}° | " + " | ".join(_percent(row[key]) for key in ("a", "b", "blind")) + " |"
-        for zenith, row in round_trip.items()
-    )
-    inversion = []
-    for key in ("a", "blind"):
-        error = 100 * np.abs(np.concatenate([row[key].ravel() for row in round_trip.values()]) - 1)
-        inversion.append(
-            f"{np.median(error):.1f} % in the median, {np.percentile(error, 90):.0f} % at the 90th "
-            f"percentile and {error.max():.0f} % at worst"
-        )
-    wavelengths = ", ".join(f"{nm:g}" for nm in MEASURED)
-    laboratory = "0.0166 + 0.07242 C^0.68955"
-    text = f"""# Waters from their constituents, and inelastic light
+    back = inversion_round_trip()
+    over = {
+        key: 100 * np.abs(np.concatenate([row[key].ravel() for row in back.values()]) - 1)
+        for key in ("a", "blind")
+    }
+    case1 = [
+        [f"{x.chlorophyll:g}", f"{x.published:.4f}",
+         *(f"{100 * (Kd / x.published - 1):+.0f}"
+           for Kd in (x.merged, x.before, x.by_lee, x.solved, x.measured)),
+         f"{x.scattering_before:.3f}, {x.scattering:.3f}"]
+        for x in case1_rows()
+    ]  # fmt: skip
+    return {
+        "shares": table(
+            ("sea", *parts), [[n, *(f"{100 * x[p]:.2f}" for p in parts)] for n, x in shares.items()]
+        ),
+        "case1": table(
+            ("C, mg/m³", "measured", "merged", "before", "Lee 2013", "solved", "`chl:C`",
+             "b before, now"), case1
+        ),
+        "inverted": table(
+            ("sun", "a", "b", "a, blind"),
+            [[f"{z:g}°", *(_percent(x[k]) for k in ("a", "b", "blind"))] for z, x in back.items()],
+        ),
+        "over": spread(over["a"], ".1f", (0.5, 0.9, 1.0)),
+        "blind": spread(over["blind"], ".1f", (0.5, 0.9, 1.0)),
+        "overall": table(("", "median/90 %/worst, %"), overall),
+        "chlorophyll": ", ".join(
+            f"{n} {jerlov_chlorophyll(n):.2f}" for n in ("I", "IA", "IB", "II", "III")
+        ),
+        "nearest": chlorophyll_jerlov(0.3),
+    }  # fmt: skip
 
-Written by `python3 dev.py run -m benchmarks gutierrez_figures`.
 
+PAGE = Page(
+    "Waters from their constituents, and inelastic light",
+    """
 ## Colours
 ![Swatches of the waters](bio_optics.png)
 
-Deep water seen level from 5 m with all inelastic light, equal brightness: Figures 2, 3 (the seas
-of `named_waters`, which has their constituents and sources) and 4 of Gutierrez et al. (2008).
+Deep water seen level from 5 m with all inelastic light, equal brightness: Figures 2, 3 (the seas of
+`named_waters`, which has their constituents and sources) and 4 of Gutierrez et al. (2008).
 Inelastic light hardly changes the Baltic's colour.
 
 ## Inelastic fraction
-In % of the radiance between 380 and 780 nm, level at {DEPTH:g} m, quantum yield 0.02.
-The paper reports about 2 % for its Baltic. Raman light seen straight down: see
-[outside.md](outside.md#raman-light).
+In % of the radiance between 380 and 780 nm, level at 5 m, quantum yield 0.02. The paper reports
+about 2 % for its Baltic. Raman light seen straight down: see [outside.md](outside.md#raman-light).
 
-| sea | raman | chlorophyll | cdom | all | all, luminance |
-|---|---|---|---|---|---|
-{share_lines}
+{shares}
 
 ## Case 1 waters against measured Kd(490) and b
 `bio:case1=C` by Bricaud et al. (1998), Morel & Gentili (2009), Loisel & Morel (1998) and Morel &
-Maritorena (2001). Kd(490) in % off the regression of Morel et al. (2007), {laboratory}
-(*merged*: on the measurements of others too); *before*: version 0.1.0. Sun at {SUN_ZENITH:g}°,
+Maritorena (2001). Kd(490) in % off the regression of Morel et al. (2007), 0.0166 + 0.07242
+C^0.68955 (*merged*: on the measurements of others too); *before*: version 0.1.0. Sun at 30°,
 *solved* at 45°; b of the particles at 550 nm, before and now.
 
-| C, mg/m³ | measured | merged | before | Lee 2013 | solved | `chl:C` | b before, now |
-|---|---|---|---|---|---|---|---|
-{case1_lines}
+{case1}
 
 What is left above 1 mg/m³ lies between published laws; nothing is tuned to close them.
 
@@ -500,27 +491,21 @@ It has no fluorescence.
 
 ## Kd inverted, round trip
 Kd of light fields solved for the case 1 waters above, to 10 % of the light, inverted with the sun
-of the field: error in percent, median (lowest … highest), at {wavelengths} nm.
+of the field: error in percent, median (lowest … highest), at 412, 443, 490, 510, 555, 620, 670 nm.
 *Blind*: bb/b 0.0183, sun at 30°, as the inversion once did.
 
-| sun | a | b | a, blind |
-|---|---|---|---|
-{inversion_lines}
+{inverted}
 
-Over all a is off by {inversion[0]};
-blind, {inversion[1]}.
+Over all a is off by {over} % (median/90 %/worst); blind, by {blind} %.
 
 ## Round trip to Kd
 Against the Kd of Solonenko & Mobley (2015), ten types, 400 to 700 nm, absolute error. *Inversion*:
 a and b from their Kd; *case 1*: the water of the type's Kd(490), I to III; *fitted*: chlorophyll,
 CDOM and minerals by Lee et al. (2013). Kd does not tell b, nor chlorophyll up to type 5C.
 
-| | median/90 %/worst, % |
-|---|---|
-{chr(10).join(overall)}
+{overall}
 
 Chlorophyll of the oceanic types by Kd(490) (Morel et al. 2007), mg/m³: {chlorophyll}. Back from 0.3
-(Kd {float(Kd490_Morel2007(0.3)):.4f} 1/m) the nearest is {chlorophyll_jerlov(0.3)}.
-"""
-    (ROOT / "docs" / "measured" / "bio_optics.md").write_text(text, encoding="utf-8")
-    print(text)
+(Kd 0.0482 1/m) the nearest is {nearest}.
+""",
+)

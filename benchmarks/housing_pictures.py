@@ -1,29 +1,21 @@
-"""Pictures through ports: EEVEE against Cycles, and what a port costs.
-
-    python3 dev.py run -m benchmarks housing_pictures [--folder DIR]
-
-writes docs/measured/housing_pictures.md.
-"""
+"""Pictures through ports: EEVEE against Cycles, and what a port costs."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import stored_settings
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr
 from ._jobs import rendered_seconds
 from ._layer_scenes import DEPTH, camera, empty_scene
+from ._places import delta_e
+from .runner import Ask, Page, Target, table
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured" / "housing_pictures.md"
 PORTS = {
     "none": (),
     "flat": ("--housing", "flat"),
@@ -34,8 +26,7 @@ ENGINES = {
     "bands": ("--engine", "eevee"),
     "Cycles": ("--engine", "cycles"),
 }
-WATERS = ("jerlov:IB",)
-_SHARED = ("--bands", "6", "--white-balance", "depth")
+_SHARED = ("--water", "jerlov:IB", "--bands", "6", "--white-balance", "depth")
 _SIZE, _SAMPLES = (240, 135), {"real-time": 32, "bands": 32, "Cycles": 96}
 _BLOCK = 3  # pixels of a block, whose means have little noise
 _FRAME, _FRAMES = (320, 180), 2
@@ -85,119 +76,77 @@ def _checked(name: str, scale: float, *colours: tuple[float, float, float]) -> b
     return material
 
 
-def render(blend: Path, out: Path, *options: str) -> float:
-    """Render a job and return its CPU time, s.
-
-    Raises
-    ------
-    InputError
-        If it fails.
-    """
-    return rendered_seconds(blend, out, *_SHARED, *options)
-
-
 def picture(blend: Path, out: Path, engine: str, *options: str) -> NDArray[np.float64]:
     """Return a picture, linear; one that is there is read."""
     path = out / "0001.exr"
     if not path.is_file():
         size = ("--resolution", *map(str, _SIZE), "--samples", str(_SAMPLES[engine]))
-        render(blend, out, *ENGINES[engine], *size, *options)
+        rendered_seconds(blend, out, *_SHARED, *ENGINES[engine], *size, *options)
     return read_exr(path)[0].astype(np.float64)
-
-
-def blocks(image: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return means of blocks of pixels."""
-    rows, columns = (n // _BLOCK for n in image.shape[:2])
-    cut = image[: rows * _BLOCK, : columns * _BLOCK]
-    return cut.reshape(rows, _BLOCK, columns, _BLOCK, 3).mean(axis=(1, 3))
-
-
-def agreement(blend: Path, folder: Path) -> list[str]:
-    """Return rows: water, port, ΔE of both modes of EEVEE against Cycles, and Cycles' noise."""
-    rows = []
-    for water in WATERS:
-        for port, options in PORTS.items():
-            place = folder / f"{water[7:]} {port}"
-            shared = ("--water", water, *options)
-            seen = {name: picture(blend, place / name, name, *shared) for name in ENGINES}
-            again = picture(blend, place / "again", "Cycles", *shared, "--seed", "1")
-            reference = 0.5 * (seen["Cycles"] + again)
-            noise = delta_e_CIE2000_images(seen["Cycles"], again).mean() / 2.0
-            cells = []
-            for name in ("real-time", "bands"):
-                error = delta_e_CIE2000_images(seen[name], reference)
-                coarse = delta_e_CIE2000_images(blocks(seen[name]), blocks(reference))
-                cells.append(
-                    f"{error.mean():.2f}/{np.quantile(error, 0.95):.2f} ({coarse.mean():.2f})"
-                )
-            rows.append(f"| {water[7:]} | {port} | {' | '.join(cells)} | {noise:.2f} |")
-            print(rows[-1], flush=True)
-    return rows
-
-
-def costs(blend: Path, folder: Path) -> list[str]:
-    """Return rows: engine, seconds of a frame without a port, and with each over that."""
-    rows = []
-    for engine in ("real-time", "bands"):
-        options, samples = ENGINES[engine], ("--samples", "32")
-        size = ("--resolution", *map(str, _FRAME))
-        seconds = [
-            _frame(blend, folder / f"cost {engine} {port}", *options, *size, *samples, *of_port)
-            for port, of_port in PORTS.items()
-        ]
-        cells = [f"{value / seconds[0]:.2f}" for value in seconds[1:]]
-        rows.append(f"| {engine} | {seconds[0]:.2g} | {' | '.join(cells)} |")
-        print(rows[-1], flush=True)
-    return rows
 
 
 def _frame(blend: Path, out: Path, *options: str) -> float:
     """Return the CPU time of a frame after the first, s."""
     first, all_of_them = (
-        render(blend, out / str(last), *options, "--frames", f"1-{last}")
+        rendered_seconds(blend, out / str(last), *_SHARED, *options, "--frames", f"1-{last}")
         for last in (1, 1 + _FRAMES)
     )
     return (all_of_them - first) / _FRAMES
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Measure, and write the page."""
-    parser = argparse.ArgumentParser(prog="housing_pictures")
-    parser.add_argument("--folder", type=Path)
-    chosen = parser.parse_args(arguments)
-    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
-        stored_settings.register()
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = chosen.folder or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        blend = folder / "posts.blend"
-        build(blend)
-        rows, cost = agreement(blend, folder), costs(blend, folder)
-    ports = " | ".join(list(PORTS)[1:])
-    text = f"""\
-# Pictures through ports
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render through each port."""
+    folder = ask.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    blend, rows, worst = folder / "posts.blend", [], 0.0
+    build(blend)
+    for port, options in PORTS.items():
+        place = folder / port
+        seen = {name: picture(blend, place / name, name, *options) for name in ENGINES}
+        again = picture(blend, place / "again", "Cycles", *options, "--seed", "1")
+        reference, cells = 0.5 * (seen["Cycles"] + again), []
+        for name in ("real-time", "bands"):
+            error, coarse = (delta_e(seen[name], reference, n) for n in (1, _BLOCK))
+            most = np.quantile(error, 0.95)
+            cells.append(f"{error.mean():.2f}/{most:.2f} ({coarse.mean():.2f})")
+            worst = max(worst, float(error.mean()))
+        noise = delta_e(seen["Cycles"], again, 1).mean() / 2.0
+        rows.append(["IB", port, *cells, f"{noise:.2f}"])
+    costs, dearest = [], 1.0
+    size = ("--resolution", *map(str, _FRAME), "--samples", "32")
+    for engine in ("real-time", "bands"):
+        plain, *others = (
+            _frame(blend, folder / f"cost {engine} {port}", *ENGINES[engine], *size, *of_port)
+            for port, of_port in PORTS.items()
+        )
+        costs.append([engine, f"{plain:.2g}", *(f"{x / plain:.2f}" for x in others)])
+        dearest = max(dearest, *(x / plain for x in others))
+    return {
+        "rows": table(("Jerlov", "port", "real-time", "bands", "noise"), rows),
+        "costs": table(("engine", "s without", *list(PORTS)[1:]), costs),
+        "worst": worst, "dearest": dearest,
+    }  # fmt: skip
 
-Written by `python3 dev.py run -m benchmarks housing_pictures`.
 
-Posts and balls at .2 to 6 m, {DEPTH:g} m down, 78° in air, {_SIZE[0]} × {_SIZE[1]} pixels, six
-bands. EEVEE moves a pinhole's picture band by band; Cycles traces the rays of the port
-(`tests/scene/test_housed.py`).
+PAGE = Page(
+    "Pictures through ports",
+    """
+Posts and balls at .2 to 6 m, 5 m down, 78° in air, 240 × 135 pixels, six bands. EEVEE moves a
+pinhole's picture band by band; Cycles traces the rays of the port (`tests/scene/test_housed.py`).
 
 ## EEVEE against Cycles
-ΔE2000, mean/95 % of pixels, in brackets the mean of blocks of {_BLOCK} × {_BLOCK}; a port adds
-the difference to *none*. Target: mean 1.5.
+ΔE2000, mean/95 % of pixels, in brackets the mean of blocks of 3 × 3; a port adds the difference to
+*none*.
 
-| Jerlov | port | real-time | bands | noise |
-|---|---|---|---|---|
-{chr(10).join(rows)}
+{rows}
 
 ## What a port costs
-CPU seconds of a frame without a port, {_FRAME[0]} × {_FRAME[1]}, and with one over that. Target:
-1.3.
+CPU seconds of a frame without a port, 320 × 180, and with one over that.
 
-| engine | s without | {ports} |
-|---|---|---|---|
-{chr(10).join(cost)}
-"""
-    PAGE.write_text(text, encoding="utf-8")
-    print(text)
+{costs}
+""",
+    (
+        Target("mean ΔE2000, worst", "worst", 1.5),
+        Target("a frame with a port over one without", "dearest", 1.3),
+    ),
+)

@@ -1,17 +1,11 @@
-"""EEVEE in water of several layers against the solution, per pixel.
-
-    python3 dev.py run -m benchmarks layered_water
-
-writes docs/measured/layered_water.md.
-"""
+"""EEVEE in water of several layers against the solution, per pixel."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import bpy
@@ -19,35 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tests.node_groups import realtime_probe as probe
-from ..uw_spectral.spectra.spectral_image import replacing
-from ..uw_spectral.transfer.discrete_ordinates import STREAMS
-from ._solved_cases import FROM_SUN, Case, layered_cases
+from ..validation.solved_cases import FROM_SUN, Case, layered_cases
+from .runner import Ask, Page, table
 
-_CASES = 24
 _TURNS = (0.0, 88.0, 150.0)
-_EDGE = 1.0  # degrees from the edge of Snell's window
-_DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "measured" / "layered_water.md"
 
 Errors = list[NDArray[np.float64]]
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Render, compare, and write the document."""
-    argparse.ArgumentParser(prog="layered_water").parse_args(arguments)
-    found: dict[str, Errors] = {"open water": [], "level square": [], "one layer instead": []}
-    worst: list[tuple[float, str]] = []
-    with tempfile.TemporaryDirectory() as folder:
-        for case in layered_cases(_CASES):
-            # Another number of layers is another set of nodes.
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            water, square = _rendered(case, Path(folder) / "picture.exr")
-            found["open water"].append(water)
-            found["level square"].append(square)
-            found["one layer instead"].append(_mixed(case))
-            worst.append((float(np.quantile(water, 0.95)), case.name))
-            print(f"{np.median(water):.2%} {worst[-1][0]:.2%} {case.name}", flush=True)
-    with replacing(_DOCUMENT) as path:
-        path.write_text(_document(found, sorted(worst, reverse=True)[:1]), encoding="utf-8")
 
 
 def _rendered(case: Case, path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -79,32 +50,46 @@ def _mixed(case: Case) -> NDArray[np.float64]:
     return np.concatenate(found)
 
 
-def _document(found: dict[str, Errors], worst: Sequence[tuple[float, str]]) -> str:
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render the cases."""
+    found: dict[str, Errors] = {"open water": [], "level square": [], "one layer instead": []}
+    worst: list[tuple[float, str]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for case in layered_cases(ask.cases):
+            # Another number of layers is another set of nodes.
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            errors = *_rendered(case, Path(folder) / "picture.exr"), _mixed(case)
+            for parts, error in zip(found.values(), errors, strict=True):
+                parts.append(error)
+            worst.append((float(np.quantile(errors[0], 0.95)), case.name))
     rows = [
-        f"| {name} | {100 * np.median(e):.2g} | {100 * np.quantile(e, 0.95):.2g} "
-        f"| {100 * np.quantile(e, 0.999):.2g} | {100 * e.max():.2g} |"
-        for name, e in ((name, np.concatenate(parts)) for name, parts in found.items())
-    ]
-    cases = "\n".join(f"- {100 * error:.2g} %: {name}" for error, name in worst)
-    return f"""# Water in layers, in EEVEE
+        [name, *(f"{100 * x:.2g}" for x in
+                 np.quantile(np.concatenate(parts), (0.5, 0.95, 0.999, 1.0)))]
+        for name, parts in found.items()
+    ]  # fmt: skip
+    off, name = max(worst)
+    return {"rows": table(("what", "median", "95 %", "99.9 %", "worst"), rows),
+            "worst": f"{100 * off:.2g} %: {name}"}  # fmt: skip
 
-Written by `python3 dev.py run -m benchmarks layered_water`.
 
-{_CASES} random cases: two to four Jerlov types upon each other, sun at 0 to 80°, camera at 1 to
-20 m, with a floor and without, under a surface (clear, overcast) and none; views down, level, up
-and tilted. Relative errors in % against the discrete ordinates ({STREAMS} streams) without
-tables, beyond {FROM_SUN:g}° from the sun and {_EDGE:g}° from the edge of Snell's window. *One
-layer instead* has the mean coefficients above the camera.
+PAGE = Page(
+    "Water in layers, in EEVEE",
+    """
+{cases} random cases: two to four Jerlov types upon each other, sun at 0 to 80°, camera at 1 to 20
+m, with a floor and without, under a surface (clear, overcast) and none; views down, level, up and
+tilted. Relative errors in % against the discrete ordinates (32 streams) without tables, beyond 10°
+from the sun and 1° from the edge of Snell's window. *One layer instead* has the mean coefficients
+above the camera.
 
-| what | median | 95 % | 99.9 % | worst |
-|---|---|---|---|---|
-{chr(10).join(rows)}
+{rows}
 
 The case with the largest 95 % in open water:
 
-{cases}
+- {worst}
 
-A border is sharp in the solution; for level rays it is smeared over the first slices beside it:
-in a clear layer between turbid ones, in a band that is nearly dark, they may be **many times too
+A border is sharp in the solution; for level rays it is smeared over the first slices beside it: in
+a clear layer between turbid ones, in a band that is nearly dark, they may be **many times too
 bright**.
-"""
+""",
+    settings={"cases": 24},
+)

@@ -1,17 +1,9 @@
-# ruff: noqa: E501 - tables
-"""Layers of a picture: whether they add up, and what the truth beside them is worth.
-
-    python3 dev.py run -m benchmarks layers [--folder DIR]
-
-writes docs/measured/layers.md.
-"""
+"""Layers of a picture: whether they add up, and what the truth beside them is worth."""
 
 from __future__ import annotations
 
-import argparse
 import json
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,8 +17,8 @@ from ..uw_spectral.imaging.formation_fit import BLACK, FormationFit, fit_formati
 from ..uw_spectral.imaging.image_formation import FormationCurves
 from ._jobs import rendered_seconds
 from ._layer_scenes import BEFORE, FAR, NEAR, targets
+from .runner import Ask, Page, Target, table
 
-PAGE = Path(__file__).resolve().parent.parent / "docs" / "measured" / "layers.md"
 WATER, FARTHEST = "jerlov:II", 6.5
 RANGES = tuple(np.geomspace(0.4, FARTHEST, 24).tolist())
 _SHARED = [
@@ -73,16 +65,6 @@ def frame_seconds(blend: Path, out: Path, *options: str, layers: str) -> float:
         for last in (1, 1 + _FRAMES)
     )
     return (all_of_them - first) / _FRAMES
-
-
-def cost(blend: Path, out: Path, *options: str) -> str:
-    """Return a row of the table of costs: a frame without layers, and with all over that."""
-    size = ("--resolution", *_FRAME.split("x"))
-    plain, whole = (
-        frame_seconds(blend, out / (layers or "none"), *options, *size, layers=layers)
-        for layers in ("", "all")
-    )
-    return f"{plain:.2g} s | {whole / plain:.2f} |"
 
 
 def found(out: Path) -> Rendered:
@@ -155,10 +137,6 @@ def _share(x: float) -> str:
     return f"{100 * x:.2g} %"
 
 
-def _sums(name: str, error: NDArray[np.float64]) -> str:
-    return f"| {name} | {np.median(error):.1e} | {np.percentile(error, 95):.1e} |"
-
-
 def _left(frame: Rendered) -> tuple[float, float]:
     """Errors of T against exp(-c z), and of D / J against T where more than e^-3 is left."""
     layers = frame.layers
@@ -186,8 +164,10 @@ def _against_own_light(frame: FrameLayers, fit: FormationFit) -> float:
     return float(np.abs(found * z[:, None] / -np.log(T) - 1.0).max())
 
 
-def measure(folder: Path) -> str:
-    """Render everything into a folder and return the page."""
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render everything."""
+    folder = ask.folder
+    folder.mkdir(parents=True, exist_ok=True)
     blend = folder / "targets.blend"
     middle = targets(blend, RANGES)
     eevee = ("--engine", "eevee", "--samples", "16")
@@ -195,100 +175,92 @@ def measure(folder: Path) -> str:
     far, near = found(folder / "bands" / FAR), found(folder / "bands" / NEAR)
     render(blend, folder / "realtime", *eevee, "--mode", "realtime", "--camera", FAR)
     realtime = found(folder / "realtime")
-    render(blend, folder / "cycles", "--samples", "64", "--camera", FAR)
+    render(blend, folder / "cycles", "--samples", str(ask.samples), "--camera", FAR)
     cycles = found(folder / "cycles")
-    sums = [
-        _sums("bands, each band", sum_error(far.layers, bands=True)),
-        _sums("bands, the sensor's channels", sum_error(far.layers, bands=False)),
-        _sums("real-time, the sensor's channels", sum_error(realtime.layers, bands=False)),
-    ]
+    sums = {
+        "bands, each band": sum_error(far.layers, bands=True),
+        "bands, the sensor's channels": sum_error(far.layers, bands=False),
+        "real-time, the sensor's channels": sum_error(realtime.layers, bands=False),
+    }
     exact, left = _left(far)
     same, taken = _against_no_water(far, near, middle)
-    in_bands = fit_errors(fitted(far.layers, bands=True), band_curves(far.truth))
     of_sensor = fitted(far.layers, bands=False)
-    in_channels = fit_errors(of_sensor, read_formation(far.path))
+    fits = {
+        "each band": fit_errors(fitted(far.layers, bands=True), band_curves(far.truth)),
+        "the sensor's channels": fit_errors(of_sensor, read_formation(far.path)),
+    }
     greys = [mask for name, mask in squares(far.layers).items() if name.startswith("grey")]
-    traced = [
-        cycles.layers.bands("J")[m].mean(axis=0) / far.layers.bands("J")[m].mean(axis=0)
-        for m in greys
-    ]
-    ratio = np.array(traced)[np.exp(-far.c.max() * np.array(RANGES[: len(traced)])) > 0.1]
-    costs = [
-        f"| {name} | {cost(blend, folder / 'cost' / name.split()[0], *options)}"
-        for name, options in {
-            "real-time, EEVEE, 16 samples": (*eevee, "--mode", "realtime", "--camera", FAR),
-            "bands, EEVEE, 16 samples": (*eevee, "--mode", "bands", "--camera", FAR),
-            "cycles, 16 samples": ("--samples", "16", "--camera", FAR),
-        }.items()
-    ]
-    return _PAGE.format(
-        costs="\n".join(costs),
-        size=_FRAME.replace("x", " × "),
-        frames=_FRAMES,
-        water=WATER,
-        farthest=FARTHEST,
-        sums="\n".join(sums),
-        exact=f"{exact:.0e}",
-        left=_share(left),
-        same=_share(same),
-        taken=_share(taken),
-        before=f"{100 * BEFORE:g} cm",
-        bands="|".join(f" {_share(x)} " for x in in_bands),
-        channels="|".join(f" {_share(x)} " for x in in_channels),
-        traced=f"{ratio.mean():.3f}±{ratio.std() / np.sqrt(ratio.size):.3f}",
-        own=_share(_against_own_light(far.layers, of_sensor)),
-    )
+    ratio = np.array([
+        np.divide(*(x.layers.bands("J")[mask].mean(axis=0) for x in (cycles, far)))
+        for mask in greys
+    ])[np.exp(-far.c.max() * np.array(RANGES[: len(greys)])) > 0.1]  # fmt: skip
+    costs = []
+    for name, options in {
+        "real-time, EEVEE": (*eevee, "--mode", "realtime"),
+        "bands, EEVEE": (*eevee, "--mode", "bands"),
+        "cycles": ("--samples", "16"),
+    }.items():
+        out, size = folder / "cost" / name.split(",")[0], ("--resolution", *_FRAME.split("x"))
+        plain, whole = (
+            frame_seconds(blend, out / (x or "none"), *options, "--camera", FAR, *size, layers=x)
+            for x in ("", "all")
+        )
+        costs.append([f"{name}, 16 samples", f"{plain:.2g} s", f"{whole / plain:.2f}"])
+    errors = list(sums.values())
+    return {
+        "sums": table(("EEVEE", "median", "95 %"), [
+            [name, f"{np.median(x):.1e}", f"{np.percentile(x, 95):.1e}"] for name, x in sums.items()
+        ]),
+        "median": max(float(np.median(x)) for x in errors),
+        "most": max(float(np.percentile(x, 95)) for x in errors),
+        "exact": f"{exact:.0e}", "left": _share(left), "same": _share(same), "taken": _share(taken),
+        "traced": f"{ratio.mean():.3f} ± {ratio.std() / np.sqrt(ratio.size):.3f}",
+        "fits": table(("", "β_D", "β_B", "B∞"),
+                      [[name, *map(_share, x)] for name, x in fits.items()]),
+        "fitted": 100 * max(fits["each band"]),
+        "own": _share(_against_own_light(far.layers, of_sensor)),
+        "costs": table(("", "without", "all layers"), costs),
+    }  # fmt: skip
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Measure and write the page."""
-    parser = argparse.ArgumentParser(prog="layers", description=__doc__)
-    parser.add_argument("--folder", type=Path, help="where to keep what is rendered")
-    folder = parser.parse_args(arguments).folder
-    with tempfile.TemporaryDirectory() as temporary:
-        where = folder or Path(temporary)
-        where.mkdir(parents=True, exist_ok=True)
-        PAGE.write_text(measure(where), encoding="utf-8")
-
-
-_PAGE = """\
-# Layers of a picture
-
-Written by `python3 dev.py run -m benchmarks layers`; the layers:
-[researcher.md](../researcher.md#layers). Black and grey squares at 24 ranges of 0.4 to {farthest}
-m, camera at 5 m depth, Jerlov II (`{water}`), 6 bands, Nikon D7000.
+PAGE = Page(
+    "Layers of a picture",
+    """
+The layers: [researcher.md](../researcher.md#layers). Black and grey squares at 24 ranges of 0.4 to
+6.5 m, camera at 5 m depth, Jerlov II (`jerlov:II`), 6 bands, Nikon D7000.
 
 ## They add up
-|D + B + F - I| / I of all pixels; wanted are 10⁻³ for the median, 10⁻² for 95 %. EEVEE keeps 11 bits of each layer.
+Of all pixels: |D + B + F - I| / I. EEVEE keeps 11 bits of each layer.
 
-| EEVEE | median | 95 % |
-|---|---|---|
 {sums}
 
 In Cycles they add up by construction.
 
 ## They are what they are called
 - T of a band is e^(-cz) within {exact}, D / J as drawn within {left} where more than e⁻³ is left.
-- J of a grey square against the image from {before} before it: {same} apart, of which those
-  {before} take {taken}.
+- J of a grey square against the image from 2 cm before it: {same} apart, of which those 2 cm take
+  {taken}.
 - J by Cycles over J by EEVEE: {traced}.
 
 ## The image alone gives the truth's coefficients
-`fit_formation` on the image and the range layer; largest error at any range against the JSON beside it. Wanted are 2 %.
+`fit_formation` on the image and the range layer; largest error at any range against the JSON beside
+it. Wanted are 2 %.
 
-| | β_D | β_B | B∞ |
-|---|---|---|---|
-| each band |{bands}|
-| the sensor's channels |{channels}|
+{fits}
 
 The truth's β_D is of grey on a level surface; against the layer T of the same upright squares β_D
 of the channels is within {own}.
 
 ## What they cost
-CPU time of a frame of {size} pixels, mean of {frames} after the first, and that with all layers over that without any, in
-one run.
+CPU time of a frame of 320 × 180 pixels, mean of 7 after the first, and that with all layers over
+that without any, in one run.
 
-| | without | all layers |
-|---|---|---|
 {costs}
-"""
+""",
+    (
+        Target("|D + B + F - I| / I, median", "median", 1e-3),
+        Target("the same, 95 %", "most", 1e-2),
+        Target("coefficients of each band, worst, %", "fitted", 2.0),
+    ),
+    {"samples": 64},
+)

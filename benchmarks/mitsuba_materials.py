@@ -1,20 +1,16 @@
 """Materials under water by Cycles, by EEVEE and by Mitsuba 3.
 
-    python3 dev.py run -m benchmarks mitsuba_materials [--seeds N] [--samples N] [--quick]
-
 Three balls and a pane in the water of one scene, whose radiances are compared thing by thing. In
 Mitsuba the interfaces have the indices of both sides: 1.5 in 1.34. The sun is a disc wide enough
-for paths through glass to find it. Writes docs/measured/mitsuba_materials.md.
+for paths through glass to find it.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import ModuleType
 
 import bpy
@@ -40,6 +36,7 @@ from .mitsuba_reference import (
     mitsuba_scene,
     sky_picture,
 )
+from .runner import Ask, Page, table
 
 _DEPTH = 4.0  # of the camera, m
 # From the camera. The pane stands lower, so that the floor is seen through it.
@@ -57,21 +54,6 @@ PLACES = (DIFFUSE, METAL, PLASTIC, PANE, SHADE, REST)
 """What is compared: pixels that show a thing, or the floor."""
 CYCLES, STRAIGHT, EEVEE = "Cycles", "Cycles, sun straight through", "EEVEE"
 MITSUBA, INNER = "Mitsuba", "Mitsuba, roughplastic"
-
-_COMPARED = """
-## What is compared
-
-- Metal: Principled, *GGX*; *Multiscatter GGX* adds up to 1 %. Plastic: index 1.5; in Mitsuba a
-  mirror over a matte base, or its *roughplastic*. Of what it mirrors EEVEE draws the sun only:
-  the dark ball is too dark.
-- Pane: glass 6 cm thick. Under a surface Cycles lets sunlight straight through; what is traced
-  comes by few paths.
-- EEVEE is too bright in the far red, as in [grey_scene.md](grey_scene.md).
-- With *indices in water* off the plastic ball is 36/44/50 % brighter in Cycles, the pane 5/5/12
-  %.
-
-Repeat: `python3 dev.py run -m benchmarks mitsuba_materials`
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +80,7 @@ class Measured:
         mean = (weights * ratio).sum(axis=-1)
         return mean, mean * np.hypot(*errors)
 
-    def rows(self, one: str, other: str, places: Sequence[str]) -> list[str]:
+    def rows(self, one: str, other: str, places: Sequence[str]) -> list[list[str]]:
         """Rows of a table in per cent: by band, and of all."""
         found = np.stack(self.ratio(one, other), axis=-1)
         every = np.stack(self.of_all_bands(one, other), axis=-1)
@@ -107,9 +89,7 @@ class Measured:
             cells = [f"{100 * (r - 1):+.1f}±{100 * e:.1f}" for r, e in (*bands, mean)]
             cells[-1] = f"**{cells[-1]}**"
             if place in places:
-                rows.append(
-                    f"| {place} | {one if other == MITSUBA else other} | {' | '.join(cells)} |"
-                )
+                rows.append([place, one if other == MITSUBA else other, *cells])
         return rows
 
 
@@ -307,7 +287,7 @@ def _cycles(
         yield engine
 
 
-def measure(seeds: int, samples: int, variant: str) -> Measured:
+def measured(seeds: int, samples: int, variant: str) -> Measured:
     """Render the scene by all; Mitsuba takes twice the samples of Cycles."""
     plan = plan_for(samples)
     camera = build_scene()
@@ -356,46 +336,40 @@ def measure(seeds: int, samples: int, variant: str) -> Measured:
     return Measured(np.array(plan.bands.centres), by)
 
 
-def report(measured: Measured, seeds: int, samples: int, variant: str) -> str:
-    """Return the page as Markdown."""
-    pairs = (
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render and compare."""
+    found = measured(ask.seeds, ask.samples, ask.variant)
+    rows = []
+    for one, other, places in (
         (CYCLES, MITSUBA, PLACES),
         (STRAIGHT, MITSUBA, (SHADE,)),
         (CYCLES, INNER, (PLASTIC,)),
         (EEVEE, MITSUBA, PLACES),
-    )
-    centres = " | ".join(f"{c:.0f} nm" for c in measured.bands)
-    above = f"{grey_scene.ABOVE_FLOOR:g} m"
-    lines = [
-        "# Materials under water: Cycles and EEVEE against Mitsuba 3",
-        "",
-        f"Three balls and a leaning pane in Jerlov IB (HG 0.85), {WIDTH} × {HEIGHT} pixels, camera",
-        f"{_DEPTH:g} m deep, {above} above a grey floor, no surface, clear sky, sun at 30°,",
-        f"{math.degrees(_SUN_WIDTH):.0f}° wide (in EEVEE 0.4°). Difference of the mean",
-        "radiance in %",
-        f"± the standard error of {seeds} seeds of {samples} samples in Cycles, {2 * samples} in",
-        f"Mitsuba (`{variant}`); EEVEE in band passes, one picture.",
-        "",
-        f"| what is seen | of | {centres} | all bands |",
-        "|---|---|" + "---|" * (len(measured.bands) + 1),
-    ]
-    for one, other, places in pairs:
-        lines += measured.rows(one, other, places)
-    return "\n".join(lines) + "\n" + _COMPARED
+    ):
+        rows += found.rows(one, other, places)
+    heads = ("what is seen", "of", *(f"{nm:.0f} nm" for nm in found.bands), "all bands")
+    return {"rows": table(heads, rows), "twice": 2 * ask.samples}
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Compare, and write docs/measured/mitsuba_materials.md."""
-    parser = argparse.ArgumentParser(prog="mitsuba_materials")
-    parser.add_argument("--seeds", type=int, default=10, help="of each renderer, at least 2")
-    parser.add_argument("--samples", type=int, default=96, help="of Cycles, per seed")
-    parser.add_argument("--variant", default="scalar_rgb", help="of Mitsuba")
-    parser.add_argument("--quick", action="store_true", help="prints the report only")
-    options = parser.parse_args(arguments)
-    sampling = (options.seeds, options.samples, options.variant)
-    text = report(measure(*sampling), *sampling)
-    if options.quick:
-        print(text)
-    else:
-        docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
-        (docs / "mitsuba_materials.md").write_text(text, encoding="utf-8")
+PAGE = Page(
+    "Materials under water: Cycles and EEVEE against Mitsuba 3",
+    """
+Three balls and a leaning pane in Jerlov IB (HG 0.85), 90 × 54 pixels, camera 4 m deep, 3 m above a
+grey floor, no surface, clear sky, sun at 30°, 10° wide (in EEVEE 0.4°). Difference of the mean
+radiance in % ± the standard error of {seeds} seeds of {samples} samples in Cycles, {twice} in
+Mitsuba (`{variant}`); EEVEE in band passes, one picture.
+
+{rows}
+
+## What is compared
+
+- Metal: Principled, *GGX*; *Multiscatter GGX* adds up to 1 %. Plastic: index 1.5; in Mitsuba a
+  mirror over a matte base, or its *roughplastic*. Of what it mirrors EEVEE draws the sun only: the
+  dark ball is too dark.
+- Pane: glass 6 cm thick. Under a surface Cycles lets sunlight straight through; what is traced
+  comes by few paths.
+- EEVEE is too bright in the far red, as on the [grey scene](realtime_accuracy.md).
+- With *indices in water* off the plastic ball is 36/44/50 % brighter in Cycles, the pane 5/5/12 %.
+""",
+    settings={"seeds": 10, "samples": 96, "variant": "scalar_rgb"},
+)

@@ -1,23 +1,17 @@
 """Mitsuba 3 against Cycles: the same grey scene by two independent path tracers.
 
-    python3 dev.py run -m benchmarks mitsuba_reference [--keep DIR] [--quick]
-
-Both render every band of :mod:`.grey_scene` with several seeds; a z-test over
-blocks of pixels asks whether they differ by more than their noise. Mitsuba gets
-the default phase function as a table, with the forward peak bounded as Cycles
-has it, and the clear sky as a picture of it. Writes docs/measured/mitsuba.md.
-``--variant llvm_ad_mono`` compiles Mitsuba's loops for the CPU; it needs LLVM
+A z-test over blocks of pixels asks whether they differ by more than their noise. Mitsuba gets the
+default phase function as a table, with the forward peak bounded as Cycles has it, and the clear sky
+as a picture of it. The variant ``llvm_ad_mono`` compiles Mitsuba's loops for the CPU; it needs LLVM
 16 or later, named by the variable DRJIT_LIBLLVM_PATH.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from types import ModuleType
 
 import bpy
@@ -26,13 +20,13 @@ from numpy.typing import NDArray
 
 from ..scene.water import water_body
 from ..settings.render_plan import RenderPlan
-from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bounded_peak import bound_forward_peak
 from ..uw_spectral.water.phase import HenyeyGreenstein
 from . import grey_scene
 from .grey_scene import CLEAR, PAPERS, Light
+from .runner import Ask, Page, table
 
 WIDTH, HEIGHT = 90, 54
 _BLOCK = 9
@@ -128,30 +122,6 @@ class Comparison:
             relative = means.var(axis=0, ddof=1) / means.mean(axis=0) ** 2
             costs.append(renders.seconds * float(np.median(relative)))
         return costs[1] / costs[0]
-
-    def save(self, path: Path) -> None:
-        """Keep the renders in a file; :meth:`load` reads it."""
-        with replacing(path) as temporary, temporary.open("wb") as file:
-            np.savez_compressed(
-                file,
-                water=self.water,
-                light=[self.light.phase, self.light.illuminant, self.light.sky],
-                facts=[self.depth, self.cycles.seconds, self.mitsuba.seconds],
-                cycles=self.cycles.images.astype(np.float32),
-                mitsuba=self.mitsuba.images.astype(np.float32),
-            )
-
-    @classmethod
-    def load(cls, path: Path) -> Comparison:
-        """Read what :meth:`save` wrote."""
-        with np.load(path) as kept:
-            depth, *seconds = (float(x) for x in kept["facts"])
-            renders = [
-                Renders(kept[name].astype(np.float64), taken)
-                for name, taken in zip(("cycles", "mitsuba"), seconds, strict=True)
-            ]
-            light = Light(*(str(x) for x in kept["light"]))
-            return cls(str(kept["water"]), depth, light, *renders)
 
 
 def mean_and_error(
@@ -289,104 +259,74 @@ def mitsuba_scene(
     }
 
 
-def measure(
-    water: str,
-    depth: float,
-    light: Light,
-    bands: int,
-    seeds: int,
-    samples: int,
-    variant: str,
-) -> Comparison:
+def _compared(water: str, depth: float, light: Light, ask: Ask) -> Comparison:
     """Render one combination by both renderers; Mitsuba takes twice the samples of Cycles."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
-    plan = plan_for(water, depth, bands, light)
+    plan = plan_for(water, depth, ask.bands, light)
     extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
-    mitsuba = load_mitsuba(variant)
+    mitsuba = load_mitsuba(ask.variant)
     scenes = [
         mitsuba.load_dict(mitsuba_scene(mitsuba, plan, band, depth, extent.half_width))
-        for band in range(bands)
+        for band in range(ask.bands)
     ]
 
     def render(seed: int) -> NDArray[np.float64]:
         # Seeds of bands differ, so that their noise is independent.
         images = [
-            np.array(mitsuba.render(scene, spp=2 * samples, seed=seed * bands + band))
+            np.array(mitsuba.render(scene, spp=2 * ask.samples, seed=seed * ask.bands + band))
             for band, scene in enumerate(scenes)
         ]
         return np.stack([image[..., 0] for image in images], axis=-1)
 
-    return Comparison(
-        water,
-        depth,
-        light,
-        _renders(lambda seed: grey_scene.cycles_image(plan, camera, samples, seed), seeds),
-        _renders(render, seeds),
-    )
+    def traced(seed: int) -> NDArray[np.float64]:
+        return grey_scene.cycles_image(plan, camera, ask.samples, seed)
+
+    name = f"{water} {depth:g} {light.phase.partition(':')[0]}"
+    both = [
+        Renders(kept[1:], float(kept[0].flat[0]))
+        for by, one in (("cycles", traced), ("mitsuba", render))
+        for kept in [ask.kept(f"{name} {by}", lambda one=one: _renders(one, ask.seeds))]
+    ]
+    return Comparison(water, depth, light, *both)
 
 
-def _renders(render: Callable[[int], NDArray[np.float64]], seeds: int) -> Renders:
+def _renders(render: Callable[[int], NDArray[np.float64]], seeds: int) -> NDArray[np.float64]:
+    """Images of seeds after one that is filled with the CPU seconds of each."""
     images, seconds = [], []
     for seed in range(1, seeds + 1):
         start = time.process_time()
         images.append(render(seed))
         seconds.append(time.process_time() - start)
-    return Renders(np.stack(images), float(np.median(seconds[1:])))
+    return np.stack([np.full_like(images[0], np.median(seconds[1:])), *images])
 
 
-def report(comparisons: Sequence[Comparison], samples: int, variant: str) -> str:
-    """Return the tables as Markdown."""
-    seeds, bands = len(comparisons[0].cycles.images), comparisons[0].cycles.images.shape[-1]
-    lines = [
-        "# Mitsuba 3 against Cycles",
-        "",
-        f"The [grey scene](grey_scene.md), {WIDTH} × {HEIGHT} pixels, {bands} bands, sun at",
-        "30°, no",
-        "surface, by two path tracers that share no code: Cycles and Mitsuba's `volpath`, default",
-        "phase function, [forward peak bounded](forward_peak.md), clear sky; one row has",
-        "HG 0.8 and",
-        f"a black sky. {seeds} seeds each, of {samples} samples in Cycles and {2 * samples} in",
-        f"Mitsuba (`{variant}`).",
-        "",
-        f"z: difference of the means of a block of {_BLOCK} × {_BLOCK} pixels in a band over its",
-        "standard error; renderers that agree give 4.6 % beyond 2, 0.27 % beyond 3, a mean square",
-        f"of 1. Left out are blocks of surfaces that fewer than {_FEWEST_RAYS} rays per seed reach",
-        "where water absorbs more than it scatters, but for the last mean z². *Speed*: CPU time",
-        "of Mitsuba over that of Cycles for the same variance of a block.",
-        "",
-        "| water | depth | values | > 2 | > 3 | mean z² | all blocks | speed | Mitsuba / Cycles |",
-        "|---" * 9 + "|",
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Compare every combination."""
+    found = [_compared(*each, ask) for each in COMBINATIONS[: ask.cases]]
+    every = [(c.z(), c.has_normal_noise(2 * ask.samples)) for c in found]
+    overall = [_overall_ratio(c) for c in found]
+    rows = [
+        [*c.title.split(" | "), *_z_cells(*z), f"{c.speed():.2f}", f"{ratio:.4f}±{error:.4f}"]
+        for c, z, (ratio, error) in zip(found, every, overall, strict=True)
     ]
-    every = [(c.z(), c.has_normal_noise(2 * samples)) for c in comparisons]
-    overall = [_overall_ratio(c) for c in comparisons]
-    for c, (z, chosen), (ratio, error) in zip(comparisons, every, overall, strict=True):
-        cells = f"{_z_cells(z, chosen)} | {c.speed():.2f} | {ratio:.4f}±{error:.4f}"
-        lines.append(f"| {c.title} | {cells} |")
-    ours = [c.light == CLEAR for c in comparisons]
+    ours = [c.light == CLEAR for c in found]
     weights = np.array([own * error**-2 for own, (_, error) in zip(ours, overall, strict=True)])
     mean = float(weights @ [ratio for ratio, _ in overall] / weights.sum())
     every = [z for own, z in zip(ours, every, strict=True) if own]
     cells = _z_cells(*(np.concatenate(x) for x in zip(*every, strict=True)))
-    lines += [
-        f"| **all with a clear sky** | | {cells} | | **{mean:.4f}±{weights.sum() ** -0.5:.4f}** |",
-        "",
-        "In IB from 475 to 575 nm -0.5 ± 0.2 % is not explained; the solver agrees with",
-        "Cycles over",
-        "the floor to 0.2 %. In 3C at 9 m few paths carry a block. Cycles leaves the sky",
-        "to rays that",
-        "meet it: when it sampled the sky, it was 1 to 2 % too bright with two lobes in the water.",
-    ]
-    return "\n".join(
-        [*lines, "", "Repeat: `python3 dev.py run -m benchmarks mitsuba_reference`", ""]
-    )
+    off = f"**{mean:.4f}±{weights.sum() ** -0.5:.4f}**"
+    rows.append(["**all with a clear sky**", "", *cells, "", off])
+    heads = ("water", "depth", "values", "> 2", "> 3", "mean z²", "all blocks", "speed",
+             "Mitsuba / Cycles")  # fmt: skip
+    return {"rows": table(heads, rows), "twice": 2 * ask.samples}
 
 
-def _z_cells(every: NDArray[np.float64], chosen: NDArray[np.bool_]) -> str:
+def _z_cells(every: NDArray[np.float64], chosen: NDArray[np.bool_]) -> list[str]:
     z = every[chosen]
     beyond = [100 * float(np.mean(np.abs(z) > limit)) for limit in (2, 3)]
-    squares = f"{np.mean(z**2):.2f} | {np.mean(every**2):.2f}"
-    return f"{z.size} | {beyond[0]:.1f} % | {beyond[1]:.2f} % | {squares}"
+    squares = [f"{np.mean(x**2):.2f}" for x in (z, every)]
+    return [str(z.size), f"{beyond[0]:.1f} %", f"{beyond[1]:.2f} %", *squares]
 
 
 def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
@@ -403,41 +343,24 @@ def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
     return float(ratio), float(ratio * np.hypot(errors[0] / means[0], errors[1] / means[1]))
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Compare every combination and write docs/measured/mitsuba.md."""
-    parser = argparse.ArgumentParser(prog="mitsuba_reference")
-    parser.add_argument("--bands", type=int, default=6)
-    parser.add_argument("--seeds", type=int, default=6, help="of each renderer, at least 4")
-    parser.add_argument("--samples", type=int, default=16, help="of Cycles, per seed")
-    parser.add_argument("--variant", default="scalar_rgb", help="of Mitsuba")
-    parser.add_argument("--quick", action="store_true", help="one combination; writes no report")
-    parser.add_argument(
-        "--keep",
-        type=Path,
-        default=Path("out/mitsuba"),
-        help="folder of finished combinations; delete it to measure again",
-    )
-    options = parser.parse_args(arguments)
-    options.keep.mkdir(parents=True, exist_ok=True)
-    sampling = (options.bands, options.seeds, options.samples, options.variant)
-    comparisons = []
-    for water, depth, light in COMBINATIONS[: 1 if options.quick else None]:
-        name = "_".join(str(x) for x in (*sampling, light.phase.replace(":", "")))
-        kept = options.keep / f"{water}_{depth:g}m_{name}.npz"
-        if not kept.exists():
-            measure(water, depth, light, *sampling).save(kept)
-        last = Comparison.load(kept)
-        comparisons.append(last)
-        ratio, error = _overall_ratio(last)
-        z = last.z()[last.has_normal_noise(2 * options.samples)]
-        print(
-            f"{water} {depth:g} m, {light.title}: Mitsuba/Cycles {ratio:.4f}±{error:.4f}, "
-            f"mean z² {np.mean(z**2):.2f}, equal-error CPU {last.speed():.2f}",
-            flush=True,
-        )
-    text = report(comparisons, options.samples, options.variant)
-    if options.quick:
-        print(text)
-    else:
-        docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
-        (docs / "mitsuba.md").write_text(text, encoding="utf-8")
+PAGE = Page(
+    "Mitsuba 3 against Cycles",
+    """
+The [grey scene](realtime_accuracy.md), 90 × 54 pixels, {bands} bands, sun at 30°, no surface, by
+two path tracers that share no code: Cycles and Mitsuba's `volpath`, default phase function,
+[forward peak bounded](reference_cost.md), clear sky; one row has HG 0.8 and a black sky. {seeds}
+seeds each, of {samples} samples in Cycles and {twice} in Mitsuba (`{variant}`).
+
+z: difference of the means of a block of 9 × 9 pixels in a band over its standard error; renderers
+that agree give 4.6 % beyond 2, 0.27 % beyond 3, a mean square of 1. Left out are blocks of surfaces
+that fewer than 10 rays per seed reach where water absorbs more than it scatters, but for the last
+mean z². *Speed*: CPU time of Mitsuba over that of Cycles for the same variance of a block.
+
+{rows}
+
+In IB from 475 to 575 nm -0.5 ± 0.2 % is not explained; the solver agrees with Cycles over the floor
+to 0.2 %. In 3C at 9 m few paths carry a block. Cycles leaves the sky to rays that meet it: when it
+sampled the sky, it was 1 to 2 % too bright with two lobes in the water.
+""",
+    settings={"bands": 6, "seeds": 6, "samples": 16, "variant": "scalar_rgb", "cases": 99},
+)

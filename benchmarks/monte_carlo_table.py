@@ -1,47 +1,35 @@
-"""The Monte Carlo against published problems, and the closed form against the Monte Carlo.
-
-Writes docs/measured/monte_carlo.md.
-"""
+"""The Monte Carlo against published problems, and the closed form against the Monte Carlo."""
 
 from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
-from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
-from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
+from ..uw_spectral.transfer.radiance_field import upwelling_irradiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
+from ..validation.canonical_problems import INDEX, canonical_values, phase_of
 from ..validation.monte_carlo import MonteCarloResult, simulate
-from . import monte_carlo_speed
-from ._canonical import INDEX, canonical_values, phase_of
-from .path_radiance_table import AZIMUTHS, ROOT
+from .runner import Ask, Page, table
 
 PHASES = ("hg:0.8", "fournier-forand:1.10,0.0183")
 WATERS = ("I", "IA", "IB", "II", "3C")
 WAVELENGTHS = (450.0, 550.0)
 FLOORS = (0.0, 0.2)
 CAMERA, FLOOR_DEPTH, DEPTHS = 5.0, 8.0, (1.0, 3.0, 5.0, 7.5)
-DISTANCES = (2.0, 5.0, math.inf)
-CONE = 5.0
-WELL_KNOWN = 0.03
-VIEWS = {
-    "up": (-0.97, -0.87, -0.71, -0.5, -0.26),
-    "level": (-0.08, -0.05, 0.05, 0.08),
-    "down": (0.26, 0.5, 0.71, 0.87, 0.97),
-}
 
 # Irradiance of the closed form → that of the Monte Carlo, and how it is computed.
 QUANTITIES = {
@@ -157,38 +145,6 @@ def irradiances(photons: int, threads: int = 1) -> list[dict]:
     return rows
 
 
-def radiances(water: str, phase_name: str, r: float, photons: int, threads: int = 1) -> list[dict]:
-    """Compare the path radiances of the closed form with the Monte Carlo in one water.
-
-    Returns
-    -------
-    list of dict
-        One row per number: truth, value, and the standard error of the truth.
-    """
-    column, phase, closed = _case(water, phase_name, r)
-    rays = [
-        (view, w_y, azimuth, P)
-        for view, cosines in VIEWS.items()
-        for w_y, azimuth, P in itertools.product(cosines, AZIMUTHS, DISTANCES)
-    ]
-    views = [(CAMERA, _direction(w_y, azimuth), P) for _, w_y, azimuth, P in rays]
-    result = simulate(column, phase, views=views, photons=photons, threads=threads, cone=CONE)
-    rows = []
-    for i, (view, w_y, _, P) in enumerate(rays):
-        w = views[i][1]
-        end = float(np.minimum(P, distance_in_water(CAMERA, w_y, FLOOR_DEPTH)))
-        depth = min(max(CAMERA + w_y * end, 0.0), FLOOR_DEPTH)
-        value = UndisturbedWater(closed, index=INDEX).surface(CAMERA, depth, w, end, 0.0).total
-        case = {"water": water, "phase": phase_name, "r": r, "view": view}
-        rows += [case | row for row in _rows(result, "L", i, value)]
-    return rows
-
-
-def _direction(w_y: float, azimuth: float) -> tuple[float, float, float]:
-    across = math.sqrt(1 - w_y**2)
-    return (-across * math.cos(azimuth), -across * math.sin(azimuth), -w_y)
-
-
 def _rows(result: MonteCarloResult, name: str, i: int, values: np.ndarray) -> list[dict]:
     estimate = getattr(result.total, name)
     return [
@@ -202,139 +158,65 @@ def differences(rows: list[dict]) -> np.ndarray:
     return np.array([abs(row["value"] / row["truth"] - 1) for row in rows])
 
 
-def _well_known(rows: list[dict]) -> list[dict]:
-    return [row for row in rows if row["error"] < WELL_KNOWN * row["truth"]]
-
-
-def _noise(rows: list[dict]) -> float:
-    return float(np.median([row["error"] / row["truth"] for row in rows]))
-
-
 def _spread(rows: list[dict]) -> str:
     found = differences(rows) * 100
     return f"{np.median(found):.1f}/{np.percentile(found, 90):.1f}/{found.max():.1f}"
 
 
-def _canonical_lines(photons: int) -> list[str]:
-    lines = ["| problem, case | Ed | Eou | Lu |", "|---|---|---|---|"]
-    met = []
+def _published() -> tuple[str, list[list[str]]]:
+    rows, met = [], []
     for problem, case in ((1, 1), (1, 2), (2, 1), (2, 2), (6, 1)):
-        found = canonical(problem, case, photons if case == 1 else photons // 5)
+        found = canonical(problem, case, PUBLISHED_PHOTONS // (1 if case == 1 else 5))
         met += [abs(x.difference) <= x.tolerance for x in found]
         cells = [
             "/".join(f"{100 * x.difference:+.2f}" for x in found if x.quantity == name)
             for name in ("Ed", "Eou", "Lu")
         ]
-        lines.append(f"| {problem}, {case} | {' | '.join(cells)} |")
-    return [f"{sum(met)} of {len(met)} are within the tolerance.", "", *lines]
+        rows.append([f"{problem}, {case}", *cells])
+    return f"{sum(met)} of {len(met)}", rows
 
 
-def published_section(_photons: int, _threads: int) -> str:
-    """Measure the canonical problems."""
-    newline = "\n"
-    return f"""## {PUBLISHED}
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Trace the problems, irradiances and path radiances."""
+    within, published = _published()
+    every = irradiances(IRRADIANCE_PHOTONS, ask.threads)
+    irradiance = []
+    for phase, quantity in itertools.product(PHASES, QUANTITIES):
+        mine = [x for x in every if (x["phase"], x["quantity"]) == (phase, quantity)]
+        cells = [_spread([x for x in mine if x["r"] == r]) for r in FLOORS]
+        irradiance.append([f"{phase}, {quantity}", *cells])
+    return {
+        "within": within,
+        "published": table(("problem, case", "Ed", "Eou", "Lu"), published),
+        "irradiance": table(("", *(f"floor {r:g}" for r in FLOORS)), irradiance),
+    }
+
+
+PAGE = Page(
+    "Monte Carlo",
+    """
+The solver is `validation.monte_carlo`; `python -m validation --help` lists its options.
+
+## Against published problems
 
 Canonical problems of Mobley et al. (1993), sun at 60°, black sky: difference from the published
 mean in % at τ = 1 / 5. Tolerance: three times the spread of their models or 1 %, 5 % for Lu (mean
 over a cone of 5°).
 
-{newline.join(_canonical_lines(PUBLISHED_PHOTONS))}
-"""
+{within} are within the tolerance.
 
+{published}
 
-def _cases(photons: int) -> str:
-    return f"""{", ".join(WATERS)} at {" and ".join(f"{x:g}" for x in WAVELENGTHS)} nm, flat
-surface, sun at 30°, black sky, floor at {FLOOR_DEPTH:g} m, {photons} photons in each case;
-none is left out."""
+## Irradiance of the closed form against the Monte Carlo
 
-
-def irradiance_section(_photons: int, threads: int) -> str:
-    """Measure the irradiances of the closed form."""
-    rows = irradiances(IRRADIANCE_PHOTONS, threads)
-    lines = [
-        f"| | {' | '.join(f'floor {r:g}' for r in FLOORS)} |",
-        "|---" * (1 + len(FLOORS)) + "|",
-    ]
-    for phase, quantity in itertools.product(PHASES, QUANTITIES):
-        mine = [x for x in rows if (x["phase"], x["quantity"]) == (phase, quantity)]
-        cells = [_spread([x for x in mine if x["r"] == r]) for r in FLOORS]
-        lines.append(f"| {phase}, {quantity} | {' | '.join(cells)} |")
-    newline = "\n"
-    return f"""## {IRRADIANCE}
-
-{_cases(IRRADIANCE_PHOTONS)}
-At {", ".join(f"{x:g}" for x in DEPTHS)} m, relative error in %, median/90 %/worst. Targets: Ed
-within 2 %, Eu within 5 %; the medians meet them, **not every case**. *Two streams* is
+I, IA, IB, II, 3C at 450 and 550 nm, flat surface, sun at 30°, black sky, floor at 8 m, 2000000
+photons in each case; none is left out. At 1, 3, 5, 7.5 m, relative error in %, median/90 %/worst.
+Targets: Ed within 2 %, Eu within 5 %; the medians meet them, **not every case**. *Two streams* is
 `LightField.Eu`, *integrated* `upwelling_irradiance`.
 
-{newline.join(lines)}
-"""
+{irradiance}
 
-
-def radiance_section(photons: int, threads: int) -> str:
-    """Measure the path radiance of the closed form."""
-    rows = []
-    for water, phase, r in itertools.product(WATERS, PHASES, FLOORS):
-        rows += radiances(water, phase, r, photons, threads)
-        print(water, phase, r, flush=True)
-    kinds = {
-        "all": rows,
-        f"known to {100 * WELL_KNOWN:g} %": _well_known(rows),
-        **{view: [x for x in rows if x["view"] == view] for view in VIEWS},
-    }
-    rays = [f"| | {' | '.join(PHASES)} |", "|---" * (1 + len(PHASES)) + "|"]
-    for name, some in kinds.items():
-        mine = [[x for x in some if x["phase"] == phase] for phase in PHASES]
-        cells = [f"{_spread(x)} ({100 * _noise(x):.1f})" for x in mine]
-        rays.append(f"| {name} | {' | '.join(cells)} |")
-    newline = "\n"
-    return f"""## {RADIANCE}
-
-The same waters, {photons} photons in each case.
-
-Camera at {CAMERA:g} m, three distances, fourteen elevations, three azimuths, a cone of {CONE:g}°:
-in %, median/90 %/worst, in brackets the Monte Carlo's standard error, below which nothing is
-told. Target: median at most 5 %, **missed**.
-
-{newline.join(rays)}
-"""
-
-
-def speed_section(_photons: int, _threads: int) -> str:
-    """Measure the speed."""
-    return f"""## {SPEED}
-
-{monte_carlo_speed.markdown()}
-"""
-
-
-PUBLISHED = "Against published problems"
-IRRADIANCE = "Irradiance of the closed form against the Monte Carlo"
-RADIANCE = "Path radiance of the closed form against the Monte Carlo"
-SPEED = "Speed"
-SECTIONS = {
-    "published": (PUBLISHED, published_section),
-    "irradiance": (IRRADIANCE, irradiance_section),
-    "radiance": (RADIANCE, radiance_section),
-    "speed": (SPEED, speed_section),
-}
-
-
-def main(arguments: list[str]) -> None:
-    """Measure and write docs/measured/monte_carlo.md; photons per case, threads, sections (all)."""
-    photons = int(float(arguments[0])) if arguments else 400_000
-    threads = int(arguments[1]) if len(arguments) > 1 else 1
-    wanted = arguments[2:] or list(SECTIONS)
-    path = ROOT / "docs" / "measured" / "monte_carlo.md"
-    old = path.read_text(encoding="utf-8").split("\n## ")[1:] if path.exists() else []
-    kept = {part.partition("\n")[0]: f"## {part.rstrip()}\n" for part in old}
-    text = """# Monte Carlo
-
-Written by `python3 dev.py run -m benchmarks monte_carlo_table`. The solver is
-`validation.monte_carlo`; `python -m validation --help` lists its options.
-"""
-    for name, (heading, measure) in SECTIONS.items():
-        measured = measure(photons, threads) if name in wanted else kept.get(heading, "")
-        text += f"\n{measured}" if measured else ""
-    path.write_text(text, encoding="utf-8")
-    print(text)
+The path radiance is held against discrete ordinates: [path_radiance.md](path_radiance.md).
+""",
+    settings={"threads": 1},
+)

@@ -1,17 +1,12 @@
-"""How steady EEVEE's pictures are while lamps move, and how long the update of a frame takes.
-
-``python3 dev.py run -m benchmarks moving_lamps`` writes docs/measured/moving_lamps.md. Takes a few
-minutes.
-"""
+"""How steady EEVEE's pictures are while lamps move, and how long the update of a frame takes."""
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import math
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,17 +14,16 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import stored_settings
 from ..scene.engines import engines
 from ..scene.seen import cameras, lamps
 from ..scene.seen.ray_casting import Meshes
 from ..scene.water import water_body
-from ..uw_spectral.spectra.spectral_image import read_exr, replacing
+from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
 from ._lamp_scenes import LitPlace, add_lamp, sand_room
+from .runner import Ask, Page, Target, spread, table
 
-_ROOT = Path(__file__).resolve().parent.parent
-_FRAMES, _STEP = 24, 0.05  # m
+_STEP = 0.05  # m
 _PLACES = ((-1.9, -0.2, 0.4), (0.5, -0.2, 0.4))  # of the lamps in the first frame, from the camera
 _TURN = (1.45, 0.0, 0.0)
 _SIZE, _SAMPLES = (48, 27), 16
@@ -60,23 +54,17 @@ class Moved:
         of_noise = math.sqrt(math.comb(2 * order, order) / math.comb(4, 2))
         return np.abs(np.diff(light, order, axis=0)) / mean / of_noise, water
 
-    def row(self) -> str:
-        """Write it as cells of a table: pixels, blocks, blocks of water, seconds."""
+    def cells(self) -> list[str]:
+        """Pixels, blocks, blocks of water, seconds."""
         (pixels, _), (blocks, water) = self.unsteady(1), self.unsteady(_BLOCK)
         jumps, _ = self.unsteady(_BLOCK, 4)
-        cells = [_cells(x) for x in (pixels, blocks, blocks[:, water], jumps)]
+        cells = [spread(100 * x, ".2f", (0.5, 0.95, 0.99, 1.0))
+                 for x in (pixels, blocks, blocks[:, water], jumps)]  # fmt: skip
         seconds = f"{np.median(self.seconds):.3f}/{self.seconds.max():.3f}"
-        return f"| {' | '.join(cells)} | {seconds} |"
+        return [*cells, seconds]
 
 
-def _cells(x: Array) -> str:
-    return "/".join(
-        f"{100 * y:.2f}"
-        for y in (np.median(x), np.quantile(x, 0.95), np.quantile(x, 0.99), x.max())
-    )
-
-
-def measure(frames: int = _FRAMES) -> Moved:
+def moved(frames: int) -> Moved:
     """Render the frames."""
     place = LitPlace("moving lamps", sand_room, _WATER)
     camera = place.open()
@@ -131,40 +119,34 @@ def _begun() -> Iterator[list[float]]:
         bpy.app.handlers.render_init.remove(note)
 
 
-def report(row: str) -> str:
-    """Return the page."""
-    width, height = _SIZE
-    return f"""# Lamps that move
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render the frames."""
+    found = moved(ask.frames)
+    blocks, _ = found.unsteady(_BLOCK)
+    heads = ("pixels", "blocks", "blocks of open water", "blocks, fourth differences", "update, s")
+    return {
+        "rows": table(heads, [found.cells()]), "median": 100 * float(np.median(blocks)),
+        "worst": 100 * float(blocks.max()), "seconds": float(np.median(found.seconds)),
+    }  # fmt: skip
 
-Written by `python3 dev.py run -m benchmarks moving_lamps`.
 
-Two spots move {_STEP * 100:g} cm a frame across the view, past a ball and a box, by night in
-{_WATER}: {_FRAMES} frames in EEVEE, {width} × {height} pixels. Unsteady is what a smooth curve is
-not: second differences of a pixel, or of a block of {_BLOCK} × {_BLOCK}, over its mean; fourth
-differences have less of what bends. Median/95 %/99 %/worst, %; CPU seconds of an update, median
-and worst.
+PAGE = Page(
+    "Lamps that move",
+    """
+Two spots move 5 cm a frame across the view, past a ball and a box, by night in II: {frames} frames
+in EEVEE, 48 × 27 pixels. Unsteady is what a smooth curve is not: second differences of a pixel, or
+of a block of 3 × 3, over its mean; fourth differences have less of what bends. Median/95 %/99
+%/worst, %; CPU seconds of an update, median and worst.
 
-| pixels | blocks | blocks of open water | blocks, fourth differences | update, s |
-|---|---|---|---|---|
-{row}
+{rows}
 
-Wanted were 1 % of blocks in the median, met, and 3 % at worst, and .1 s of a frame, **missed** (a
-busy machine; .08 s on one less loaded). Edges of Blender's own shadows and sand that the light
+The update took .08 s on a machine less busy. Edges of Blender's own shadows and sand that the light
 grazes change the most.
-"""
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Measure and write the page."""
-    parser = argparse.ArgumentParser(prog="moving_lamps")
-    parser.add_argument("--docs", type=Path, default=_ROOT / "docs" / "measured")
-    parser.add_argument("--keep", type=Path, help="file for the frames, .npy")
-    options = parser.parse_args(arguments)
-    if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
-        stored_settings.register()
-    moved = measure()
-    if options.keep:
-        np.save(options.keep, moved.frames)
-    print(moved.row(), flush=True)
-    with replacing(options.docs / "moving_lamps.md") as temporary:
-        temporary.write_text(report(moved.row()))
+""",
+    (
+        Target("blocks, median, %", "median", 1.0),
+        Target("worst block, %", "worst", 3.0),
+        Target("update of a frame, s", "seconds", 0.1),
+    ),
+    {"frames": 24},
+)

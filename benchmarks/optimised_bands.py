@@ -1,17 +1,12 @@
-"""Optimised against equal bands: colour error over all waters, cameras and films.
-
-``python3 dev.py run -m benchmarks optimised_bands`` writes docs/measured/optimised_bands.md.
-"""
+"""Optimised against equal bands: colour error over all waters, cameras and films."""
 
 from __future__ import annotations
 
 import functools
 import math
-import sys
 import time
 import warnings
-from collections.abc import Iterable, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +22,7 @@ from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
 from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker_reflectance, uplift
 from ..uw_spectral.spectra.sensor import Sensor, list_sensors, parse_sensor
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
+from .runner import Ask, Page, table
 
 TUNED_WATERS = ("I", "IB", "II", "3C")
 TUNED_SENSORS = ("cie1931", "Nikon D7000", "ARRI D21", "Canon EOS 5D Mark II")
@@ -124,7 +120,7 @@ def _placed(name: str, count: int) -> Bands:
     return optimised_bands(count, view).bands
 
 
-def measure() -> dict[_Case, _Errors]:
+def _measured() -> dict[_Case, _Errors]:
     """ΔE2000 of every case: each camera in each water, at one depth or more."""
     sensors = [parse_sensor(name) for name in list_sensors()]
     some = [s for i, s in enumerate(sensors) if i % 3 == 0 or s.name in TUNED_SENSORS]
@@ -134,7 +130,7 @@ def measure() -> dict[_Case, _Errors]:
             scene = _Scene(water, depth)
             for sensor in sensors if depth == _EVERY else some:
                 found[water, depth, sensor.name] = scene.errors(sensor)
-        print(f"{water}: {len(found)} cases", file=sys.stderr)
+        print(f"{water}: {len(found)} cases", flush=True)
     return found
 
 
@@ -155,11 +151,6 @@ def _chosen(found: dict[_Case, _Errors], label: str, **wanted: object) -> list[N
     ]
 
 
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
-    return [*lines, *(f"| {' | '.join(row)} |" for row in rows), ""]
-
-
 def _listed(parts: Iterable[str]) -> str:
     *first, last = parts
     return f"{', '.join(first)} and {last}"
@@ -175,10 +166,9 @@ def _spread(found: dict[_Case, _Errors], label: str, of: str, names: Sequence[st
     return f"{np.median(list(means.values())):.2f}/{means[most]:.2f} ({most})"
 
 
-def _times() -> list[tuple[int, float, float]]:
+def _times() -> str:
     """Process seconds of the search and of the fit, by number of bands."""
-    rows = []
-    eye = parse_sensor("cie1931")
+    said, eye = [], parse_sensor("cie1931")
     for count in (*_OPTIMISED, 12):
         search, fit = [], []
         for _ in range(3):
@@ -190,88 +180,78 @@ def _times() -> list[tuple[int, float, float]]:
             start = time.process_time()
             fitted_reduction(few, fine)
             fit.append(time.process_time() - start)
-        rows.append((count, min(search), min(fit)))
-    return rows
+        said.append(f"{count}: {min(search):.2f} and {min(fit):.3f}")
+    return ", ".join(said)
 
 
-def main(_: Sequence[str]) -> None:
-    """Write the report."""
+def measure(_: Ask) -> Mapping[str, object]:
+    """Try all cases."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DataWarning)
-        found = measure()
-        times = _times()
+        found, times = _measured(), _times()
     labels = [*(f"equal {n}" for n in _EQUAL), *(f"optimised {n}" for n in _OPTIMISED)]
     labels += [_HERE, _PLAIN, _SIXTY]
     sensors = list(dict.fromkeys(case[2] for case in found))
-    held_waters = [w for w in JERLOV_TYPES if w not in TUNED_WATERS]
-    held_sensors = [s for s in sensors if s not in TUNED_SENSORS]
+    held = {
+        "water": [w for w in JERLOV_TYPES if w not in TUNED_WATERS],
+        "sensor": [s for s in sensors if s not in TUNED_SENSORS],
+    }
 
-    def wins(few: str, many: str, **wanted: object) -> str:
-        pairs = zip(_chosen(found, few, **wanted), _chosen(found, many, **wanted), strict=True)
-        better = [float(a.mean() <= b.mean()) for a, b in pairs]
-        return f"{100 * np.mean(better):.0f} %"
-
-    def each(few: str) -> str:
-        return _listed(wins(few, "equal 16", depth=[d]) for d in _DEPTHS)
+    def wins(few: str, depth: float) -> str:
+        pairs = zip(*(_chosen(found, x, depth=[depth]) for x in (few, "equal 16")), strict=True)
+        return f"{100 * np.mean([float(a.mean() <= b.mean()) for a, b in pairs]):.0f} %"
 
     shown = ("equal 16", "optimised 6", "optimised 9")
+    tuned = {"water": TUNED_WATERS, "sensor": TUNED_SENSORS}
+    groups = {"tuned waters, tuned cameras": tuned, "held-out waters and cameras": held}
+    rows = [
+        [name, *(_cell(_chosen(found, label, **of)) for label in shown)]
+        for name, of in groups.items()
+    ]
+    for name, of, names in (("waters", "water", JERLOV_TYPES), ("cameras", "sensor", sensors)):
+        rows.append([name, *(_spread(found, label, of, names) for label in shown)])
     worst = max(found, key=lambda case: found[case]["optimised 6"].mean())
-    seconds = ", ".join(f"{n}: {search:.2f} and {fit:.3f}" for n, search, fit in times)
-    lines = [
-        f"""# Optimised bands
+    return {
+        "six": _listed(wins("optimised 6", d) for d in _DEPTHS),
+        "nine": _listed(wins("optimised 9", d) for d in _DEPTHS),
+        "count": len(sensors),
+        "cases": len(found),
+        "errors": table(
+            ("bands", *(f"{d:g} m" for d in _DEPTHS)),
+            [[x, *(_cell(_chosen(found, x, depth=[d])) for d in _DEPTHS)] for x in labels],
+        ),
+        "held": table(("", *shown), rows),
+        "worst": f"{worst[0]}, {worst[1]:g} m, {worst[2]}, "
+        f"{found[worst]['optimised 6'].mean():.2f} (16 equal bands "
+        f"{found[worst]['equal 16'].mean():.2f})",
+        "times": times,
+    }
 
-Target: 6 optimised bands at or below the error of 16 equal ones. Met in {each("optimised 6")} of
-the cases at {_listed(f"{d:g}" for d in _DEPTHS)} m; with 9 bands in {each("optimised 9")}. Near the
-surface six samples do not tell all colours apart; deeper down, where equal bands err most, they do.
 
-ΔE2000 against 150 equal bands, D65: {len(JERLOV_TYPES)} Jerlov waters and {len(sensors)} cameras,
-films and observers (all at {_EVERY:g} m, every third elsewhere), {len(found)} cases. Bands are
-placed for the eye with the sun at {_PLACED:g}°, weights fitted to 60 bands for camera and depth;
-seen, with the sun at {_SEEN:g}°, are colours, directions and distances that the fit does not know.
-Waters and cameras other than {", ".join(TUNED_WATERS)} and {", ".join(TUNED_SENSORS)} are held out
-of the method's constants. *Midpoint weights* are all there is where nobody knows the water.
+PAGE = Page(
+    "Optimised bands",
+    """
+Target: 6 optimised bands at or below the error of 16 equal ones. Met in {six} of the cases at 1, 5
+and 20 m; with 9 bands in {nine}. Near the surface six samples do not tell all colours apart; deeper
+down, where equal bands err most, they do.
+
+ΔE2000 against 150 equal bands, D65: 10 Jerlov waters and {count} cameras, films and observers (all
+at 5 m, every third elsewhere), {cases} cases. Bands are placed for the eye with the sun at 30°,
+weights fitted to 60 bands for camera and depth; seen, with the sun at 55°, are colours, directions
+and distances that the fit does not know. Waters and cameras other than I, IB, II, 3C and cie1931,
+Nikon D7000, ARRI D21, Canon EOS 5D Mark II are held out of the method's constants. *Midpoint
+weights* are all there is where nobody knows the water.
 
 Mean/95 % of all spectra/mean of the worst case:
+
+{errors}
+
+The same on what was held out; means of waters and cameras at 5 m, median / largest:
+
+{held}
+
+Worst case of 6 optimised bands: {worst}.
+
+Process seconds on one core, IB at 5 m, wavelengths and weights, by bands: {times}.
 """,
-        *_table(
-            ("bands", *(f"{d:g} m" for d in _DEPTHS)),
-            [
-                (label, *(_cell(_chosen(found, label, depth=[d])) for d in _DEPTHS))
-                for label in labels
-            ],
-        ),
-        "The same on what was held out; means of waters and cameras at "
-        f"{_EVERY:g} m, median / largest:",
-        "",
-        *_table(
-            ("", *shown),
-            [
-                (
-                    "tuned waters, tuned cameras",
-                    *(
-                        _cell(_chosen(found, label, water=TUNED_WATERS, sensor=TUNED_SENSORS))
-                        for label in shown
-                    ),
-                ),
-                (
-                    "held-out waters and cameras",
-                    *(
-                        _cell(_chosen(found, label, water=held_waters, sensor=held_sensors))
-                        for label in shown
-                    ),
-                ),
-                ("waters", *(_spread(found, label, "water", JERLOV_TYPES) for label in shown)),
-                ("cameras", *(_spread(found, label, "sensor", sensors) for label in shown)),
-            ],
-        ),
-        f"Worst case of 6 optimised bands: {worst[0]}, {worst[1]:g} m, {worst[2]}, "
-        f"{found[worst]['optimised 6'].mean():.2f} (16 equal bands "
-        f"{found[worst]['equal 16'].mean():.2f}).",
-        "",
-        f"Process seconds on one core, IB at 5 m, wavelengths and weights, by bands: {seconds}.",
-        "",
-        "Repeat: `python3 dev.py run -m benchmarks optimised_bands`",
-        "",
-    ]
-    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
-    (docs / "optimised_bands.md").write_text("\n".join(lines), encoding="utf-8")
+)

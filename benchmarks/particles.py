@@ -1,29 +1,19 @@
-# ruff: noqa: E501 - tables
-"""What particles in the water cost, and how they look.
-
-    python3 dev.py run -m benchmarks particles [--samples N] [--width W] [--look N] [--keep DIR]
-
-writes docs/measured/particles.md and docs/measured/particles.jpg. Costs are ratios within one run.
-What is in --keep is not rendered again.
-"""
+"""What particles in the water cost, and how they look. Costs are ratios within one run."""
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
-import OpenImageIO
 from numpy.typing import NDArray
 
-from ..scene import stored_lamps
 from ..scene.engines import engines
 from ..scene.engines.band_engine import BandEngine
 from ..scene.seen import lamps
@@ -43,15 +33,13 @@ from ..uw_spectral.water.particles import (
     scattering_share,
 )
 from ._denoised import denoised
-from ._shade_scenes import matt
-from .path_radiance_table import ROOT
+from ._places import ball, camera_at, sheet
+from .runner import Ask, Page, table
 
-SHEET = ROOT / "docs" / "measured" / "particles.jpg"
 DEPTH, _FLOOR = 8.0, 9.4
 _ASPECT = 16 / 9
 _MORE, _REPEATS, _SMALL = 6, 2, 50  # samples, times, % of the size at which costs are measured
 _CYCLES = 4  # samples of Cycles over those of EEVEE
-_GAP = 4  # pixels between the pictures of the sheet
 TONE = "nikon-d7000"
 _WATERS = ("jerlov:I", "jerlov:IB", "jerlov:II", "jerlov:1C", "jerlov:3C", "jerlov:5C")
 
@@ -89,38 +77,21 @@ LOOKS = (
 )
 
 
-@dataclass(frozen=True)
-class Found:
-    """A picture, and CPU seconds of a sample without and with particles."""
-
-    look: Look
-    picture: NDArray[np.float64]
-    particles: int
-    plain: float
-    full: float
-
-
 def build(*, night: bool, width: int) -> bpy.types.Object:
     """Fill an empty file with boulders on the sea's floor, a torch at night; return the camera."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = width, round(width / _ASPECT)
     scene.render.resolution_percentage = 100
-    paint = matt((0.5, 0.45, 0.35) if night else (0.02, 0.02, 0.02))
+    paint = (0.5, 0.45, 0.35) if night else (0.02, 0.02, 0.02)
     stones = ((-1.2, 3.2, 0.6), (1.3, 4.0, 0.9), (0.0, 6.0, 1.5))
     for x, y, radius in stones if night else ((0.5, 2.8, 1.8),):
-        bpy.ops.mesh.primitive_ico_sphere_add(
-            radius=radius, location=(x, y, 0.4 * radius - _FLOOR), subdivisions=4
-        )
-        bpy.context.object.data.shade_smooth()
-        bpy.context.object.data.materials.append(paint)
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location, camera.rotation_euler = (0.0, 0.0, -DEPTH), (math.radians(87.0), 0.0, 0.0)
+        ball((x, y, 0.4 * radius - _FLOOR), radius, paint)
+    camera = camera_at((0.0, 0.0, -DEPTH), (math.radians(87.0), 0.0, 0.0), 1.0)
     camera.data.lens = 28.0 if night else 60.0
     camera.data.dof.use_dof = True
     camera.data.dof.focus_distance = 2.0 if night else 0.7
     camera.data.dof.aperture_fstop = 4.0 if night else 8.0
-    scene.collection.objects.link(camera)
     scene.camera = camera
     if night:
         for item in lamp_rigs.add_rig(scene, "torch", camera):
@@ -129,8 +100,10 @@ def build(*, night: bool, width: int) -> bpy.types.Object:
     return camera
 
 
-def measure(look: Look, samples: int, width: int) -> Found:
-    """Render a look, and time it with and without its particles, in one process."""
+def _looked(
+    look: Look, samples: int, width: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Picture of a look; how many particles, and CPU seconds of a sample without and with them."""
     camera = build(night=look.night, width=width)
     scene, plan = bpy.context.scene, look.plan(samples)
     none = dict.fromkeys((*KINDS, "snow_of_water"), 0.0)
@@ -164,9 +137,8 @@ def measure(look: Look, samples: int, width: int) -> Found:
                     taken = seconds(plan if full else bare, count)
                     times[full, count] = min(taken, times.get((full, count), math.inf))
         plain, full = ((times[full, 1 + _MORE] - times[full, 1]) / _MORE for full in (False, True))
-        return Found(
-            look, picture, sum(cloud.count for cloud in particles_of(plan.settings, plan.column).clouds), plain, full
-        )  # fmt: skip
+        count = sum(cloud.count for cloud in particles_of(plan.settings, plan.column).clouds)
+        return picture, np.array([count, plain, full])
 
 
 def _picture(
@@ -189,75 +161,75 @@ def _picture(
     return srgb_encode(camera_curve(TONE)(np.maximum(gain * image, 0.0)))
 
 
-def _sheet(found: Sequence[Found], path: Path) -> None:
-    gap = np.ones((_GAP, found[0].picture.shape[1], 3))
-    rows = [part for x in found for part in (x.picture, gap)][:-1]
-    sheet = np.ascontiguousarray(np.clip(np.concatenate(rows), 0.0, 1.0), dtype=np.float32)
-    spec = OpenImageIO.ImageSpec(sheet.shape[1], sheet.shape[0], 3, "uint8")
-    spec.attribute("Compression", "jpeg:85")
-    buffer = OpenImageIO.ImageBuf(spec)
-    buffer.set_pixels(buffer.roi_full, sheet)
-    if not buffer.write(str(path)):
-        raise OSError(buffer.geterror())
-
-
-def _water_rows() -> str:
-    wavelengths = np.array([500.0, 550.0, 600.0])
-    rows = []
+def _waters() -> list[list[str]]:
+    """Particles per litre of some waters, by slopes."""
+    wavelengths, rows = np.array([500.0, 550.0, 600.0]), []
     for name in _WATERS:
         water = parse_water(name)
-        assert isinstance(water, Water)
+        assert isinstance(water, Water), "they have b"
         b_p = particle_scattering(wavelengths, water.b(wavelengths))
         numbers = [number_of_scattering(b_p, slope) for slope in (4.0, 3.6, SLOPES[0])]
         large = numbers[1] * 5.0 ** (1.0 - 3.6)
-        rows.append(
-            f"| {name} | {b_p:.3f} | "
-            + " | ".join(f"{n:.0f}" for n in numbers)
-            + f" | {large:.2f} |"
-        )
-    return "\n".join(rows)
+        rows.append([name, f"{b_p:.3f}", *(f"{n:.0f}" for n in numbers), f"{large:.2f}"])
+    return rows
 
 
-def report(found: Sequence[Found], samples: int) -> str:
-    """Return the page."""
-    costs = "\n".join(f"| {x.look.title} | {x.particles} | {x.full / x.plain:.2f} |" for x in found)
-    width, height = found[0].picture.shape[1::-1]
-    shares = ", ".join(
-        f"{100 * scattering_share(slope):.2g} % for {slope:g}" for slope in (4.0, 3.6, SLOPES[0])
-    )
-    kinds = "\n".join(
-        f"| {kind.name} | {1e3 * kind.smallest:g} to {1e3 * kind.largest:g} | "
-        f"{kind.reflectance[1]:g} | {1e3 * float(kind.rise(5e-4)):+.3g} |"
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render and time the looks."""
+    pictures, costs = {}, []
+    for number, look in list(enumerate(LOOKS))[: ask.looks]:
+
+        def both(look: Look = look) -> NDArray[np.float64]:
+            picture, numbers = _looked(look, ask.samples, ask.width)
+            return np.concatenate([picture.ravel(), numbers])
+
+        kept = ask.kept(str(number), both)
+        count, plain, full = kept[-3:].tolist()
+        pictures[look.title] = [kept[:-3].reshape(-1, ask.width, 3)]
+        costs.append([look.title, int(count), f"{full / plain:.2f}"])
+    sheet(ask.shown("particles.jpg"), pictures, ("",), size=4.0)
+    shares = (f"{100 * scattering_share(x):.2g} % for {x:g}" for x in (4.0, 3.6, SLOPES[0]))
+    kinds = [
+        [kind.name, f"{1e3 * kind.smallest:g} to {1e3 * kind.largest:g}",
+         f"{kind.reflectance[1]:g}", f"{1e3 * float(kind.rise(5e-4)):+.3g}"]
         for kind in KINDS.values()
-    )
-    return f"""# Particles: snow, plankton, bubbles, silt
+    ]  # fmt: skip
+    heads = ("water", "particles' b at 550 nm, 1/m", "slope 4", "slope 3.6", "slope 3",
+             "above 0.5 mm, slope 3.6")  # fmt: skip
+    return {
+        "shares": ", ".join(shares),
+        "waters": table(heads, _waters()),
+        "kinds": table(("kind", "diameter, mm", "reflectance", "rise at 0.5 mm, mm/s"), kinds),
+        "costs": table(("", "particles around the camera", "ratio"), costs),
+    }
 
-Written by `python3 dev.py run -m benchmarks particles`.
 
+PAGE = Page(
+    "Particles: snow, plankton, bubbles, silt",
+    """
 ![Snow by day, silt in the light of a torch, and snow by day in Cycles](particles.jpg)
 
-From above: {"; ".join(x.look.title for x in found)}. {width} × {height} pixels, {samples} samples ({_CYCLES * samples} in Cycles), slope 4, through a lens that is open.
+From above: real time, by day: snow and plankton before a dark rock; real time, at night: silt in
+the light of a torch; Cycles, by day, denoised. 320 × 180 pixels, 16 samples (64 in Cycles), slope
+4, through a lens that is open.
 
 By day snow is seen mostly before dark objects, as in nature; the denoiser of Cycles takes faint
-specks for noise, so **do not denoise particles by day**: without it they are as bright as in
-EEVEE, within 6 %. How to use them: [for artists](../artist.md#particles).
+specks for noise, so **do not denoise particles by day**: without it they are as bright as in EEVEE,
+within 6 %. How to use them: [for artists](../artist.md#particles).
 
 ## How many
-The numbers fall with the power of the diameter `--particle-slope`, 3.6: measured were 3.6 ± 0.33
-in 168 samples of the Arctic (Runyan et al. 2020), 3.5 in some 5500 of coasts (Reynolds et al.
-2010), 3 to 3.6 in a bloom (Jackson et al. 1997); 4 by Sheldon et al. (1972). With one law from 1
-µm to 1 cm those above 0.1 mm carry {shares} of the scattering. Per litre:
+The numbers fall with the power of the diameter `--particle-slope`, 3.6: measured were 3.6 ± 0.33 in
+168 samples of the Arctic (Runyan et al. 2020), 3.5 in some 5500 of coasts (Reynolds et al. 2010), 3
+to 3.6 in a bloom (Jackson et al. 1997); 4 by Sheldon et al. (1972). With one law from 1 µm to 1 cm
+those above 0.1 mm carry {shares} of the scattering. Per litre:
 
-| water | particles' b at 550 nm, 1/m | slope 4 | slope 3.6 | slope 3 | above 0.5 mm, slope 3.6 |
-|---|---|---|---|---|---|
-{_water_rows()}
+{waters}
 
 Divers count 1 to 10 flocs above 0.5 mm in a litre, seldom more than 100 (Alldredge & Silver 1988,
 quoted from memory): with 3.6 about as many are drawn, with 4 fewer.
 
 ## Kinds
-| kind | diameter, mm | reflectance | rise at 0.5 mm, mm/s |
-|---|---|---|---|
+
 {kinds}
 
 Speeds: Alldredge & Gotschalk (1988), Ferguson & Church (2004). Reflectances, shapes and ways are
@@ -266,40 +238,11 @@ plausible, not measured. Bubbles are mirrors where water reflects totally; they 
 ## What they cost
 CPU time of a sample, with particles over without, at half the size of the pictures:
 
-| | particles around the camera | ratio |
-|---|---|---|
 {costs}
 
-With more than {200_000} of a kind the smallest angle grows, and the record says so.
+With more than 200000 of a kind the smallest angle grows, and the record says so.
 
 What is left out: [limits](../limits.md#particles).
-"""
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Measure and write the page."""
-    parser = argparse.ArgumentParser(prog="particles")
-    parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--width", type=int, default=320)
-    parser.add_argument("--look", type=int, help="only this one, and no page")
-    parser.add_argument("--keep", type=Path, default=ROOT / "out" / "particles")
-    options = parser.parse_args(arguments)
-    if not hasattr(bpy.types.Light, stored_lamps.PROPERTY):
-        stored_lamps.register()
-    options.keep.mkdir(parents=True, exist_ok=True)
-    found = []
-    for number, look in enumerate(LOOKS):
-        path = options.keep / f"{number}.npz"
-        if options.look in (None, number) and not path.exists():
-            one = measure(look, options.samples, options.width)
-            np.savez(path, picture=one.picture, numbers=[one.particles, one.plain, one.full])
-        if path.exists():
-            kept = np.load(path)
-            count, plain, full = kept["numbers"].tolist()
-            found.append(Found(look, kept["picture"], int(count), plain, full))
-            print(f"{look.title}: {full / plain:.2f}", flush=True)
-    if options.look is not None:
-        return
-    _sheet(found, SHEET)
-    page = report(found, options.samples)
-    (ROOT / "docs" / "measured" / "particles.md").write_text(page, encoding="utf-8")
+""",
+    settings={"samples": 16, "width": 320, "looks": 99},
+)

@@ -1,17 +1,12 @@
-"""Closed-form path radiance against discrete ordinates: writes docs/measured/path_radiance.md.
-
-``python3 dev.py run -m benchmarks path_radiance_table``; the validation tests use the
-same cases. The reference is PythonicDISORT.
-"""
+"""Closed-form path radiance against discrete ordinates; the validation tests use the same cases."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -26,8 +21,8 @@ from ..validation.monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,
 )
+from .runner import Ask, Page, spread, table
 
-ROOT = Path(__file__).resolve().parent.parent
 WATERS = ("I", "IA", "IB", "II", "3C")
 WAVELENGTHS = (400.0, 450.0, 500.0, 550.0, 600.0, 650.0)
 DEPTHS = (3.0, 5.0, 9.0)
@@ -207,79 +202,56 @@ def errors(rows: list[dict]) -> np.ndarray:
     return np.abs(np.array([row["values"] for row in rows]) / truth[:, None] - 1)
 
 
-def markdown(rows: list[dict]) -> str:
-    """Write the table of medians and 90th percentiles."""
-    lines = [
-        "| rays | " + " | ".join(FORMS) + " | closed form, 90 % |",
-        "|---|" + "---|" * (len(FORMS) + 1),
-    ]
-
-    def line(name: str, chosen: list[dict]) -> None:
-        error = errors(chosen) * 100
-        cells = [f"{value:.1f}" for value in np.median(error, axis=0)]
-        cells.append(f"{np.percentile(error[:, -1], 90):.1f}")
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-
-    line("**all**", rows)
-    for view in VIEWS:
-        line(f"{view}", [row for row in rows if row["view"] == view])
-    for water in dict.fromkeys(row["water"] for row in rows):
-        line(f"water {water}", [row for row in rows if row["water"] == water])
-    return "\n".join(lines)
-
-
-def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/measured/path_radiance.md."""
-    everything = [row for water in WATERS for row in compare(water)]
-    particles = [
-        [row for water in WATERS for row in compare(water, (450.0, 550.0), (5.0,), name)]
-        for name in ("fournier-forand:1.10,0.0183", "hg:0.95")
-    ]
-    particle_lines = "\n".join(
-        f"| {name} | "
-        + " | ".join(f"{value:.1f}" for value in 100 * np.median(errors(rows), axis=0))
-        + " |"
-        for name, rows in zip(("Fournier-Forand 1.10, 0.0183", "HG 0.95"), particles, strict=True)
-    )
-    irradiance_lines = "\n".join(
-        f"| {name} | "
-        + " | ".join(
-            f"{100 * np.median(x):.1f}/{100 * np.percentile(x, 90):.1f}/{100 * x.max():.1f}"
-            for x in values
-        )
-        + " |"
+def measure(_: Ask) -> Mapping[str, object]:
+    """Compare rays of all waters, of particles, and irradiances."""
+    rows = [row for water in WATERS for row in compare(water)]
+    groups = {"**all**": rows}
+    for of, names, label in (("view", VIEWS, "{}"), ("water", WATERS, "water {}")):
+        groups |= {label.format(x): [row for row in rows if row[of] == x] for x in names}
+    medians = []
+    for name, some in groups.items():
+        off = 100 * errors(some)
+        cells = [f"{x:.1f}" for x in (*np.median(off, axis=0), np.percentile(off[:, -1], 90))]
+        medians.append([name, *cells])
+    particles = []
+    for name, phase in (("Fournier-Forand 1.10, 0.0183", "fournier-forand:1.10,0.0183"),
+                        ("HG 0.95", "hg:0.95")):  # fmt: skip
+        some = [row for w in WATERS for row in compare(w, (450.0, 550.0), (5.0,), phase)]
+        particles.append([name, *(f"{x:.1f}" for x in 100 * np.median(errors(some), axis=0))])
+    irradiance = [
+        [name, *(spread(100 * x, ".1f", (0.5, 0.9, 1.0)) for x in values)]
         for name, values in compare_irradiance().items()
-    )
-    text = f"""# Path radiance against discrete ordinates
+    ]
+    return {
+        "rays": table(("rays", *FORMS, "closed form, 90 %"), medians),
+        "particles": table(("phase function", *FORMS), particles),
+        "irradiance": table(("median/90 %/worst", "floor 0", "floor 0.2"), irradiance),
+    }
 
-Median relative error in % of the path radiance L(y_o, w) - e^(-cP) L(y_o + w_y P, w).
-Written by `python3 dev.py run -m benchmarks path_radiance_table`; every ray counts, none is
-left out.
 
-- Reference: PythonicDISORT, 48 streams. Waters {", ".join(WATERS)},
-  {", ".join(f"{value:g}" for value in WAVELENGTHS)} nm, Henyey-Greenstein 0.8, sun at
-  {SUN_ZENITH:g}° in the water, index-matched surface, no sky.
-- Camera at {", ".join(f"{value:g}" for value in DEPTHS)} m, floor {FLOOR_BELOW_CAMERA:g} m below
-  it, reflectance {" and ".join(f"{value:g}" for value in FLOORS)}; five elevations up, level and
+PAGE = Page(
+    "Path radiance against discrete ordinates",
+    """
+Median relative error in % of the path radiance L(y_o, w) - e^(-cP) L(y_o + w_y P, w). Every ray
+counts, none is left out.
+
+- Reference: PythonicDISORT, 48 streams. Waters I, IA, IB, II, 3C, 400, 450, 500, 550, 600, 650 nm,
+  Henyey-Greenstein 0.8, sun at 30° in the water, index-matched surface, no sky.
+- Camera at 3, 5, 9 m, floor 3 m below it, reflectance 0 and 0.2; five elevations up, level and
   down, three azimuths, P = 2 m, 5 m and to the surface or floor.
 - Eq. 9 of Monzón et al. 2024 gets Kd and E of the reference itself.
 
-{markdown(everything)}
+{rays}
 
 Phase functions of sea particles, camera at 5 m, 450 and 550 nm:
 
-| phase function | {" | ".join(FORMS)} |
-|---|---|---|---|
-{particle_lines}
+{particles}
 
 ## Irradiance
 
 Light field of the closed form, floor at 8 m, depths 1, 3 and 7.5 m, all waters and bands. *Eu* is
 that of the two streams, *Eu, integrated* that of the radiance (`upwelling_irradiance`).
 
-| median/90 %/worst | floor 0 | floor 0.2 |
-|---|---|---|
-{irradiance_lines}
-"""
-    (ROOT / "docs" / "measured" / "path_radiance.md").write_text(text, encoding="utf-8")
-    print(text)
+{irradiance}
+""",
+)

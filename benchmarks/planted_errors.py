@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .path_radiance_table import ROOT
+from .runner import ROOT
 
 TABLE = ROOT / "docs" / "measured" / "planted_errors.csv"
 OUTSIDE = "tests/validation/test_outside.py"

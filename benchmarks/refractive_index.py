@@ -1,14 +1,11 @@
-"""What one index for all wavelengths leaves out. Writes docs/measured/refractive_index.md.
-
-``python3 dev.py run -m benchmarks refractive_index``; a test uses the same functions.
-"""
+"""What one index for all wavelengths leaves out; a test uses the same functions."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import warnings
-from pathlib import Path
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -28,8 +25,8 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from .runner import Ask, Page, table
 
-ROOT = Path(__file__).resolve().parent.parent
 NM = np.array([400.0, 450.0, 500.0, 550.0, 600.0, 650.0, 700.0])
 SUNS = (0.0, 30.0, 60.0)
 WATERS = ("IB", "3C")
@@ -105,52 +102,51 @@ def light(name: str, zenith: float) -> dict[str, np.ndarray]:
     return dict(zip(("Ed", "Eu", "Kd"), varying / constant, strict=True))
 
 
-def main(_arguments: list[str]) -> None:
-    """Measure everything and write docs/measured/refractive_index.md."""
+def measure(_: Ask) -> Mapping[str, object]:
+    """Compute both tables."""
     rows = [row(float(index)) for index in refractive_index_QuanFry1995(NM)]
     constant = row(REFRACTIVE_INDEX)
-    names = [f"{nm:g} nm" for nm in NM]
-    index_lines = "\n".join(
-        f"| {name} | {r.index:.4f} | "
-        + " | ".join(f"{100 * r.transmittance[z]:.2f} %" for z in r.transmittance)
-        + f" | {r.refracted:.2f}° | {r.window:.2f}° | {r.internal:.4f} |"
-        for name, r in zip([*names[::3], "all, as drawn"], [*rows[::3], constant], strict=True)
-    )
-    light_lines = "\n".join(
-        f"| {name}, {zenith:g}° | "
-        + " | ".join(
-            f"{100 * (values.min() - 1):+.2f}…{100 * (values.max() - 1):+.2f} %"
-            for values in light(name, zenith).values()
-        )
-        + " |"
+    cells = [
+        [name, f"{r.index:.4f}", *(f"{100 * T:.2f} %" for T in r.transmittance.values()),
+         f"{r.refracted:.2f}°", f"{r.window:.2f}°", f"{r.internal:.4f}"]
+        for name, r in zip([*(f"{nm:g} nm" for nm in NM[::3]), "all, as drawn"],
+                           [*rows[::3], constant], strict=True)
+    ]  # fmt: skip
+    lit = [
+        [f"{name}, {zenith:g}°", *(f"{100 * (x.min() - 1):+.2f}…{100 * (x.max() - 1):+.2f} %"
+                                   for x in light(name, zenith).values())]
         for name in WATERS
         for zenith in SUNS
-    )
-    rim = rows[-1].window - rows[0].window
-    text = f"""# One refractive index for all wavelengths
+    ]  # fmt: skip
+    heads = ["", "n", *(f"T {z:g}°" for z in constant.transmittance), "refracted", "window", "back"]
+    return {
+        "indices": table(heads, cells),
+        "light": table(("water, sun", "Ed", "Eu", "Kd"), lit),
+        "rim": rows[-1].window - rows[0].window,
+        "lower": rows[-1].refracted - rows[0].refracted,
+        "line": rows[-1].window - rows[0].window,
+        "window": 2 * constant.window,
+    }
 
-Written by `python3 dev.py run -m benchmarks refractive_index`.
 
-Index of seawater by Quan & Fry (1995), 35 g/kg, 20 °C: transmittance for the sun at
-{", ".join(f"{z:g}" for z in constant.transmittance)}°, angle of the refracted sun at 60°, half
-angle of Snell's window, fraction of uniform light that the surface sends back down. From 0 to 30
-°C the index changes by 0.003, from fresh water to the sea by 0.0065.
+PAGE = Page(
+    "One refractive index for all wavelengths",
+    """
+Index of seawater by Quan & Fry (1995), 35 g/kg, 20 °C: transmittance for the sun at 0, 30, 60, 80°,
+angle of the refracted sun at 60°, half angle of Snell's window, fraction of uniform light that the
+surface sends back down. From 0 to 30 °C the index changes by 0.003, from fresh water to the sea by
+0.0065.
 
-| | n | {" | ".join(f"T {z:g}°" for z in constant.transmittance)} | refracted | window | back |
-|---|---|{"---|" * len(constant.transmittance)}---|---|---|
-{index_lines}
+{indices}
 
-Light at {DEPTH:g} m and Kd with the index of each wavelength against {REFRACTIVE_INDEX:g} for
-all, range of {NM[0]:g} to {NM[-1]:g} nm, clear sky:
+Light at 5 m and Kd with the index of each wavelength against 1.34 for all, range of 400 to 700 nm,
+clear sky:
 
-| water, sun | Ed | Eu | Kd |
-|---|---|---|---|
-{light_lines}
+{light}
 
-**Verdict.** Brightness, colour and Kd change by less than a percent. What one index leaves out is
-a rim: the edge of Snell's window lies {rim:.2f}° further out at 700 than at 400 nm, the sun at
-60° {rows[-1].refracted - rows[0].refracted:.2f}° lower; looking up under a flat surface, a
-reddish line of {rim:.1f}° around a window of {2 * constant.window:.1f}°. It is left out.
-"""
-    (ROOT / "docs" / "measured" / "refractive_index.md").write_text(text, encoding="utf-8")
-    print(text)
+**Verdict.** Brightness, colour and Kd change by less than a percent. What one index leaves out is a
+rim: the edge of Snell's window lies {rim:.2f}° further out at 700 than at 400 nm, the sun at 60°
+{lower:.2f}° lower; looking up under a flat surface, a reddish line of {line:.1f}° around a window
+of {window:.1f}°. It is left out.
+""",
+)

@@ -1,16 +1,11 @@
-"""Light under waves on average, against traced waves, and what it changes.
-
-    python3 dev.py run -m benchmarks rough_surface
-
-writes docs/measured/rough_surface.md.
-"""
+"""Light under waves on average, against traced waves, and what it changes."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +25,8 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
-from . import path_radiance_table
-from ._traced_sea import Below, TracedSea, photons
+from ..validation.traced_sea import Below, TracedSea, photons
+from .runner import Ask, Page, table
 
 WINDS = (2, 5, 10)
 ZENITHS = (0, 30, 60, 80)
@@ -50,11 +45,7 @@ def variance(wind: float) -> float:
     return WaveSpectrum(wind).mean_square_slope
 
 
-def _table(head: str, rows: list[str]) -> str:
-    return "\n".join([head, "|---" * (head.count("|") - 1) + "|", *rows])
-
-
-def _reflectances() -> str:
+def _reflectances() -> list[str]:
     any_way = np.sqrt((np.arange(_RAYS) + 0.5) / _RAYS)
     beams = {f"sun at {zenith}°": math.cos(math.radians(zenith)) for zenith in ZENITHS}
     cells: dict[str, list[str]] = {}
@@ -72,9 +63,9 @@ def _reflectances() -> str:
             traced, _ = sea.reflectance(cosines, above=name != _BELOW)
             row = cells.setdefault(name, [f"{flat:.4f}"])
             row.append(f"{waves:.4f}/{traced:.4f}")
-    return _table(
-        "| light | flat | " + " | ".join(f"{wind} m/s" for wind in WINDS) + " |",
-        [f"| {name} | {' | '.join(row)} |" for name, row in cells.items()],
+    return table(
+        ("light", "flat", *(f"{wind} m/s" for wind in WINDS)),
+        [(name, *row) for name, row in cells.items()],
     )
 
 
@@ -93,7 +84,7 @@ def _at(field: SolvedField, y: float) -> Below:
     return Below(*(float(each[0]) for each in found))
 
 
-def _photons() -> str:
+def _photons() -> list[str]:
     s, rows = variance(10), []
     sea = TracedSea(s, np.random.default_rng(_SEED), _INDEX)
     for zenith in (*ZENITHS, None):
@@ -127,8 +118,8 @@ def _photons() -> str:
             )
             for model, truth in ((flat, straight), (waves, straight), (waves, spread))
         ]
-        rows.append(f"| {name} | {' | '.join(cells)} |")
-    return _table("| light | flat | waves | waves, the sun spread |", rows)
+        rows.append((name, *cells))
+    return table(("light", "flat", "waves", "waves, the sun spread"), rows)
 
 
 def _scene(wind: float, zenith: float) -> SolvedField:
@@ -144,7 +135,7 @@ def _scene(wind: float, zenith: float) -> SolvedField:
     )  # fmt: skip
 
 
-def _changes() -> Iterator[str]:
+def _changes() -> Iterator[tuple[str, ...]]:
     for wind, zenith in itertools.product(WINDS, ZENITHS[2:]):
         flat, waves = _scene(0, zenith), _scene(wind, zenith)
         cells = [f"{100 * (waves.light.E[0] / flat.light.E[0] - 1):+.1f}"]
@@ -155,10 +146,10 @@ def _changes() -> Iterator[str]:
         for w in _VIEWS.values():
             ratio = waves.radiance(y, w) / flat.radiance(y, w)
             cells.append(f"{100 * float(ratio[0] - 1):+.1f}")
-        yield f"| {wind} m/s | {zenith}° | " + " | ".join(cells) + " |"
+        yield f"{wind} m/s", f"{zenith}°", *cells
 
 
-def _cost() -> str:
+def _cost() -> list[str]:
     nm = np.linspace(410.0, 690.0, 8)
     water, rows = Water.jerlov("II"), []
     b = water.b(nm)
@@ -179,49 +170,52 @@ def _cost() -> str:
                 marks.append(time.process_time())
             tabulate(field)
             times.append(np.diff([*marks, time.process_time()]))
-        cells = " | ".join(f"{1e3 * each:.0f}" for each in np.min(times, axis=0))
-        rows.append(f"| {name} | {cells} |")
-    return _table("| surface | first, ms | again, ms | tables, ms |", rows)
+        rows.append((name, *(f"{1e3 * each:.0f}" for each in np.min(times, axis=0))))
+    return table(("surface", "first, ms", "again, ms", "tables, ms"), rows)
 
 
-def main(_: list[str]) -> None:
-    """Measure everything and write docs/measured/rough_surface.md."""
-    columns = ["Ed", "Eu", "E0", *(f"L {name}" for name in _VIEWS)]
-    changes = _table("| wind | sun | sun below | " + " | ".join(columns) + " |", list(_changes()))
-    text = f"""# Waves, on average
+def measure(_: Ask) -> Mapping[str, object]:
+    """Measure everything."""
+    columns = ("sun below", "Ed", "Eu", "E0", *(f"L {name}" for name in _VIEWS))
+    return {
+        "reflectances": _reflectances(),
+        "photons": _photons(),
+        "changes": table(("wind", "sun", *columns), _changes()),
+        "cost": _cost(),
+    }
 
+
+PAGE = Page(
+    "Waves, on average",
+    """
 With `--surface waves` the light field is solved under the average of all waves: facets of isotropic
 slopes with the spectrum's mean square slope, Smith's masking, Fresnel and Snell at each
 (`uw_spectral/transfer/rough_surface.py`). R + T = 1 for every stream to 1e-6, a furnace stays at n²
 to 5e-6; the sun below is one direction, at 80° and 7 m/s 5° flatter than under a flat surface.
-Written by `python3 dev.py run -m benchmarks rough_surface`.
 
 ## Against traced waves
-Reflectance, waves / rays through a random surface with heights (`benchmarks/_traced_sea.py`,
-{_RAYS} rays, standard error at most 0.0011), n = {_INDEX}.
+Reflectance, waves / rays through a random surface with heights (`validation/traced_sea.py`, 200000
+rays, standard error at most 0.0011), n = 1.34.
 
-{_reflectances()}
+{reflectances}
 
-Error in % of Ed / Eu / E0 under a sea of 10 m/s against {_PHOTONS} photons (± 0.3 %), at 1 m over
-a floor at 3 m; last, against sunlight in all the directions in which waves refract it.
+Error in % of Ed / Eu / E0 under a sea of 10 m/s against 200000 photons (± 0.3 %), at 1 m over a
+floor at 3 m; last, against sunlight in all the directions in which waves refract it.
 
-{_photons()}
+{photons}
 
 ## What it changes
-Deep water II at 480 nm, sky of {_DIFFUSE} of the sun's irradiance: change in % against a flat
-surface at {_DEPTH:g} m. With the sun at 0 and 30° it is at most 1.7 %.
+Deep water II at 480 nm, sky of 0.3 of the sun's irradiance: change in % against a flat surface at 5
+m. With the sun at 0 and 30° it is at most 1.7 %.
 
 {changes}
 
 ## Cost
-Eight bands, {TABLE_STREAMS} streams, clear sky; CPU time, minimum of three; *first* includes the
-exchange, which is kept.
+Eight bands, 24 streams, clear sky; CPU time, minimum of three; *first* includes the exchange, which
+is kept.
 
-{_cost()}
+{cost}
 
 Not in it: slopes that differ along and across the wind, whitecaps, heights.
-"""
-    (path_radiance_table.ROOT / "docs" / "measured" / "rough_surface.md").write_text(
-        text, encoding="utf-8"
-    )
-    print(text)
+""",
+)

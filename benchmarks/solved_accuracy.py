@@ -1,19 +1,12 @@
-"""EEVEE with the solved light field against the solution itself, and against Cycles.
-
-    python3 dev.py run -m benchmarks solved_accuracy [--samples N] [--keep DIR]
-
-writes docs/measured/solved_accuracy.md and its picture. Pictures of Cycles are kept as
-files, so an interrupted run goes on where it stopped.
-"""
+"""EEVEE with the solved light field against the solution itself, and against Cycles."""
 
 from __future__ import annotations
 
-import argparse
-import dataclasses
+import functools
 import itertools
 import math
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,14 +17,14 @@ from numpy.typing import NDArray
 from ..settings.scene_settings import DEFAULT_PHASE, EXACT
 from ..tests.node_groups import realtime_probe as probe
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
-from ..uw_spectral.spectra.spectral_image import replacing
-from ..uw_spectral.transfer.radiance_table import RadianceTable, tabulate
-from . import _solved_cases, _solved_scenes, grey_scene
-from ._solved_cases import FROM_SUN, KINDS, LightAround
+from ..validation import solved_cases
+from ..validation.solved_cases import KINDS
+from . import _solved_scenes, grey_scene
+from ._places import sheet
 from ._solved_scenes import Scene
+from .runner import Ask, Page, spread, table
 
 _CASES = 5
-_ELEVATIONS, _AZIMUTHS, _PATCHES = 20, 15, 8
 _SEEDS = (1, 2, 3)
 _BLOCK = 20
 _SMOOTH = "hg:0.924"
@@ -48,63 +41,6 @@ SCENES = (
 """Some are scattered by the exact forward peak, some by a phase function that needs none."""
 
 Errors = NDArray[np.float64]
-_TABLES = ("radiance", "irradiance", "image")
-
-
-def rendered() -> tuple[Errors, Errors]:
-    """Errors of EEVEE in the random cases: of open water, and of a square in it."""
-    found = []
-    with tempfile.TemporaryDirectory() as folder:
-        for kind in range(len(KINDS)):
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            for case in _solved_cases.cases(kind, _CASES):
-                found.append(probe.errors_of_case(case, Path(folder) / "picture.exr"))
-    water, square = (np.concatenate(part) for part in zip(*found, strict=True))
-    return water, square
-
-
-def tabulated() -> Iterator[tuple[str, Errors]]:
-    """Errors of the tables of the random cases, by what of them."""
-    found: dict[str, list[Errors]] = {}
-    random = np.random.default_rng(1)
-
-    def note(name: str, errors: Errors) -> None:
-        found.setdefault(name, []).append(np.ravel(np.abs(errors)))
-
-    for kind in range(len(KINDS)):
-        for case in _solved_cases.cases(kind, _CASES):
-            column, field, y = case.column, case.field, np.array([case.depth])
-            lit = case.lit
-            table, sun, mu_s = tabulate(field), column.sun_direction, column.sun_cosine
-            short = _half(table)
-            mu, turns = random.uniform(-1, 1, _ELEVATIONS), random.uniform(0, math.pi, _AZIMUTHS)
-            azimuth = turns + math.atan2(sun[1], sun[0])
-            across = np.sqrt(1.0 - mu**2)[:, None]
-            w = -across * np.cos(azimuth), -across * np.sin(azimuth), mu[:, None]
-            far = -sum(s * part for s, part in zip(sun, w, strict=True))
-            far = far < math.cos(math.radians(FROM_SUN))
-            L = field.radiance(y, w)[far]
-            M = np.moveaxis(field.scattered_on_grid(y, mu, turns)[:, 0], 0, -1)[far]
-            looked_up = table.scattered(y, w, sun)[far]
-            note("radiance, share of all", ((looked_up - M) / L)[:, lit])
-            halved = short.scattered(y, w, sun)[far]
-            note("radiance, by half floats", ((halved - looked_up) / L)[:, lit])
-            around = LightAround.at(column, case.phase, y)
-            beam = column.sun_irradiance / mu_s * np.exp(-field.extinction * y / mu_s)
-            normals = random.normal(size=(_PATCHES, 3))
-            normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-            for name, several in (("tilted patch", normals), ("underside", [(0.0, 0.0, -1.0)])):
-                for n in several:
-                    E = table.patch_irradiance(y, n, sun) - around.on_patch(n)
-                    note(name, (E / (around.on_patch(n) + max(-(n @ sun), 0.0) * beam))[:, lit])
-    for name, errors in found.items():
-        yield name, np.concatenate(errors)
-
-
-def _half(table: RadianceTable) -> RadianceTable:
-    """Return a table whose values have been stored as half floats."""
-    short = {name: getattr(table, name).astype(np.float16).astype(float) for name in _TABLES}
-    return dataclasses.replace(table, **short)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,127 +77,101 @@ def _blocks(images: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack(means).reshape(len(images), -1, 3)
 
 
-def compared(samples: int, keep: Path) -> list[Comparison]:
+def _rendered(kinds: int) -> tuple[Errors, Errors]:
+    """Errors of EEVEE in the random cases: of open water, and of a square in it."""
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in range(kinds):
+            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+            for case in solved_cases.cases(kind, _CASES):
+                found.append(probe.errors_of_case(case, Path(folder) / "picture.exr"))
+    water, square = (np.concatenate(part) for part in zip(*found, strict=True))
+    return water, square
+
+
+def _compared(ask: Ask) -> list[Comparison]:
     """Draw every scene by every method."""
-    camera = _solved_scenes.build()
-    keep.mkdir(parents=True, exist_ok=True)
-    references, drawn = {}, {scene: {} for scene in SCENES}
-    for scene in SCENES:
-        count = samples * (1 if scene.water in _CLEAR else _TURBID_SAMPLES)
-        kept = keep / f"{scene.title.replace(' ', '_')}_{count}.npy"
-        if not kept.exists():
-            found = _solved_scenes.by_cycles(scene, camera, count, _SEEDS)
-            with replacing(kept) as temporary, temporary.open("wb") as file:
-                np.save(file, found)
-        references[scene] = np.load(kept)
-        print(scene.title, flush=True)
-    groups = itertools.groupby(
-        sorted(SCENES, key=lambda s: (s.phase, s.sky)), lambda s: (s.phase, s.sky)
-    )
-    for _, group in groups:
-        scenes = list(group)
-        for scene, image in zip(scenes, _solved_scenes.by_eevee(scenes, camera), strict=True):
+    camera, drawn = _solved_scenes.build(), {}
+    scenes = SCENES[: ask.scenes]
+    for scene in scenes:
+        count = ask.samples * (1 if scene.water in _CLEAR else _TURBID_SAMPLES)
+        traced = functools.partial(_solved_scenes.by_cycles, scene, camera, count, _SEEDS)
+        drawn[scene] = {"Cycles": ask.kept(scene.title, traced)}
+    ordered = sorted(scenes, key=lambda s: (s.phase, s.sky))
+    for _, group in itertools.groupby(ordered, lambda s: (s.phase, s.sky)):
+        some = list(group)
+        for scene, image in zip(some, _solved_scenes.by_eevee(some, camera), strict=True):
             drawn[scene]["solved"] = image
-    for scene in SCENES:
-        drawn[scene]["papers"] = _solved_scenes.by_papers(scene, camera)
-    comparisons = []
-    for scene in SCENES:
+    found = []
+    for scene, images in drawn.items():
         develop = scene.plan(1).reduction(scene.depth).apply
-        pictures = {name: develop(image) for name, image in drawn[scene].items()}
-        comparisons.append(Comparison(scene, develop(references[scene]), pictures))
-    return comparisons
+        images["papers"] = _solved_scenes.by_papers(scene, camera)
+        pictures = {name: develop(image) for name, image in images.items() if name != "Cycles"}
+        found.append(Comparison(scene, develop(images["Cycles"]), pictures))
+    return found
 
 
-def _row(name: str, errors: Errors) -> str:
-    cells = " | ".join(f"{100 * np.quantile(errors, q):.2g}" for q in (0.5, 0.95, 1.0))
-    return f"| {name} | {cells} |"
-
-
-def _summary(comparisons: Sequence[Comparison]) -> str:
-    lines = ["| scenes | noise | solved | worst | papers | green, worst |", "|---" * 6 + "|"]
+def _summary(comparisons: list[Comparison]) -> list[list[str]]:
+    rows = []
     for name, phase, things in (
         (f"{DEFAULT_PHASE}, no things", DEFAULT_PHASE, False),
         (f"{DEFAULT_PHASE}, things", DEFAULT_PHASE, True),
         (f"{_SMOOTH}, all", _SMOOTH, None),
-    ):  # fmt: skip
+    ):
         some = [c for c in comparisons
                 if c.scene.phase == phase and things in (None, c.scene.things)]  # fmt: skip
-        noise = np.mean([c.noise for c in some])
-        solved, papers = ([c.delta_e(name) for c in some] for name in ("solved", "papers"))
-        green, error = max((c.luminance("solved") for c in some), key=lambda pair: abs(pair[0]))
-        lines.append(
-            f"| {name} | {noise:.2f} | {np.mean(solved):.2f} | {max(solved):.2f} "
-            f"| {np.mean(papers):.2f} | {100 * green:+.1f}±{100 * error:.1f} % |"
-        )
-    return "\n".join(lines)
+        if some:
+            solved, papers = ([c.delta_e(by) for c in some] for by in ("solved", "papers"))
+            green, error = max((c.luminance("solved") for c in some), key=lambda pair: abs(pair[0]))
+            noise = np.mean([c.noise for c in some])
+            numbers = (noise, np.mean(solved), max(solved), np.mean(papers))
+            rows.append([name, *(f"{x:.2f}" for x in numbers),
+                         f"{100 * green:+.1f}±{100 * error:.1f} %"])  # fmt: skip
+    return rows
 
 
-def picture_sheet(comparisons: Sequence[Comparison], path: Path) -> None:
-    """Draw the reference and every method, a row per scene."""
-    import matplotlib as mpl
-
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
-    titles = ["Cycles", *comparisons[0].pictures]
-    figure, axes = plt.subplots(
-        len(comparisons), len(titles), figsize=(2 * len(titles), 1.35 * len(comparisons))
-    )
-    for row, item in zip(axes, comparisons, strict=True):
-        row[0].set_ylabel(item.scene.title.replace(", ", "\n"), fontsize=5)
-        for axis, image in zip(
-            row, (item.reference.mean(axis=0), *item.pictures.values()), strict=True
-        ):
-            axis.imshow(srgb_encode(np.clip(image, 0.0, 1.0)))
-            axis.set(xticks=[], yticks=[])
-    for axis, title in zip(axes[0], titles, strict=True):
-        axis.set_title(title, fontsize=7)
-    figure.tight_layout(pad=0.3)
-    figure.savefig(path, dpi=60, pil_kwargs={"quality": 90})
+def measure(ask: Ask) -> Mapping[str, object]:
+    """Render the cases, and the scenes."""
+    found = {}
+    if ask.scenes:
+        found = _compared(ask)
+        pictures = {
+            c.scene.title: [srgb_encode(np.clip(x, 0.0, 1.0))
+                            for x in (c.reference.mean(axis=0), *c.pictures.values())]
+            for c in found
+        }  # fmt: skip
+        sheet(ask.shown("solved_accuracy.jpg"), pictures, ("Cycles", "solved", "papers"), across=2)
+    errors = dict(zip(("open water", "square in it"), _rendered(ask.kinds), strict=True))
+    rows = [[name, *spread(100 * x, ".2g").split("/")] for name, x in errors.items()]
+    return {
+        "pixels": table(("what", "median", "95 %", "worst"), rows),
+        "against": table(("scenes", "noise", "solved", "worst", "papers", "green, worst"),
+                        _summary(found)),
+    }  # fmt: skip
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Measure everything and write the report."""
-    parser = argparse.ArgumentParser(prog="solved_accuracy")
-    parser.add_argument("--samples", type=int, default=96)
-    parser.add_argument("--keep", type=Path, default=Path("out/solved_accuracy"))
-    options = parser.parse_args(arguments)
-    docs = Path(__file__).resolve().parent.parent / "docs" / "measured"
-    comparisons = compared(options.samples, options.keep)
-    picture_sheet(comparisons, docs / "solved_accuracy.jpg")
-    water, square = rendered()
-    heads = "| what | median | 95 % | worst |\n|---|---|---|---|"
-    pixels = "\n".join([heads, _row("open water", water), _row("square in it", square)])
-    tables = "\n".join([heads, *(_row(*each) for each in tabulated())])
-    text = f"""# The solved light field in EEVEE
-
-Written by `python3 dev.py run -m benchmarks solved_accuracy`.
-
+PAGE = Page(
+    "The solved light field in EEVEE",
+    """
 ## Pixels against the solution
-{len(KINDS) * _CASES} random cases: ten Jerlov types, sun at 0 to 80°, camera at 0.2 to 30 m, deep
-water and floors, five phase functions, flat surface and none, three skies; a camera at any tilt
-looks past a square of any tilt. Relative errors in % against the discrete ordinates without tables,
-beyond {FROM_SUN:g}° from the sun and 1° from the edge of Snell's window; half floats are part of
-them.
+40 random cases: ten Jerlov types, sun at 0 to 80°, camera at 0.2 to 30 m, deep water and floors,
+five phase functions, flat surface and none, three skies; a camera at any tilt looks past a square
+of any tilt. Relative errors in % against the discrete ordinates without tables, beyond 10° from the
+sun and 1° from the edge of Snell's window; half floats are part of them. The tables alone are in
+`tests/uw_spectral/transfer/test_radiance_table.py`.
 
 {pixels}
 
-## Tables alone
-The same cases in numpy, in %; patches against the radiances from all sides added up.
-
-{tables}
-
 ## Against Cycles
-{len(SCENES)} scenes: flat surface, floor {_solved_scenes.FLOOR_BELOW:g} m below the camera,
-{_solved_scenes.BANDS} bands on both sides. Cycles: {len(_SEEDS)} seeds of {options.samples} samples
-in {", ".join(_CLEAR)} and of {_TURBID_SAMPLES * options.samples} in the others, bounded forward
-peak ([forward_peak.md](forward_peak.md)). Root mean square ΔE2000 of blocks of {_BLOCK} × {_BLOCK}
-of {_solved_scenes.WIDTH} × {_solved_scenes.HEIGHT} pixels, the noise taken off; *green*: error of
-the picture's mean. Path guiding stays off: it makes Cycles up to 20 % too bright.
+22 scenes: flat surface, floor 3 m below the camera, 3 bands on both sides. Cycles: 3 seeds of
+{samples} samples in I, IA, IB and of four times as many in the others, bounded forward peak
+([reference_cost.md](reference_cost.md)). Root mean square ΔE2000 of blocks of 20 × 20 of 60 × 40
+pixels, the noise taken off; *green*: error of the picture's mean. Path guiding stays off: it makes
+Cycles up to 20 % too bright.
 
-{_summary(comparisons)}
+{against}
 
 ![Cycles, EEVEE solved, the papers' form](solved_accuracy.jpg)
-"""
-    (docs / "solved_accuracy.md").write_text(text, encoding="utf-8")
-    print(text)
+""",
+    settings={"samples": 96, "scenes": 99, "kinds": len(KINDS)},
+)

@@ -15,7 +15,7 @@ light by Shader to RGB, *fog kept* mixes the shader with an emission and so keep
 are lit by one sun with the water's shadow maps; *with lamps* two spots shine as well.
 
 A scene is a .blend with a camera below z = 0, or ``spheres``: three spheres of ``--materials``
-different materials over a seabed. ``foreign_scenes`` builds some of other people's models.
+different materials over a seabed. ``measure foreign_scenes`` builds some of other people's models.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def main(arguments: Sequence[str]) -> None:
     options = parser.parse_args(arguments)
     for scene in options.scene:
         if scene != _SPHERES and not Path(scene).is_file():
-            parser.error(f"--scene: there is no {scene}; foreign_scenes builds some")
+            parser.error(f"--scene: there is no {scene}")
     if min(options.samples, options.repeats, options.materials, *options.bands) < 1:
         parser.error("samples, repeats, materials and bands must be 1 or more")
     if options.case:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 import underwater_spectral
+from underwater_spectral.benchmarks import pages
 from underwater_spectral.jobs import command_line
 from underwater_spectral.settings.render_plan import description_of
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
@@ -30,7 +31,8 @@ PACKAGES = (
 _PIPELINE, _RESEARCHER = ROOT / "docs" / "pipeline.md", ROOT / "docs" / "researcher.md"
 _LISTING = ROOT / "docs" / "listing" / "listing.md"
 _WRONG = (InputError, AssertionError, OSError, SystemExit)
-_JOBS = ("example", "test", "check", "build", "run", "site", "lock")
+_JOBS = ("example", "test", "check", "build", "run", "measure", "site", "lock")
+_MEASURE = ("--stale", "--write", "--accept", "--stamp")
 _FOLDERS = (*PACKAGES, "data", "tests", "tools", "examples", "presets")
 # scene.underwater is a property of Blender's, scene.blend a file.
 _NAME = re.compile(rf"(?<![\w.])(?!scene\.(?:underwater|blend))(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
@@ -144,8 +146,11 @@ def _check(words: list[str]) -> None:
             _check(rest)
         elif job == "test":
             assert all((ROOT / word).exists() for word in rest if "/" in word)
+        elif job == "measure":
+            assert set(rest) <= {*_MEASURE, *(row.name for row in pages.PAGES)}, rest
     elif words[:2] == ["-m", "benchmarks"]:
-        assert len(words) == 2 or (ROOT / "benchmarks" / f"{words[2]}.py").exists(), words
+        tool = ROOT / "benchmarks" / f"{(*words, '')[2]}.py"
+        assert len(words) == 2 or "\ndef main(" in tool.read_text(), words
     elif words[:2] == ["blender", "--command"] and words[2] == "underwater":
         _check_batch(words[3:])
     elif "render_bands.py" in words:
@@ -194,6 +199,8 @@ def test_the_options_of_the_table_are_those_of_the_parser():
         "python3 dev.py run examples/missing.py",
         "python3 dev.py run examples/build_scene.py moon out/moon.blend",
         "python3 dev.py run -m benchmarks missing",
+        "python3 dev.py run -m benchmarks shade",
+        "python3 dev.py measure missing",
         "blender --command underwater a.blend --bnads 8",
         "blender -b a.blend -P render_bands.py -- --quality best",
     ],

@@ -10,12 +10,12 @@ from unittest import mock
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
-from underwater_spectral.benchmarks._solved_cases import FROM_SUN, Case, LightAround
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
+from underwater_spectral.validation.solved_cases import FROM_SUN, Case, LightAround
 
 COLOR = (0.8, 0.4, 0.2)
 _DEPTHS = 17

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _solved_cases as solved_cases
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation import solved_cases
 
 SQUARES = {
     "lit": ((-0.75, -0.9, -1.5), (1.5, 0.0, 0.0), (0.0, 0.75, -2.0)),

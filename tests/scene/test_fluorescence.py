@@ -8,7 +8,6 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks._solved_cases import LightAround
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import fluorescence
@@ -23,6 +22,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_surface import arriving_light, p
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.spectra.fluorophore import parse_fluorophore
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.validation.solved_cases import LightAround
 
 DEPTH, AWAY, SIZE = 8.0, 2.0, 12
 DAY = SceneSettings(

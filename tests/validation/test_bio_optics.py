@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import gutierrez_figures as figures
-from underwater_spectral.benchmarks import inelastic_table
-from underwater_spectral.benchmarks.path_radiance_table import ROOT
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
 from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd490_Morel2007,
@@ -126,11 +124,6 @@ def test_case1_waters_against_measured_Kd():
         assert row.solved == pytest.approx(published, rel=solved)
         if row.chlorophyll >= 1:
             assert abs(row.by_lee / published - 1) < abs(row.before / published - 1)
-
-
-def test_verdict_of_inelastic_light_is_that_of_its_tables():
-    page = (ROOT / "docs" / "measured" / "inelastic.md").read_text(encoding="utf-8")
-    assert f"**{inelastic_table.verdict(page)}**" in page
 
 
 def test_raman_comes_to_dominate_the_red_with_depth():

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks._canonical import canonical_values
 from underwater_spectral.node_groups.water_volume import ScatteringLobe
 from underwater_spectral.tests.scene import columns
 from underwater_spectral.tests.validation import cycles_probe
+from underwater_spectral.validation.canonical_problems import canonical_values
 
 HG = columns.henyey_greenstein(0.8)
 # a = 0.05, b = 0.1, HG 0.8, vertical sun, no interface: discrete ordinates of this project and

@@ -7,14 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _measured_waters as waters
-from underwater_spectral.benchmarks import _raman_at_sea, _tyler, gutierrez_figures
-from underwater_spectral.benchmarks._canonical import (
-    PROBLEMS,
-    canonical_field,
-    canonical_values,
-    closed_form,
-)
+from underwater_spectral.benchmarks import _raman_at_sea, gutierrez_figures
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
@@ -22,6 +15,14 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coefficient
 from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage, Rayleigh
+from underwater_spectral.validation import measured_waters as waters
+from underwater_spectral.validation import tyler
+from underwater_spectral.validation.canonical_problems import (
+    PROBLEMS,
+    canonical_field,
+    canonical_values,
+    closed_form,
+)
 
 # Lu of converged solutions where the published means scatter by 4 to 36 %: 64 and 128 streams
 # agree to 0.3 %. That of docs/measured/monte_carlo.md has 1.706e-3, 1.29e-5, 7.4e-7, 3.03e-3,
@@ -117,19 +118,19 @@ def test_radiance_of_lake_pend_oreille(phase):
     c of 1957 meters is good to some percent and the water was not even: Gershun's absorption
     of the tables differs by ± 10 % between depths, which over 60 m is a factor of 2.
     """
-    share = _tyler.lake().sky_share()
+    share = tyler.lake().sky_share()
     assert 0.1 < share < 0.3
-    solved, closed = _tyler.modelled(phase, share)
-    found = _tyler.misfit(solved)
+    solved, closed = tyler.modelled(phase, share)
+    found = tyler.misfit(solved)
     assert found.median < 0.15
     assert found.shape < 0.10
     assert found.shape_tail < 0.25
-    assert _tyler.misfit(closed).median < 0.15
+    assert tyler.misfit(closed).median < 0.15
 
 
 def test_a_broad_phase_function_does_not_fit_the_lake():
     """The comparison tells phase functions apart."""
-    found = _tyler.misfit(_tyler.modelled("hg:0.8", _tyler.lake().sky_share())[0])
+    found = tyler.misfit(tyler.modelled("hg:0.8", tyler.lake().sky_share())[0])
     assert found.median > 0.4
     assert found.shape > 0.15
 

@@ -6,7 +6,7 @@ import ast
 
 import pytest
 from underwater_spectral.benchmarks import planted_errors as errors
-from underwater_spectral.benchmarks.path_radiance_table import ROOT
+from underwater_spectral.benchmarks.runner import ROOT
 
 ROWS = {row["error"]: row for row in errors.rows()}
 TESTS = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))

@@ -6,13 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _housing_cases as cases
 from underwater_spectral.benchmarks import housing as benchmark
 from underwater_spectral.uw_spectral.housing import (
     BrownConrady,
     FlatPort,
     Housing,
 )
+from underwater_spectral.validation import housing_cases as cases
 
 NM, CAMERA, POSES = cases.MIDDLE, cases.IN_AIR, cases.POSES
 PORT = cases.TILTED

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _housing_cases as cases
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.housing import (
     GLASSES,
@@ -19,6 +18,7 @@ from underwater_spectral.uw_spectral.housing import (
     find_glass,
     focus_distance,
 )
+from underwater_spectral.validation import housing_cases as cases
 
 PLAIN = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
 

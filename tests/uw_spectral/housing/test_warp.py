@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _housing_cases as cases
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.housing import (
     GLASSES,
@@ -24,6 +23,7 @@ from underwater_spectral.uw_spectral.housing import (
     warped,
     warped_flow,
 )
+from underwater_spectral.validation import housing_cases as cases
 
 SMALL = LensCamera(320, 180, 233.3, 233.3, 160.0, 90.0)
 SHARP = LensCamera(

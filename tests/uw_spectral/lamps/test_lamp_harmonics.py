@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _lamp_cases
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_harmonics import Harmonics
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.water.phase import BandPhase, HenyeyGreenstein, Isotropic
+from underwater_spectral.validation import lamp_cases
 
 ALBEDO = 0.8
 
@@ -41,8 +41,8 @@ def test_round_an_even_lamp_in_even_water_it_is_the_known_integral():
 def test_light_scattered_twice_is_what_photons_find(position, axis, profile):
     # Of more scatterings rare photons bring much.
     phase, albedo = BandPhase((HenyeyGreenstein(0.7),), np.ones((1, 1))), 1e-3
-    case = _lamp_cases.Case("in view", phase, profile, np.array(position), np.array(axis), 3.0)
-    traced = _lamp_cases.traced(case, 40000, 1)[:, 1]
+    case = lamp_cases.Case("in view", phase, profile, np.array(position), np.array(axis), 3.0)
+    traced = lamp_cases.traced(case, 40000, 1)[:, 1]
     error = float(traced.std(ddof=1)) / math.sqrt(len(traced))
     lamp = case.lamp()
     ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), case.P)

@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _lamp_cases, _lamp_photons
 from underwater_spectral.benchmarks.lamp_light import even_in_angle, exact, solved
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
@@ -27,6 +26,7 @@ from underwater_spectral.uw_spectral.water.phase import (
     parse_phase,
     seawater_mixture,
 )
+from underwater_spectral.validation import lamp_cases, lamp_photons
 
 HG = BandPhase((HenyeyGreenstein(0.9),), np.ones((1, 1)))
 MIXTURE = seawater_mixture([1.0], [0.02])
@@ -35,11 +35,11 @@ MIXTURE = seawater_mixture([1.0], [0.02])
 def test_photons_of_the_first_order_are_the_integral():
     rng = np.random.default_rng(2)
     for function in (HG, MIXTURE):
-        phase = _lamp_photons.tables_of(function)
+        phase = lamp_photons.tables_of(function)
         for position in ((0.3, 0.0, 0.0), (0.5, 0.0, 3.0)):
             x, w = np.zeros((20000, 3)), np.tile([0.0, 0.0, 1.0], (20000, 1))
             lamp = Lamp(position, (0, 0, 1), np.ones(1), rov_lamp(), 1e-4)
-            found = _lamp_photons.orders(
+            found = lamp_photons.orders(
                 x, w, math.inf, np.array(position), lamp.profile.value, np.array([0, 0, 1.0]),
                 phase, rng, count=1,
             )  # fmt: skip
@@ -59,13 +59,13 @@ def test_photons_absorb_all_that_the_lamp_emits():
     w = rng.normal(size=(count, 3))
     w /= np.linalg.norm(w, axis=1, keepdims=True)
     # 4π r² (volume) × 4π (radiance to scalar irradiance) × R (mean over r) / 4π (power).
-    phase = _lamp_photons.tables_of(BandPhase((HenyeyGreenstein(0.6),), np.ones((1, 1))))
-    orders = _lamp_photons.orders(
+    phase = lamp_photons.tables_of(BandPhase((HenyeyGreenstein(0.6),), np.ones((1, 1))))
+    orders = lamp_photons.orders(
         x, w, math.inf, np.zeros(3), IsotropicProfile().value, np.array([0, 0, 1.0]), phase, rng,
         count=12, weight=4 * math.pi * R * r**2,
     )  # fmt: skip
     albedo = 0.4
-    scattered, error = _lamp_photons.summed(orders, albedo)
+    scattered, error = lamp_photons.summed(orders, albedo)
     assert (1 - albedo) * error < 0.03 * albedo
     assert (1 - albedo) * scattered == pytest.approx(albedo, rel=0.05)
 
@@ -77,17 +77,17 @@ def test_it_is_as_photons_have_it(index, tolerance):
     away = np.array([math.sin(0.2), 0.0, math.cos(0.2)])
     z, x = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     case = [
-        _lamp_cases.Case("in view", HG, IsotropicProfile(), 2.0 * away, -away, math.inf),
-        _lamp_cases.Case("in view", MIXTURE, rov_lamp(), 2.0 * away, -away, math.inf),
-        _lamp_cases.Case("beside", HG, rov_lamp(), 0.2 * x, z, 3.0),
-        _lamp_cases.Case("patch", HG, IsotropicProfile(), 1.5 * z, -z, math.inf),
-        _lamp_cases.Case("in view", HG, IsotropicProfile(), 5.0 * away, -away, math.inf),
-        _lamp_cases.Case("across", MIXTURE, SpotProfile(1.0, 0.5), 1.0 * away, -x, math.inf),
+        lamp_cases.Case("in view", HG, IsotropicProfile(), 2.0 * away, -away, math.inf),
+        lamp_cases.Case("in view", MIXTURE, rov_lamp(), 2.0 * away, -away, math.inf),
+        lamp_cases.Case("beside", HG, rov_lamp(), 0.2 * x, z, 3.0),
+        lamp_cases.Case("patch", HG, IsotropicProfile(), 1.5 * z, -z, math.inf),
+        lamp_cases.Case("in view", HG, IsotropicProfile(), 5.0 * away, -away, math.inf),
+        lamp_cases.Case("across", MIXTURE, SpotProfile(1.0, 0.5), 1.0 * away, -x, math.inf),
     ][index]
     # Beside a lamp rare photons bring much: few are too low.
-    found = _lamp_cases.traced(case, 150_000 if case.kind == "beside" else 30_000, 7)
+    found = lamp_cases.traced(case, 150_000 if case.kind == "beside" else 30_000, 7)
     for albedo in (0.4, 0.8, 0.95):
-        value, error = _lamp_photons.summed(found, albedo)
+        value, error = lamp_photons.summed(found, albedo)
         once, whole = solved(case, albedo)
         value += once if case.kind == "patch" else 0.0
         assert error < 0.5 * tolerance * value
@@ -98,8 +98,8 @@ def test_it_is_as_photons_have_it(index, tolerance):
 def test_light_beside_a_beam_was_bent_out_of_it():
     """By the blur of the beam alone it would be three times too bright there."""
     at, axis = np.array([0.25, 0.0, 2.68]), np.array([0.7, -0.58, 0.42])
-    case = _lamp_cases.Case("across", HG, rov_lamp(), at, axis / np.linalg.norm(axis), math.inf)
-    value, error = _lamp_photons.summed(_lamp_cases.traced(case, 10000, 3), 0.8)
+    case = lamp_cases.Case("across", HG, rov_lamp(), at, axis / np.linalg.norm(axis), math.inf)
+    value, error = lamp_photons.summed(lamp_cases.traced(case, 10000, 3), 0.8)
     assert error < 0.1 * value
     assert 0.7 < solved(case, 0.8)[1] / value < 1.3
 

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _lamp_cases
-from underwater_spectral.benchmarks._lamp_photons import summed
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import SpotProfile
 from underwater_spectral.uw_spectral.water.phase import BandPhase, HenyeyGreenstein, Isotropic
+from underwater_spectral.validation import lamp_cases
+from underwater_spectral.validation.lamp_photons import summed
 
 SPOT = SpotProfile(math.radians(60.0), 0.3)
 UP = (0.0, 0.0, 1.0)
@@ -37,8 +37,8 @@ def _scattered(lamp, normal, water):
 )
 def test_patches_beside_a_beam_get_what_photons_find(phase, position, axis):
     function = BandPhase((phase,), np.ones((1, 1)))
-    case = _lamp_cases.Case("patch", function, SPOT, np.array(position), np.array(axis), math.inf)
-    traced = _lamp_cases.traced(case, 60000, 4)
+    case = lamp_cases.Case("patch", function, SPOT, np.array(position), np.array(axis), math.inf)
+    traced = lamp_cases.traced(case, 60000, 4)
     for albedo in (0.2, 0.5):
         wanted, error = summed(traced, albedo)
         found = sum(_scattered(case.lamp(), UP, _water(phase, albedo)))
@@ -47,7 +47,7 @@ def test_patches_beside_a_beam_get_what_photons_find(phase, position, axis):
 
 
 def test_it_comes_from_the_side_of_the_beam():
-    lamp = _lamp_cases.Case(
+    lamp = lamp_cases.Case(
         "patch", _water(Isotropic(), 0.5).phase, SPOT, np.array((0.0, 0.0, 0.5)),
         np.array((1.0, 0.0, 0.0)), math.inf,
     ).lamp()  # fmt: skip
@@ -61,8 +61,8 @@ def test_it_comes_from_the_side_of_the_beam():
 
 def test_of_a_lamp_without_a_beam_it_is_alike_round_the_lamp():
     water = _water(HenyeyGreenstein(0.5), 0.8)
-    lamp = _lamp_cases.Case(
-        "patch", water.phase, _lamp_cases.PROFILES["isotropic"], np.array((0.0, 0.0, 0.7)),
+    lamp = lamp_cases.Case(
+        "patch", water.phase, lamp_cases.PROFILES["isotropic"], np.array((0.0, 0.0, 0.7)),
         np.array((1.0, 0.0, 0.0)), math.inf,
     ).lamp()  # fmt: skip
     sides = ((0.6, 0.0, 0.8), (-0.6, 0.0, 0.8), (0.0, 0.6, 0.8))
@@ -75,7 +75,7 @@ def test_nothing_is_negative_or_lost_at_extremes():
     for r in (1e-4, 0.05, 30.0, 1e4):
         for normal in np.eye(3):
             for sign in (1.0, -1.0):
-                lamp = _lamp_cases.Case(
+                lamp = lamp_cases.Case(
                     "patch", water.phase, SPOT, np.array((0.0, 0.0, r)),
                     np.array((0.0, 0.0, -1.0)), math.inf,
                 ).lamp()  # fmt: skip

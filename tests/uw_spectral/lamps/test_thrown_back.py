@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _lamp_photons
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
     PART_SIDE,
@@ -26,6 +25,7 @@ from underwater_spectral.uw_spectral.lamps.thrown_back import (
 )
 from underwater_spectral.uw_spectral.octahedron import folded
 from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.validation import lamp_photons
 
 PHASE = seawater_mixture([1.0], [0.02])
 FLOOR, REFLECTANCE = -1.2, 0.6
@@ -206,7 +206,7 @@ def test_water_over_a_lit_floor_against_photons(a, b):
     """Its mean by many lamps within 10 % of photons, which know it within 4 %, and by few as much
     below at most; without what the floor throws back most of the light is missing.
     """
-    room = pytest.importorskip("underwater_spectral.benchmarks._lamp_room")
+    room = pytest.importorskip("underwater_spectral.validation.lamp_room")
     # The left blocks of a row just above the middle, seen at 30 to 8° from it.
     view, chosen = room.View(2, 20, 0.06, (0.2, 0.05)), slice(0, 8)
     x = (np.arange(20) + 0.5 - 10.0)[chosen] * view.size
@@ -214,7 +214,7 @@ def test_water_over_a_lit_floor_against_photons(a, b):
     w /= np.linalg.norm(w, axis=-1, keepdims=True)
     lamp = Lamp((0.5, 1.0, 0.3), DOWN, np.ones(1), SPOT, 1e-3)
     nothing = np.zeros((0, 6))
-    phase, kept = room.cut(_lamp_photons.tables_of(PHASE), math.radians(3.0))
+    phase, kept = room.cut(lamp_photons.tables_of(PHASE), math.radians(3.0))
     photons = room.traced(
         view, [lamp], (a, kept * b), phase, room.Room(FLOOR, nothing, nothing, np.zeros((1, 3))),
         np.array([REFLECTANCE]), 1, (800_000, 400),

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _solved_cases as solved_cases
 from underwater_spectral.uw_spectral.transfer import radiance_table
 from underwater_spectral.uw_spectral.transfer.radiance_table import AZIMUTHS, TILTS, tabulate
+from underwater_spectral.validation import solved_cases
 
 CASES = [next(solved_cases.cases(kind, 1)) for kind in (0, 5, 7)]
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _solved_cases as solved_cases
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
 from underwater_spectral.uw_spectral.transfer.solved_ray import PathShade, SolvedWater
 from underwater_spectral.uw_spectral.transfer.sun_beam import SunBeam
+from underwater_spectral.validation import solved_cases
 
 
 @pytest.mark.parametrize("kind", [0, 5, 7])

@@ -1,0 +1,411 @@
+"""Monte Carlo of lamps in a room of simple things: floor, ellipsoids and boxes in endless water.
+
+Photons start at the lamps. From each place where one is scattered it shines into the rays of the
+camera, at the origin, that pass within a small distance (the beam radiance estimate: Jarosz,
+Zwicker & Jensen, Computer Graphics Forum 27, 557, 2008); from where it is thrown back, into the
+block of the picture that it lies in. What is scattered only once, or only thrown back once, is
+sought on the rays of the camera instead.
+
+A phase function that rises to its peak as a power makes rare photons bring most of the light. Its
+peak is cut off at a small angle (:func:`cut`): what is scattered by less goes straight on, which
+blurs the picture by about that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.profile import SpotProfile
+from .lamp_photons import PhaseTables
+
+type Array = NDArray[np.float64]
+
+BATCHES = 10
+KINDS = ("water alone", "a thing, seen", "a thing, scattered", "thrown back more than once")
+"""What the light met: the last two of things that are seen through bent paths, and of several."""
+_FAR, _NEAR = 1e9, 1e-7  # m
+_NEAREST = 1e-4  # of a ray to the lamp, m
+_FAINT = 0.05  # weight below which half of the paths go on
+_MOST = 400  # scatterings
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Things, seen from the camera; z is up.
+
+    Attributes
+    ----------
+    floor : float
+        Height, m.
+    ellipsoids, boxes : array, shape (k, 6)
+        Middles and half axes, m.
+    colours : array, shape (1 + k, 3)
+        Of the floor, the ellipsoids and the boxes.
+    """
+
+    floor: float
+    ellipsoids: Array
+    boxes: Array
+    colours: Array
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """The blocks of a picture of a camera at the origin that looks along y.
+
+    Attributes
+    ----------
+    rows, columns : int
+    size : float
+        Of a block, at a distance of 1.
+    blur : tuple of float
+        Distance of a ray from the photons that shine into it: at the camera, m, and more per m of
+        their distance.
+    """
+
+    rows: int
+    columns: int
+    size: float
+    blur: tuple[float, float] = (0.1, 0.03)
+
+
+def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
+    """Return a phase function as high up to an angle as it is there, and its share of scattering.
+
+    Parameters
+    ----------
+    phase : PhaseTables
+    angle : float
+        rad; 0 leaves it as it is.
+    """
+    s2 = math.sin(angle / 2.0) ** 2
+    if s2 == 0.0:
+        return phase, 1.0
+    highest = float(phase.per_steradian(np.array([s2]))[0])
+    share, edges = np.copy(phase.share), np.union1d(phase.edges, s2)
+    share = np.interp(edges, phase.edges, share)
+    level = 4.0 * math.pi * highest
+    kept = np.where(edges < s2, level * edges, share - np.interp(s2, edges, share) + level * s2)
+    whole = float(kept[-1])
+    log_p = np.minimum(phase.log_p, math.log(highest)) - math.log(whole)
+    return PhaseTables(phase.log_s2, log_p, kept / whole, edges), whole
+
+
+def traced(
+    view: View,
+    lamps: Sequence[Lamp],
+    water: tuple[float, float],
+    phase: PhaseTables,
+    room: Room,
+    reflectance: Array,
+    seed: int,
+    photons: tuple[int, int],
+) -> Array:
+    """Radiance over the lamps' intensity by what the light met, shape (rows, columns, 4, BATCHES).
+
+    Parameters
+    ----------
+    view : View
+    lamps : sequence of Lamp
+        Spots, of one intensity; places as seen from the camera.
+    water : tuple of float
+        Absorption and scattering, 1/m.
+    phase : PhaseTables
+    room : Room
+    reflectance : array, shape (1 + k,)
+        Of its things, in the one band.
+    seed : int
+    photons : tuple of int
+        From the lamps, in each batch; rays of each block.
+    """
+    rows = np.array([(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps])
+    tables = phase.log_s2, phase.log_p, phase.share, phase.edges
+    things = room.floor, room.ellipsoids, room.boxes
+    seen = view.rows, view.columns, view.size, *view.blur
+    count, rays = photons
+    more = _more(seen, rows, *water, tables, things, reflectance, seed, count)
+    return more + _first_met(seen, rows, *water, tables, things, reflectance, seed, rays)
+
+
+def _cone(lamp: Lamp) -> tuple[float, float]:
+    assert isinstance(lamp.profile, SpotProfile)
+    edge = lamp.profile.edge
+    return edge, 1.0 / ((1.0 - edge) * lamp.profile.blend)
+
+
+@njit(cache=True)
+def _first(x, y, z, wx, wy, wz, things):
+    """Distance, number and normal of what a ray meets first; number -1 without."""
+    floor, ellipsoids, boxes = things
+    best, found, nx, ny, nz = _FAR, -1, 0.0, 0.0, 0.0
+    if wz < 0.0 and z > floor:
+        best, found, nz = (floor - z) / wz, 0, 1.0
+    for i in range(len(ellipsoids)):
+        mx, my, mz, rx, ry, rz = ellipsoids[i]
+        px, py, pz, ux, uy, uz = (
+            (x - mx) / rx,
+            (y - my) / ry,
+            (z - mz) / rz,
+            wx / rx,
+            wy / ry,
+            wz / rz,
+        )
+        a, b = ux * ux + uy * uy + uz * uz, px * ux + py * uy + pz * uz
+        d = b * b - a * (px * px + py * py + pz * pz - 1.0)
+        if d > 0.0:
+            t = (-b - math.sqrt(d)) / a
+            if _NEAR < t < best:
+                best, found = t, 1 + i
+                nx, ny, nz = (px + t * ux) / rx, (py + t * uy) / ry, (pz + t * uz) / rz
+                size = math.sqrt(nx * nx + ny * ny + nz * nz)
+                nx, ny, nz = nx / size, ny / size, nz / size
+    for i in range(len(boxes)):
+        low, high, axis = -_FAR, _FAR, 0
+        for k in range(3):
+            p, w = (x, y, z)[k], (wx, wy, wz)[k]
+            w = w if abs(w) > 1e-14 else 1e-14
+            one, other = (
+                (boxes[i, k] - boxes[i, 3 + k] - p) / w,
+                (boxes[i, k] + boxes[i, 3 + k] - p) / w,
+            )
+            if min(one, other) > low:
+                low, axis = min(one, other), k
+            high = min(high, max(one, other))
+        if _NEAR < low < min(high, best):
+            best, found = low, 1 + len(ellipsoids) + i
+            sign = -1.0 if (wx, wy, wz)[axis] > 0 else 1.0
+            nx, ny, nz = sign * (axis == 0), sign * (axis == 1), sign * (axis == 2)
+    return best, found, nx, ny, nz
+
+
+@njit(cache=True)
+def _looked_up(value, places, values):
+    if value <= places[0]:
+        return values[0]
+    if value >= places[-1]:
+        return values[-1]
+    i = np.searchsorted(places, value, side="right") - 1
+    share = (value - places[i]) / (places[i + 1] - places[i])
+    return values[i] + share * (values[i + 1] - values[i])
+
+
+@njit(cache=True)
+def _per_steradian(s2, log_s2, log_p):
+    return math.exp(_looked_up(math.log(max(s2, 1e-14)), log_s2, log_p))
+
+
+@njit(cache=True)
+def _turned(wx, wy, wz, s2):
+    azimuth = 2.0 * math.pi * np.random.random()
+    cosine, sine = 1.0 - 2.0 * s2, 2.0 * math.sqrt(max(s2 * (1.0 - s2), 0.0))
+    sign = 1.0 if wz >= 0.0 else -1.0
+    a = -1.0 / (sign + wz)
+    b = wx * wy * a
+    c, s = sine * math.cos(azimuth), sine * math.sin(azimuth)
+    x = cosine * wx + c * (1.0 + sign * wx * wx * a) + s * b
+    y = cosine * wy + c * sign * b + s * (sign + wy * wy * a)
+    z = cosine * wz - c * sign * wx - s * wy
+    size = math.sqrt(x * x + y * y + z * z)
+    return x / size, y / size, z / size
+
+
+@njit(cache=True)
+def _towards(lamp, x, y, z):
+    dx, dy, dz = lamp[0] - x, lamp[1] - y, lamp[2] - z
+    r = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-9)
+    return dx / r, dy / r, dz / r, r
+
+
+@njit(cache=True)
+def _shines(lamp, cosine):
+    place = min(max((cosine - lamp[6]) * lamp[7], 0.0), 1.0)
+    return place * place * (3.0 - 2.0 * place)
+
+
+@njit(cache=True)
+def _half_angle(s, h):
+    small = math.atan2(h, math.hypot(s, h) + abs(s))
+    return small if s < 0.0 else math.pi / 2.0 - small
+
+
+@njit(cache=True)
+def _once(x, y, z, wx, wy, wz, P, lamp, water, things):
+    """Light of a lamp scattered once into a ray, over b, from a random place of it."""
+    c, log_s2, log_p = water
+    lx, ly, lz, r = _towards(lamp, x, y, z)
+    t0 = r * (lx * wx + ly * wy + lz * wz)
+    nx, ny, nz = wx * t0 - r * lx, wy * t0 - r * ly, wz * t0 - r * lz
+    h = max(math.sqrt(nx * nx + ny * ny + nz * nz), _NEAREST)
+    start = _half_angle(-t0, h) ** (1.0 / 3.0)
+    end = min(_half_angle(P - t0, h), math.pi / 2.0 - 1e-9) ** (1.0 / 3.0)
+    q = start + (end - start) * np.random.random()
+    angle = q**3
+    s = -h / math.tan(2.0 * angle)
+    px, py, pz = nx + s * wx, ny + s * wy, nz + s * wz
+    r = max(math.sqrt(px * px + py * py + pz * pz), 1e-9)
+    px, py, pz = px / r, py / r, pz / r
+    light = _shines(lamp, px * lamp[3] + py * lamp[4] + pz * lamp[5])
+    if light == 0.0:
+        return 0.0
+    if _first(lamp[0], lamp[1], lamp[2], px, py, pz, things)[0] < r - 1e-6:
+        return 0.0
+    path = max(t0 + h * math.tan(angle), 0.0)
+    p = _per_steradian(math.sin(angle) ** 2, log_s2, log_p)
+    return 6.0 * q * q * (end - start) / h * p * light * math.exp(-c * path)
+
+
+@njit(cache=True)
+def _irradiance(x, y, z, nx, ny, nz, lamp, c, things):
+    """Unscattered light of a lamp on a patch."""
+    lx, ly, lz, r = _towards(lamp, x, y, z)
+    cosine = lx * nx + ly * ny + lz * nz
+    light = _shines(lamp, -(lx * lamp[3] + ly * lamp[4] + lz * lamp[5]))
+    if cosine <= 0.0 or light == 0.0:
+        return 0.0
+    if _first(x, y, z, lx, ly, lz, things)[0] < r:
+        return 0.0
+    return light * cosine * math.exp(-c * r) / (r * r)
+
+
+@njit(cache=True)
+def _hidden(x, y, z, d, things):
+    return _first(x, y, z, -x / d, -y / d, -z / d, things)[0] < d
+
+
+@njit(cache=True)
+def _into_block(found, kind, batch, x, y, z, light, view, c, things):
+    """Bring light to the block that a place lies in, unless a thing hides it."""
+    rows, columns, size = view[:3]
+    if y <= 0.0:
+        return
+    column = math.floor(x / (y * size) + columns / 2.0)
+    row = math.floor(rows / 2.0 - z / (y * size))
+    if column < 0 or column >= columns or row < 0 or row >= rows:
+        return
+    d = math.sqrt(x * x + y * y + z * z)
+    if not _hidden(x, y, z, d, things):
+        solid = d * d * (y / d) ** 3 * size * size
+        found[row, column, kind, batch] += light * math.exp(-c * d) / solid
+
+
+@njit(cache=True)
+def _into_rays(found, kind, batch, place, w, weight, view, water, things):
+    """Bring light that is scattered at a place to a ray of each block that passes nearby."""
+    rows, columns, size, least, wider = view
+    c, log_s2, log_p = water
+    x, y, z = place
+    d = math.sqrt(x * x + y * y + z * z)
+    radius = least + wider * d
+    if y <= -radius or _hidden(x, y, z, max(d, 1e-6), things):
+        return
+    reach = 1e9
+    if y > radius:
+        reach = 2.0 * radius / (y - radius) * (d / y) / size + 1.0
+    column, row = columns / 2.0, rows / 2.0
+    if y > radius:
+        column, row = x / (y * size) + columns / 2.0, rows / 2.0 - z / (y * size)
+    for i in range(max(0, math.floor(row - reach)), min(rows, math.floor(row + reach) + 1)):
+        for j in range(
+            max(0, math.floor(column - reach)), min(columns, math.floor(column + reach) + 1)
+        ):
+            u = (j + np.random.random() - columns / 2.0) * size
+            v = (rows / 2.0 - i - np.random.random()) * size
+            length = math.sqrt(u * u + 1.0 + v * v)
+            u, n, v = u / length, 1.0 / length, v / length
+            t = x * u + y * n + z * v
+            if t <= 0.0 or d * d - t * t >= radius * radius:
+                continue
+            cosine = -(w[0] * u + w[1] * n + w[2] * v)
+            p = _per_steradian((1.0 - cosine) / 2.0, log_s2, log_p)
+            found[i, j, kind, batch] += weight * p * math.exp(-c * t) / (math.pi * radius * radius)
+
+
+@njit(parallel=True, cache=True)
+def _more(view, lamps, a, b, tables, things, reflectance, seed, photons):
+    log_s2, log_p, share, edges = tables
+    c = a + b
+    water = c, log_s2, log_p
+    found = np.zeros((BATCHES, view[0], view[1], 4, BATCHES))
+    for batch in prange(BATCHES):
+        np.random.seed(seed * 100019 + batch)
+        own = found[batch]
+        for k in range(photons):
+            lamp = lamps[k % len(lamps)]
+            x, y, z = lamp[0], lamp[1], lamp[2]
+            s2 = np.random.random() * (1.0 - lamp[6]) / 2.0
+            wx, wy, wz = _turned(lamp[3], lamp[4], lamp[5], s2)
+            weight = _shines(lamp, 1.0 - 2.0 * s2) * 2.0 * math.pi * (1.0 - lamp[6])
+            weight *= len(lamps) / photons
+            faint = _FAINT * weight
+            thrown, bent = 0, False
+            for order in range(_MOST):
+                P, thing, nx, ny, nz = _first(x, y, z, wx, wy, wz, things)
+                t = -math.log(1.0 - np.random.random()) / c
+                on_thing = t >= P
+                if on_thing:
+                    if thing < 0:
+                        break
+                    weight *= reflectance[thing]
+                    thrown, bent = thrown + 1, False
+                    x, y, z = (
+                        x + P * wx + _NEAR * nx,
+                        y + P * wy + _NEAR * ny,
+                        z + P * wz + _NEAR * nz,
+                    )
+                    bx, by, bz = nx, ny, nz
+                    s2 = (1.0 - math.sqrt(np.random.random())) / 2.0
+                else:
+                    weight *= b / c
+                    bent = True
+                    x, y, z = x + t * wx, y + t * wy, z + t * wz
+                    bx, by, bz = wx, wy, wz
+                    s2 = _looked_up(np.random.random(), share, edges)
+                if weight == 0.0:
+                    break
+                kind = 0 if thrown == 0 else 3 if thrown > 1 else 2 if bent else 1
+                if order > 0 and on_thing:
+                    cosine = -(x * bx + y * by + z * bz) / math.sqrt(x * x + y * y + z * z)
+                    light = weight * max(cosine, 0.0) / math.pi
+                    if light > 0.0:
+                        _into_block(own, kind, batch, x, y, z, light, view, c, things)
+                elif order > 0:
+                    place, w = (x, y, z), (wx, wy, wz)
+                    _into_rays(own, kind, batch, place, w, weight, view, water, things)
+                wx, wy, wz = _turned(bx, by, bz, s2)
+                if weight < faint:
+                    if np.random.random() < 0.5:
+                        break
+                    weight *= 2.0
+    return found.sum(axis=0)
+
+
+@njit(parallel=True, cache=True)
+def _first_met(view, lamps, a, b, tables, things, reflectance, seed, rays):
+    """Light that is scattered once, or thrown back once."""
+    water = a + b, tables[0], tables[1]
+    rows, columns, size = view[:3]
+    found = np.zeros((rows * columns, 4, BATCHES))
+    for i in prange(rows * columns):
+        np.random.seed(seed * 100003 + i)
+        for k in range(rays):
+            batch = k % BATCHES
+            u = (i % columns + np.random.random() - columns / 2.0) * size
+            v = (rows / 2.0 - i // columns - np.random.random()) * size
+            n = 1.0 / math.sqrt(u * u + 1.0 + v * v)
+            u, v = u * n, v * n
+            P, thing, nx, ny, nz = _first(0.0, 0.0, 0.0, u, n, v, things)
+            for j in range(len(lamps)):
+                found[i, 0, batch] += b * _once(0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, things)
+                if thing >= 0:
+                    x, y, z = P * u + _NEAR * nx, P * n + _NEAR * ny, P * v + _NEAR * nz
+                    lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], water[0], things)
+                    lit *= reflectance[thing] / math.pi * math.exp(-water[0] * P)
+                    found[i, 1, batch] += lit
+    return found.reshape(rows, columns, 4, BATCHES) * (BATCHES / rays)
