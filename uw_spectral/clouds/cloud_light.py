@@ -23,7 +23,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..lamps.angular_spread import interpolated
+from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from . import density_grid
 from .density_grid import Grid
@@ -216,7 +216,7 @@ class ArrayRow:
 
     def at(self, place: Operand) -> Operand:
         """Interpolate at places of shape (..., 1), or of no shape; shape (..., 3)."""
-        return interpolated(self.values, (place,))
+        return multilinear_of_columns(self.values, (place,))
 
 
 def with_escapes(cloud: CloudNumbers) -> CloudNumbers:

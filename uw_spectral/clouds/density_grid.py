@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .puff import Puff, RayInPuff
 
@@ -180,7 +181,7 @@ class ArrayNodes:
 
     def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
         """Interpolate at places of any shape."""
-        found = _trilinear(self.values, place)
+        found = multilinear(self.values, place)
         return [found[..., k] for k in range(3)]
 
 
@@ -194,25 +195,7 @@ class ArrayLampNodes:
         """Interpolate at places of any shape."""
         if lamp >= len(self.values):
             return 0.0 * np.asarray(place[0])
-        return _trilinear(self.values[int(lamp)][..., None], place)[..., 0]
-
-
-def _trilinear(values: Array, place: Sequence[Operand]) -> Array:
-    """Interpolate an array of shape (nx, ny, nz, k) at places of any shape; shape (..., k)."""
-    below, share = [], []
-    for x, count in zip(place, values.shape, strict=False):
-        x = np.asarray(x, dtype=np.float64)
-        low = np.clip(np.floor(x).astype(int), 0, count - 2)
-        below.append(low)
-        share.append(x - low)
-    total = np.zeros(values.shape[-1])
-    for corner in np.ndindex(2, 2, 2):
-        weight = 1.0
-        for far, part in zip(corner, share, strict=True):
-            weight = weight * (part if far else 1.0 - part)
-        found = values[tuple(low + far for low, far in zip(below, corner, strict=True))]
-        total = total + np.asarray(weight)[..., None] * found
-    return total
+        return multilinear(self.values[int(lamp)][..., None], place)[..., 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,7 +324,7 @@ class DensityGrid:
         total = np.zeros(some.shape[:3])
         for step in range(_LAMP_STEPS):
             u = some + way * (end * ((step + 0.5) / _LAMP_STEPS))[..., None]
-            total += _trilinear(self.density[..., None], list(np.moveaxis(u, -1, 0)))[..., 0]
+            total += multilinear(self.density[..., None], list(np.moveaxis(u, -1, 0)))[..., 0]
         return total * end * np.linalg.norm(way @ self.axes.T, axis=-1) / _LAMP_STEPS
 
     @functools.cached_property

@@ -19,9 +19,7 @@ All of it depends on the length, over which it is tabulated for a water.
 from __future__ import annotations
 
 import functools
-import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -29,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
+from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
 from .profile import LampProfile, sample_place
@@ -127,52 +126,11 @@ class ValueGrid:
 
     def at(self, column: Operand, row: Operand) -> Array:
         """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
-        cells = []
-        for place, size in zip((row, column), self.values.shape, strict=False):
-            place = np.asarray(place)
-            # Not clip, which takes many times as long on few numbers.
-            low = np.minimum(np.maximum(np.floor(place).astype(int), 0), size - 2)
-            cells.append((low, np.minimum(np.maximum(place - low, 0.0), 1.0)))
-        (v, down), (h, along) = ((_squeezed(low), share) for low, share in cells)
-        near = self.values[v, h] + along * (self.values[v, h + 1] - self.values[v, h])
-        far = self.values[v + 1, h] + along * (self.values[v + 1, h + 1] - self.values[v + 1, h])
-        return near + down * (far - near)
-
-
-def interpolated(values: Array, places: Sequence[Operand]) -> Array:
-    """Interpolate linearly between the entries of a table; beyond its ends it goes on as it ends.
-
-    Parameters
-    ----------
-    values : array, shape (..., n)
-    places : sequence of float or array
-        Of each axis but the last, of shape (..., 1), or of no shape.
-
-    Returns
-    -------
-    array, shape (..., n)
-
-    Examples
-    --------
-    >>> interpolated(np.arange(4.0).reshape(2, 2, 1), (1.0, 0.5))
-    array([2.5])
-    """
-    ends = []
-    for place, count in zip(places, values.shape, strict=False):
-        place = np.asarray(place)
-        place = place[..., 0] if place.ndim else place
-        low = np.clip(np.floor(place).astype(int), 0, count - 2)
-        share = (place - low)[..., None]
-        ends.append(((low, 1.0 - share), (low + 1, share)))
-    total = 0.0
-    for corner in itertools.product(*ends):
-        index, shares = zip(*corner, strict=True)
-        total = total + values[index] * math.prod(shares)
-    return np.asarray(total)
-
-
-def _squeezed(index: NDArray[np.intp]) -> NDArray[np.intp]:
-    return index[..., 0] if index.ndim else index
+        ends = np.array(self.values.shape[:2]) - 1
+        held = (
+            np.minimum(np.maximum(p, 0), end) for p, end in zip((row, column), ends, strict=True)
+        )
+        return multilinear_of_columns(self.values, list(held))
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,6 +37,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
@@ -112,10 +113,7 @@ class LengthRow:
     def at(self, length: Operand) -> Array:
         """Interpolate at lengths of shape (..., 1), or of no shape; shape (..., 3)."""
         place = place_of_length(np.asarray(length), self.stretch)
-        low = np.clip(np.floor(place).astype(int), 0, LENGTHS - 2)
-        share = place - low
-        low = low[..., 0] if low.ndim else low
-        return self.values[low] + share * (self.values[low + 1] - self.values[low])
+        return multilinear_of_columns(self.values, (place,))
 
 
 @dataclass(frozen=True, eq=False)

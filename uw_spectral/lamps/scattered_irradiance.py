@@ -19,8 +19,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand
-from .angular_spread import ABOUT_LAMP, interpolated
+from .angular_spread import ABOUT_LAMP
 from .lamp_harmonics import ROWS, Harmonics, on_sphere
 from .profile import LampProfile
 from .scattered_source import row_place, turn_angles, turn_place
@@ -59,7 +60,7 @@ class ArrivingTable:
     def at(self, row: Operand, turn: Operand) -> list[Array]:
         """Interpolate at places of shape (..., 1), or of no shape; each of shape (..., n)."""
         flat = self.values.reshape(*self.values.shape[:2], -1)
-        found = interpolated(flat, (row, turn))
+        found = multilinear_of_columns(flat, (row, turn))
         return np.split(found, TERMS, axis=-1)
 
 

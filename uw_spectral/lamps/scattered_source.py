@@ -15,8 +15,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand
-from .angular_spread import interpolated
 from .lamp_harmonics import (
     AROUND,
     FARTHEST,
@@ -136,7 +136,7 @@ class SourceTable:
 
     def at(self, row: Operand, azimuth: Operand, turn: Operand, bend: Operand) -> Array:
         """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
-        return interpolated(self.values, (row, azimuth, turn, bend))
+        return multilinear_of_columns(self.values, (row, azimuth, turn, bend))
 
 
 def source_table(solved: Harmonics, profile: LampProfile) -> SourceTable:

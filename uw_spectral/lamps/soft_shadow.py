@@ -23,10 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look_up import multilinear_of_columns
 from ..mathematics import Operand
 from ..octahedron import lattice
 from ..water.phase import BandPhase
-from .angular_spread import Lookup, interpolated
+from .angular_spread import Lookup
 from .lamp import Lamp
 from .lamp_shadow import (
     DISTANCES,
@@ -60,7 +61,7 @@ class SoftMap:
 
     def at(self, distance: Operand, column: Operand, row: Operand) -> list[Array]:
         """Interpolate between the entries, at places of shape (..., 1), or of no shape."""
-        found = interpolated(self.values, (distance, row, column))
+        found = multilinear_of_columns(self.values, (distance, row, column))
         return [found[..., i : i + 1] for i in range(2)]
 
 
@@ -173,7 +174,7 @@ class _Points:
         """Interpolate values of the places, (distance, direction, 2), at the points of each."""
         across = np.moveaxis(found, 0, 1).reshape(SOFT_SIDE, SOFT_SIDE, -1)
         shape = (*self.ways.shape[1:], DISTANCES, 2)
-        at_all = interpolated(across, self._cells).reshape(shape)
+        at_all = multilinear_of_columns(across, self._cells).reshape(shape)
         place = np.asarray(distance_place(soft_distances()[:, None] * self.from_lamp))
         low = np.minimum(place.astype(int), DISTANCES - 2)
         share, point = (place - low)[..., None], np.arange(len(self.from_lamp))

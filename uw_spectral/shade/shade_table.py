@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand
 from . import view_directions as views
 from .disturbed_light import FADE, DisturbedLight
@@ -218,14 +218,7 @@ class ShadeTable:
         return np.asarray(along_ray(steps, rate, P[:, None], self.box.reach))
 
     def _texel(self, tile: NDArray[np.intp], place: Sequence[Array]) -> Array:
-        found = np.zeros((len(place[0]), 3))
-        cells = []
-        for at, count in zip(place, self.texels.shape[3:0:-1], strict=True):
-            low = np.clip(np.floor(at).astype(int), 0, max(count - 2, 0))
-            cells.append(((low, 1.0 - (at - low)), (np.minimum(low + 1, count - 1), at - low)))
-        for (x, a), (y, b), (z, c) in itertools.product(*cells):
-            found += self.texels[tile, z, y, x] * (a * b * c)[:, None]
-        return found
+        return multilinear(self.texels, place[::-1], (tile,))
 
 
 def shade_table(

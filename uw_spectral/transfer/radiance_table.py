@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import PhaseFunction
 from .aureole import WIDEST
@@ -344,14 +345,5 @@ def _boundary_image(field: SolvedField, mu: Array, turns: Array, rising: Array) 
 
 
 def interpolate(table: Array, place: Sequence[Array]) -> Array:
-    """Linear interpolation along the axes after the bands, shape (..., n)."""
-    found = np.zeros(1)
-    cells = []
-    for axis, position in enumerate(place, start=1):
-        low = np.clip(np.floor(position).astype(int), 0, table.shape[axis] - 2)
-        share = (position - low)[..., None]
-        cells.append(((low, 1.0 - share), (low + 1, share)))
-    for corner in itertools.product(*cells):
-        values = np.moveaxis(table[(slice(None), *(index for index, _ in corner))], 0, -1)
-        found = found + values * math.prod(share for _, share in corner)
-    return found
+    """Interpolate linearly along the axes after the bands, shape (..., n)."""
+    return multilinear(np.moveaxis(table, 0, -1), place)
