@@ -39,10 +39,16 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
                 for child in part.children:
                     visit(child)
 
+        def follow(now: bpy.types.Scene = scene, _: object = None) -> None:
+            """Take over what is keyed, once a frame is set."""
+            every = contents.reached(scene.objects) if now == scene else {}
+            for change in (*_of_instances(every), *_of_objects(every)):
+                put(*change)
+
         visit(layer.layer_collection)
-        every = contents.reached(scene.objects)
-        for change in (*_of_instances(every), *_of_objects(every)):
-            put(*change)
+        follow()
+        bpy.app.handlers.frame_change_post.append(follow)
+        stack.callback(bpy.app.handlers.frame_change_post.remove, follow)
         for item in ever_rendered(scene):
             for curve in curves(item, "hide_viewport"):
                 put(curve, "mute", True)
@@ -70,6 +76,8 @@ def _of_objects(every: Iterable[bpy.types.Object]) -> Iterator[_Change]:
     for item in every:
         yield item, "show_instancer_for_viewport", item.show_instancer_for_render
         for modifier in item.modifiers:
+            for curve in curves(item, modifier.path_from_id("show_viewport")):
+                yield curve, "mute", True
             yield modifier, "show_viewport", modifier.show_render
         for system in item.particle_systems:
             settings = system.settings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.shade.view_cover import Surface
 from ..materials.mean_colours import mean_colour
+from .unusable_places import usable
 from .visible_meshes import visible_instances
 
 _MOST_PARTS = 10_000  # of hair or a cloud: of more every second, third, ... is taken
@@ -42,6 +43,11 @@ class Threads:
     radii: Array
     colour: Array
     each: float = 1.0
+
+    def usable(self) -> Threads:
+        """Return those that have a place and a width."""
+        kept = usable(self.starts) & usable(self.ends) & np.isfinite(self.radii)
+        return replace(self, starts=self.starts[kept], ends=self.ends[kept], radii=self.radii[kept])
 
     def ribbons(self, eye: tuple[float, ...]) -> Surface:
         """Return them as they cover what an eye sees."""
@@ -78,15 +84,15 @@ def visible_threads(
         if not item.visible_camera:
             continue
         if isinstance(item.data, bpy.types.Curves):
-            yield _of_curves(item, place)
+            yield _of_curves(item, place).usable()
         elif isinstance(item.data, bpy.types.PointCloud):
-            yield _of_points(item, place)
+            yield _of_points(item, place).usable()
     for item in depsgraph.objects:
         if item.original in leave_out or item.original.hide_render:
             continue
         for system in item.particle_systems:
             if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                yield _of_particles(item, system)
+                yield _of_particles(item, system).usable()
 
 
 def _of_curves(item: bpy.types.Object, place: Matrix) -> Threads:

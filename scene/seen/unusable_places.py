@@ -12,6 +12,8 @@ from ..rendered import in_rendered_collections
 
 _FARTHEST = 1e6
 """Coordinates from which on things are left out, m."""
+WITH_PLACES = (bpy.types.Mesh, bpy.types.Curves, bpy.types.PointCloud)
+"""Data of which :func:`vertices_of` gives places."""
 _NAMED = 3
 _ONES = Vector((1.0, 1.0, 1.0, 1.0))
 
@@ -47,7 +49,7 @@ def notes() -> list[str]:
             continue
         if not has_place(found.matrix_world):
             lost[item.name] = None
-        elif isinstance(item.data, bpy.types.Mesh):
+        elif isinstance(item.data, WITH_PLACES):
             key = item.data.as_pointer()
             if key not in meshes:
                 meshes[key] = bool(usable(vertices_of(item.data)).all())
@@ -56,15 +58,17 @@ def notes() -> list[str]:
     said = "not finite, or farther away than 1000 km"
     return [
         f"{what} of {_list(list(names))}: {said}; left out"
-        for what, names in (("place or scale", lost), ("vertices", torn))
+        for what, names in (("place or scale", lost), ("vertices or points", torn))
         if names
     ]
 
 
-def vertices_of(mesh: bpy.types.Mesh) -> NDArray[np.float32]:
-    """Vertices of a mesh as they are in its own axes, (v, 3)."""
-    vertices = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    mesh.vertices.foreach_get("co", vertices.ravel())
+def vertices_of(data: bpy.types.ID) -> NDArray[np.float32]:
+    """Vertices of a mesh, or points of hair or a cloud, as they are in its own axes, (v, 3)."""
+    is_mesh = isinstance(data, bpy.types.Mesh)
+    found, name = (data.vertices, "co") if is_mesh else (data.attributes["position"].data, "vector")
+    vertices = np.empty((len(found), 3), dtype=np.float32)
+    found.foreach_get(name, vertices.ravel())
     return vertices
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.transfer.water_column import WaterColumn
-from ..seen.unusable_places import usable, vertices_of
+from ..seen.unusable_places import WITH_PLACES, usable, vertices_of
 from ..seen.visible_meshes import visible_instances
 
 Place = tuple[float, float, float]
@@ -70,7 +70,7 @@ def scene_reach(scene: bpy.types.Scene) -> SceneReach:
         if found.object.type in _SOLID:
             place, box = np.array(found.matrix_world), np.array(found.object.bound_box)
             seen = box @ place[:3, :3].T + place[:3, 3]
-            if not usable(seen.ravel()) and isinstance(found.object.data, bpy.types.Mesh):
+            if not usable(seen.ravel()) and isinstance(found.object.data, WITH_PLACES):
                 seen = vertices_of(found.object.data) @ place[:3, :3].T + place[:3, 3]
             corners.append(seen)
     places = np.concatenate(corners)

@@ -121,6 +121,32 @@ def test_things_that_only_the_viewport_hides_count_in_jobs(where):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
+@pytest.mark.parametrize("viewport", [False, True], ids=["render", "both"])
+def test_a_keyed_switch_of_a_modifier_is_followed_through_the_frames(viewport):
+    """As renders have it, whatever is keyed for the viewport; afterwards all is as it was."""
+    bpy.ops.mesh.primitive_plane_add(size=1.0)
+    item, scene = bpy.context.object, bpy.context.scene
+    modifier = item.modifiers.new("Row", "ARRAY")
+    modifier.count = 3
+    for frame, shown in ((1, False), (2, True), (3, False)):
+        modifier.show_render = shown
+        modifier.keyframe_insert("show_render", frame=frame)
+        if viewport:
+            modifier.show_viewport = not shown
+            modifier.keyframe_insert("show_viewport", frame=frame)
+    scene.frame_set(1)
+    before = modifier.show_viewport
+    with as_rendered(scene):
+        for frame, faces in ((1, 1), (2, 3), (3, 1), (2, 3)):
+            scene.frame_set(frame)
+            mesh = item.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+            assert len(mesh.polygons) == faces
+        scene.frame_set(1)
+    assert modifier.show_viewport == before
+    scene.frame_set(2)
+    assert modifier.show_viewport == (not viewport)
+
+
 def test_an_instancer_hides_what_it_shows_and_sources_need_not_be_shown():
     scene = bpy.context.scene
     rock = scenes._cube("rock", (0.0, 0.0, 0.0))

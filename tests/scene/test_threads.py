@@ -8,7 +8,9 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
+from underwater_spectral.scene.seen import unusable_places
 from underwater_spectral.scene.seen.threads import visible_threads
+from underwater_spectral.scene.water import water_body
 
 EYE = (0.0, -40.0, 0.0)
 
@@ -59,18 +61,23 @@ def test_hidden_hair_is_left_out():
     assert not list(visible_threads(bpy.context.evaluated_depsgraph_get()))
 
 
-def test_points_cover_their_discs():
+def _points(count: int) -> bpy.types.Object:
     cloud = bpy.data.pointclouds.new("Points")
-    cloud.resize(500)
+    cloud.resize(count)
     rng = np.random.default_rng(1)
     cloud.attributes["position"].data.foreach_set(
-        "vector", rng.uniform(-1.0, 1.0, 1500).astype(np.float32)
+        "vector", rng.uniform(-1.0, 1.0, 3 * count).astype(np.float32)
     )
     radii = cloud.attributes.get("radius") or cloud.attributes.new("radius", "FLOAT", "POINT")
-    radii.data.foreach_set("value", np.full(500, 0.03, np.float32))
+    radii.data.foreach_set("value", np.full(count, 0.03, np.float32))
     item = bpy.data.objects.new("Points", cloud)
     bpy.context.scene.collection.objects.link(item)
     bpy.context.view_layer.update()
+    return item
+
+
+def test_points_cover_their_discs():
+    _points(500)
     assert _area(_only().ribbons(EYE)) == pytest.approx(500 * math.pi * 0.03**2, rel=0.02)
 
 
@@ -86,3 +93,22 @@ def test_hair_of_particles_covers_its_length_times_its_width():
     found = _only()
     assert found.each == 3.0
     assert _area(found.ribbons(EYE)) == pytest.approx(2500 * 0.3 * 0.008, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["Hair", "Points"])
+def test_a_place_that_is_not_finite_is_left_out_and_named(name):
+    """The rest is as it was, and the water is as wide as without it."""
+    if name == "Hair":
+        data, whole = _curves(300).data, 300 * 0.5 * 0.004
+    else:
+        data, whole = _points(500).data, 500 * math.pi * 0.03**2
+    data.attributes["position"].data[7].vector.z = math.nan
+    data.update_tag()
+    bpy.context.view_layer.update()
+    surface = _only().ribbons(EYE)
+    assert np.isfinite(surface.corners).all()
+    assert _area(surface) == pytest.approx(whole, rel=0.02)
+    (note,) = unusable_places.notes()
+    assert f"points of '{name}'" in note
+    reach = water_body.scene_reach(bpy.context.scene)
+    assert 0.4 < reach.radius < 2.0
