@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import bpy
 
+from ..scene import sources
 from ..scene.seen.external_files import is_dispensable, is_read, is_shown_only
 from ..scene.seen.lamp_files import lamp_files
 from ..scene.stored_materials import fluorophore_files
@@ -19,9 +18,6 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location
 from .manifest import ExternalFile, table_name, tables
 
-_ROOT = Path(__file__).resolve().parent.parent
-_SOURCES = ("uw_spectral", "quality", "datasets", "node_groups", "scene", "data")
-_SUFFIXES = {".py", ".csv"}
 _TILES = re.compile("<UDIM>|<UVTILE>")
 _KINDS = {"Library": "linked library", "Image": "texture"}
 
@@ -30,28 +26,9 @@ def versions() -> dict[str, str]:
     """Return the versions that decide about the bits of a picture."""
     return {
         "Blender": bpy.app.version_string,
-        "the extension": _extension_version(),
-        "the source of the extension": _source_digest(),
+        "the extension": sources.extension_version(),
+        "the source of the extension": sources.source_digest(),
     }
-
-
-@functools.cache
-def _extension_version() -> str:
-    text = (_ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
-    return str(tomllib.loads(text)["version"])
-
-
-@functools.cache
-def _source_digest() -> str:
-    files = sorted(
-        path for name in _SOURCES for path in (_ROOT / name).rglob("*") if path.suffix in _SUFFIXES
-    )
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.relative_to(_ROOT).as_posix().encode())
-        # A checkout may have other ends of lines than the zip.
-        digest.update(path.read_bytes().replace(b"\r\n", b"\n"))
-    return digest.hexdigest()[:16]
 
 
 def setting_files(settings: Mapping[str, Any]) -> tuple[ExternalFile, ...]:

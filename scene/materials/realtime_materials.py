@@ -127,6 +127,8 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         ]
         fluoresces = surfaces.fluorescent is not None and material.name in surfaces.fluorescing
         _insert(walk, material, output, surfaces.fluorescent if fluoresces else surfaces.lit)
+    for material in (m for m in materials if m.is_editable and MARK not in m):
+        wet_trees.note_links(material)
     return list(dict.fromkeys(notes))
 
 

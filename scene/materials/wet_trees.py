@@ -7,13 +7,14 @@ not there any more is passed over.
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Collection, Iterator, Mapping
 
 import bpy
 
 from ...node_groups.node_mathematics import MARK
 from .. import contents
-from .inserted import INSERTED, trees_but
+from .inserted import INSERTED, own_input, trees_but
 
 MUTED = "uw_muted"
 """On the node that lights a material: whether its own shader was muted."""
@@ -28,6 +29,7 @@ OPENED = "uw_opened"
 SOURCE = "uw_source"
 """On a constant: number of the user's node, and identifier of the input, that it repeats."""
 _NUMBER = "uw_number"  # on a node of the user's, for SOURCE
+_LINKS = "uw_links"  # on a material
 _SHADER = "uw_shader"  # on a node of the user's: identifier of the output that was the shader
 
 
@@ -81,12 +83,37 @@ def surface_node(tree: bpy.types.NodeTree) -> bpy.types.Node | None:
 
 
 def is_dry(material: bpy.types.Material) -> bool:
-    """Whether a material's own shader is drawn without the water."""
+    """Whether a material's own shader, or that it has none, is drawn without the water."""
     tree = material.node_tree
     if not material.is_editable or tree is None or surface_node(tree) is not None:
         return False
     shader = own_shader(tree)
-    return shader is not None and shader.is_linked and MARK not in shader.links[0].from_node
+    return shader is None or not shader.is_linked or MARK not in shader.links[0].from_node
+
+
+def note_links(material: bpy.types.Material) -> None:
+    """Remember how the user has linked the nodes of a wet material."""
+    material[_LINKS] = _links(material.node_tree)
+
+
+def is_rewired(material: bpy.types.Material) -> bool:
+    """Whether the user has linked nodes of a wet material otherwise since."""
+    return _LINKS in material and material[_LINKS] != _links(material.node_tree)
+
+
+def _links(tree: bpy.types.NodeTree) -> str:
+    groups = sorted(contents.inner_groups([tree]), key=lambda group: group.name)
+    rows = []
+    for node in (node for one in (tree, *groups) if MARK not in one for node in one.nodes):
+        if MARK in node or INSERTED in node:
+            continue
+        for socket in node.inputs:
+            for link in own_input(socket).links if socket.is_linked else ():
+                source = link.from_node
+                if MARK not in source:
+                    ends = source.name, link.from_socket.identifier
+                    rows.append((node.name, socket.identifier, *ends))
+    return f"{zlib.crc32(repr(rows).encode()):08x}"
 
 
 def has_remains(material: bpy.types.Material) -> bool:
@@ -121,6 +148,8 @@ def remove(wet: Collection[bpy.types.Material]) -> list[str]:
     for tree in [tree for tree in _trees() if tree not in kept]:
         notes += _clear(tree)
     for material in bpy.data.materials:
+        if material not in wet and material.is_editable:
+            material.pop(_LINKS, None)
         if THICKNESS_MODE in material and material not in wet:
             material.thickness_mode = material[THICKNESS_MODE]
             del material[THICKNESS_MODE]

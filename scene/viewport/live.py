@@ -19,7 +19,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.shade.shade_table import ShadeTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
-from .. import colour_space, contents, scripts, stored_settings
+from .. import colour_space, contents, scripts, sources, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, own_water, realtime_materials, wet_colours, wet_trees
 from ..seen import cameras, clouds, enclosed_places, lamps, missing_data, unusable_places
@@ -44,7 +44,7 @@ NOMINAL_DEPTH = 1.0
 """Depth in m that the preview assumes while no camera is under water."""
 
 _SHOWN, _STALE = "shown", "stale"
-_STOPS, _KINDS, _ROAM = "stops", "kinds", "roam"
+_STOPS, _KINDS, _ROAM, _BUILD = "stops", "kinds", "roam", "build"
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,14 +113,14 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
     camera = cameras.camera_of(scene)
     notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
-    notes += standing_notes(scene)
+    notes += known.kept.notes
     notes += [*unusable_places.notes(), *cameras.clip_notes(camera)]
     if camera is not None:
         notes += moving_surface.limits(camera, chosen, eevee=True, live=True)
     realtime.keep_images(scene)
     session: dict[str, Any] = {_SHOWN: _key(scene, chosen, depth), PROBLEM: ""}
     session[_ROAM] = _roam(extent, water.column)
-    session[_KINDS] = _kinds(scene)
+    session[_KINDS], session[_BUILD] = _kinds(scene), sources.source_digest()
     scene[SESSION] = session
     kept_settings.apply(scene, water)
     return notes
@@ -128,8 +128,9 @@ def add(scene: bpy.types.Scene) -> list[str]:
 
 def standing_notes(scene: bpy.types.Scene) -> list[str]:
     """Return what to know of live water for as long as it is there, a line each."""
-    known = _state.known.get(scene.session_uid)
-    return [] if known is None else known.kept.notes
+    known, session = _state.known.get(scene.session_uid), scene.get(SESSION)
+    built = () if session is None else sources.notes(session.get(_BUILD))
+    return [*built, *(() if known is None else known.kept.notes)]
 
 
 def _fill(
@@ -239,6 +240,7 @@ def update(
             scene_water.remove(scene)
             _fill(scene, chosen, water, extent)
             session[_ROAM] = _roam(extent, water.column)
+            session[_BUILD] = sources.source_digest()
         else:
             realtime.set_values(scene, water)
         if not hasty:
@@ -261,12 +263,17 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
     changed = [update.id.original for update in depsgraph.updates]
     shaders = bpy.types.Material, bpy.types.NodeTree
     edited = contents.materials(scene) if any(isinstance(x, shaders) for x in changed) else ()
-    return any(map(wet_trees.is_dry, edited)) or any(
-        isinstance(item, bpy.types.Object)
-        and MARK not in item
-        and realtime.is_dry(item)
-        and item.name in scene.objects
-        for item in changed
+    rewired = [x for x in changed if isinstance(x, bpy.types.Material) and wet_trees.is_rewired(x)]
+    return (
+        bool(rewired)
+        or any(map(wet_trees.is_dry, edited))
+        or any(
+            isinstance(item, bpy.types.Object)
+            and MARK not in item
+            and realtime.is_dry(item)
+            and item.name in scene.objects
+            for item in changed
+        )
     )
 
 

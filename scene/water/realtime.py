@@ -234,7 +234,7 @@ def take_in(scene: bpy.types.Scene) -> list[str]:
     if plain is not None and collection is not None:
         collection[_PLAIN] = plain
     materials, _ = scene_water.own_materials(scene, routed=False)
-    for material in filter(wet_trees.is_dry, materials):
+    for material in [m for m in materials if wet_trees.is_dry(m) or wet_trees.is_rewired(m)]:
         if wet_trees.has_remains(material):
             notes += giving_back.dry_but(set(bpy.data.materials) - {material})
         _wet(scene, material)

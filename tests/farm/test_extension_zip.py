@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from underwater_spectral.jobs import job_files
 from underwater_spectral.jobs.farm import extension_zip
+from underwater_spectral.scene import sources
 from underwater_spectral.uw_spectral.errors import InputError
 
 
@@ -30,12 +31,12 @@ def test_an_installed_extension_is_packed_as_it_was_built(tmp_path, monkeypatch)
     assert _contents(packed) == _contents(built)
     # Workers compare it with that of the plan.
     ours = job_files.versions()
-    monkeypatch.setattr(job_files, "_ROOT", installed)
-    job_files._source_digest.cache_clear()
+    monkeypatch.setattr(sources, "_ROOT", installed)
+    sources.source_digest.cache_clear()
     try:
         assert job_files.versions() == ours
     finally:
-        job_files._source_digest.cache_clear()
+        sources.source_digest.cache_clear()
 
 
 def test_a_fresh_checkout_without_a_network_says_what_is_missing(tmp_path, monkeypatch, capfd):

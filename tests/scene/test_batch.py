@@ -17,12 +17,12 @@ import pytest
 from underwater_spectral.jobs import (
     batch,
     command_line,
-    job_files,
     manifest,
     pictures,
     planning,
     render_job,
 )
+from underwater_spectral.scene import sources
 from underwater_spectral.scene.seen import picture_size, pinhole
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -451,7 +451,7 @@ def test_results_of_another_version_are_not_gone_on_with(blend, tmp_path, capsys
     """It may draw otherwise, or know better how far the water reaches."""
     arguments = [blend, *FAST, "--bands", 3, "--out", tmp_path / "out"]
     assert _run(*arguments) == 0
-    monkeypatch.setattr(job_files, "_source_digest", lambda: "another")
+    monkeypatch.setattr(sources, "source_digest", lambda: "another")
     assert _run(*arguments, "--resume") == 2
     assert "the source of the extension" in capsys.readouterr().err
 

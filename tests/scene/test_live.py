@@ -8,7 +8,9 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_tables, realtime_values
-from underwater_spectral.scene import marks, stored_settings
+from underwater_spectral.scene import marks, sources, stored_settings
+from underwater_spectral.scene.materials import wet_trees
+from underwater_spectral.scene.materials.inserted import has_inserted, own_input
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.viewport import live, submerging
 from underwater_spectral.scene.water import shade
@@ -518,3 +520,51 @@ def test_the_water_goes_along_with_a_camera_that_travels():
     assert live.update(scene)
     assert width() > before + 40.0 + 20.0
     live.remove(scene)
+
+
+def test_what_is_linked_in_a_material_and_what_has_no_shader_gets_wet_while_live():
+    """A texture into the colour of one that is wet; an object whose material gives nothing."""
+    scene = _scene()
+    live.add(scene)
+    paint = bpy.data.materials["paint"]
+    tree = paint.node_tree
+    checker = tree.nodes.new("ShaderNodeTexChecker")
+    assert not wet_trees.is_rewired(paint)
+    colour = tree.nodes["Principled BSDF"].inputs["Base Color"]
+    tree.links.new(checker.outputs[0], colour)
+    assert wet_trees.is_rewired(paint)
+    made = {}
+    for name, volume in (("black", False), ("mist", True)):
+        material = made[name] = bpy.data.materials.new(name)
+        material.node_tree.nodes.clear()
+        output = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+        if volume:
+            fog = material.node_tree.nodes.new("ShaderNodeVolumePrincipled")
+            material.node_tree.links.new(fog.outputs[0], output.inputs["Volume"])
+        scenes._cube(name, (2.0, 6.0, -5.0)).data.materials.append(material)
+        assert wet_trees.is_dry(material)
+    bpy.context.view_layer.update()
+    live.update(scene)
+    assert not wet_trees.is_rewired(paint)
+    assert wet_trees.surface_node(tree) is not None or has_inserted(colour)
+    (link,) = own_input(colour).links
+    assert link.from_node == checker
+    assert wet_trees.surface_node(made["black"].node_tree) is not None
+    assert not any(map(wet_trees.is_dry, made.values()))
+    live.remove(scene)
+    (link,) = colour.links
+    assert link.from_node == checker
+    assert len(made["black"].node_tree.nodes) == 1
+
+
+def test_water_of_another_build_is_said_until_it_is_built_anew(monkeypatch):
+    scene = _scene()
+    live.add(scene)
+    assert live.standing_notes(scene) == []
+    monkeypatch.setattr(sources, "source_digest", lambda: "another")
+    (note,) = live.standing_notes(scene)
+    assert "Refresh Water" in note
+    live.rebuild(scene)
+    assert live.standing_notes(scene) == []
+    live.remove(scene)
+    assert live.standing_notes(scene) == []

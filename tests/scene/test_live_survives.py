@@ -121,6 +121,13 @@ def _shader_mixed():
     tree.links.new(mix.outputs[0], output)
 
 
+def _texture_linked():
+    tree = _tree()
+    made = tree.nodes.new("ShaderNodeTexChecker")
+    made.name = "own checker"
+    tree.links.new(made.outputs[0], tree.nodes["Principled BSDF"].inputs["Base Color"])
+
+
 def _node_renamed():
     _tree().nodes["Principled BSDF"].name = "other"
 
@@ -178,9 +185,9 @@ def _everything_renamed():
 THEIRS = {
     edit.__name__[1:]: edit
     for edit in (
-        _shader_wired, _shader_mixed, _node_renamed, _node_deleted, _output_deleted,
-        _material_deleted, _material_copied, _group_copied, _object_deleted, _lamp_deleted,
-        _lamp_made_single, _world_replaced, _own_world_deleted, _everything_renamed,
+        _shader_wired, _shader_mixed, _texture_linked, _node_renamed, _node_deleted,
+        _output_deleted, _material_deleted, _material_copied, _group_copied, _object_deleted,
+        _lamp_deleted, _lamp_made_single, _world_replaced, _own_world_deleted, _everything_renamed,
     )
 }  # fmt: skip
 """Edits of the user's own things: the outcome is the same without water."""
