@@ -73,7 +73,7 @@ def cycles_bands(
     def ground_of(now: RenderPlan) -> Ground | None:
         return kept.look(scene, camera, now.column, eyes).ground if continues else None
 
-    ground = ground_of(plan)
+    ground_of(plan)  # before the water is there
     notes = cycles_water.add_water(
         scene, plan.column, cycles_phases(plan), extent, lamps, above=above,
         dry=mirrored_eye.may_rise(scene, len(eyes)), own_seabed=continues,
@@ -85,7 +85,7 @@ def cycles_bands(
     notes += fluorescence.unseen(contents.materials(scene), "Cycles")
     if wanted and clouds.objects_of(scene):
         notes.append(cloud_volumes.LAYERS)
-    notes += [*continued_seabed.notes(plan, ground), *kept.notes]
+    notes += [*continued_seabed.notes(plan, kept.looked), *kept.notes]
     notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
     more = inelastic_layers.MOST_ABOVE if chosen.inelastic else 0
     notes += volume_stack.notes(scene, [cameras.eye_of(camera), *eyes], more)

@@ -169,7 +169,7 @@ def _limits(
 ) -> list[str]:
     """Return what is not drawn as it is, a line each."""
     return [
-        *continued_seabed.notes(plan, kept.ground),
+        *continued_seabed.notes(plan, kept.looked),
         *mirrored_picture.notes(camera, plan, eyes),
         *mirrored_picture.notes_of_air(scene, camera, plan, eyes),
         *moving_surface.limits(camera, plan.settings, eyes, eevee=True),

@@ -84,6 +84,8 @@ class Surroundings:
         Where the camera is, now and at other frames, m, and unit vectors to where it looks.
     coarse : SurfaceVoxels
         The surfaces, coarsely.
+    box : two arrays, shape (3,)
+        What they are looked for in, m; cells may reach beyond it.
     """
 
     things: Sequence[Triangles]
@@ -91,6 +93,7 @@ class Surroundings:
     ahead: Array
     coarse: SurfaceVoxels
     samples: KeptSamples
+    box: tuple[Array, Array]
 
     @property
     def middle(self) -> Place:
@@ -100,15 +103,37 @@ class Surroundings:
     @functools.cached_property
     def _seabed(self) -> NDArray[np.int32]:
         """The lowest surface of each column of water, none if too few have one."""
-        voxels = self.coarse
-        full, water = voxels.number >= 0, voxels.reachable(self.eyes)
-        seabed = np.zeros_like(full)
-        seabed[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
-        found = seabed.any(axis=2)
-        if (found & ~self._only_bodies).mean() < _COVERED:
-            found &= False
-        columns = np.nonzero(found)
-        return voxels.number[(*columns, seabed[columns].argmax(axis=1))]
+        if self._ended.mean() < _COVERED:
+            return np.empty(0, np.int32)
+        seabed = self._upper
+        columns = np.nonzero(seabed.any(axis=2))
+        return self.coarse.number[(*columns, seabed[columns].argmax(axis=1))]
+
+    @functools.cached_property
+    def _upper(self) -> NDArray[np.bool_]:
+        """Full voxels with water above them."""
+        full, water = self.coarse.number >= 0, self.coarse.reachable(self.eyes)
+        upper = np.zeros_like(full)
+        upper[:, :, :-1] = full[:, :, :-1] & water[:, :, 1:]
+        return upper
+
+    @property
+    def _ended(self) -> NDArray[np.bool_]:
+        """Columns of water that end on what may be a seabed, shape (nx, ny)."""
+        return self._upper.any(axis=2) & ~self._only_bodies
+
+    @property
+    def is_close_decision(self) -> bool:
+        """Whether it hangs on the size of the cells that there is a seabed, or none."""
+        ended, grid = self._ended, self.coarse.grid
+        shares = []
+        for axis in (0, 1):
+            first = grid.lower[axis] + grid.cell * np.arange(ended.shape[axis])
+            low, high = (float(end[axis]) for end in self.box)
+            within = np.minimum(first + grid.cell, high) - np.maximum(first, low)
+            shares.append(np.maximum(within, 0.0) / max(high - low, grid.cell))
+        by_area = float(shares[0] @ ended @ shares[1])
+        return (by_area < _COVERED) != (ended.mean() < _COVERED)
 
     @functools.cached_property
     def _bodies(self) -> list[bool]:
@@ -286,7 +311,7 @@ def look_around(
     else:
         things = []
     coarse = _on_ground(_voxels(things, grid, samples), places)
-    return Surroundings(things, places, ahead, coarse, samples)
+    return Surroundings(things, places, ahead, coarse, samples, (low, high))
 
 
 def _on_ground(voxels: SurfaceVoxels, eyes: Array) -> SurfaceVoxels:

@@ -110,7 +110,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes = [*missing_data.missing_notes(scene, (scene.frame_current,)), *scripts.notes()]
     notes += _fill(scene, chosen, water, extent)
     known = _state.known[scene.session_uid]
-    notes += continued_seabed.notes(plan_of(chosen), known.kept.ground)
+    notes += continued_seabed.notes(plan_of(chosen), known.kept.looked)
     camera = cameras.camera_of(scene)
     notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
     notes += known.kept.notes
@@ -239,8 +239,7 @@ def update(
             extent = water_extent(scene, water.column, depth)
             scene_water.remove(scene)
             _fill(scene, chosen, water, extent)
-            session[_ROAM] = _roam(extent, water.column)
-            session[_BUILD] = sources.source_digest()
+            session[_ROAM], session[_BUILD] = _roam(extent, water.column), sources.source_digest()
         else:
             realtime.set_values(scene, water)
         if not hasty:
@@ -263,17 +262,15 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
     changed = [update.id.original for update in depsgraph.updates]
     shaders = bpy.types.Material, bpy.types.NodeTree
     edited = contents.materials(scene) if any(isinstance(x, shaders) for x in changed) else ()
-    rewired = [x for x in changed if isinstance(x, bpy.types.Material) and wet_trees.is_rewired(x)]
-    return (
-        bool(rewired)
-        or any(map(wet_trees.is_dry, edited))
-        or any(
-            isinstance(item, bpy.types.Object)
-            and MARK not in item
-            and realtime.is_dry(item)
-            and item.name in scene.objects
-            for item in changed
-        )
+    seen = [x for x in changed if isinstance(x, bpy.types.Material)]
+    if any(map(wet_trees.is_rewired, seen)) or any(map(wet_trees.is_dry, edited)):
+        return True
+    return any(
+        isinstance(item, bpy.types.Object)
+        and MARK not in item
+        and realtime.is_dry(item)
+        and item.name in scene.objects
+        for item in changed
     )
 
 
@@ -289,8 +286,7 @@ def _kinds(scene: bpy.types.Scene) -> str:
     materials = list(contents.materials(scene))
     kinds = realtime_materials.kinds(materials), wet_colours.of(materials)
     glowing = [(name, one.fluorophore) for name, one in fluorescence.of(materials).items()]
-    hides = getattr(scene, stored_settings.PROPERTY).hide_own_water
-    return repr((*kinds, glowing, hides))
+    return repr((*kinds, glowing, getattr(scene, stored_settings.PROPERTY).hide_own_water))
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:

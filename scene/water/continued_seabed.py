@@ -11,8 +11,12 @@ import math
 import bpy
 
 from ...settings.render_plan import RenderPlan
-from ..seen.surroundings import Ground, has_things
+from ..seen.surroundings import Ground, Surroundings, has_things
 
+_CLOSE = (
+    "the scene's own seabed fills about half of what is about the camera, and is {}taken for one "
+    "that goes on: widen it, add one with --floor-depth, or give --no-scene-floor if it ends"
+)
 _STEP = 0.1, 0.5  # of the depth, and m, from which the step at the border is told
 
 
@@ -32,11 +36,25 @@ def depth_of(ground: Ground | None) -> float:
     return math.inf if ground is None else ground.bottom
 
 
-def notes(plan: RenderPlan, ground: Ground | None) -> list[str]:
-    """Say where the floor lies if it is much lower than the ground that it continues."""
-    if ground is None or not plan.settings.scene_floor or math.isfinite(plan.column.floor_depth):
+def notes(plan: RenderPlan, around: Surroundings | None) -> list[str]:
+    """Say where the floor lies if it is much lower than the ground that it continues.
+
+    And where it is a close decision whether there is such a ground.
+
+    Parameters
+    ----------
+    around : Surroundings, optional
+        What stands about the cameras, if anything was looked at.
+    """
+    if around is None or not plan.settings.scene_floor or math.isfinite(plan.column.floor_depth):
         return []
-    if ground.bottom - ground.depth <= max(_STEP[0] * ground.depth, _STEP[1]):
+    ground = around.ground
+    close = [_CLOSE.format("" if ground else "not ")] if around.is_close_decision else []
+    return [*close, *_deeper(ground)]
+
+
+def _deeper(ground: Ground | None) -> list[str]:
+    if ground is None or ground.bottom - ground.depth <= max(_STEP[0] * ground.depth, _STEP[1]):
         return []
     return [
         f"the scene's own seabed, {ground.depth:.3g} m deep, goes on beyond its border "

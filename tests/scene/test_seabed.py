@@ -11,7 +11,7 @@ from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.seen import surroundings
 from underwater_spectral.scene.viewport import live
-from underwater_spectral.scene.water import seabed, water_body
+from underwater_spectral.scene.water import continued_seabed, seabed, water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -174,11 +174,12 @@ def test_objects_that_were_just_deleted_do_no_harm():
 
 
 def _own(plan, camera):
+    return _around(plan, camera).ground
+
+
+def _around(plan, camera):
     bpy.context.view_layer.update()
-    found = surroundings.look_around(
-        bpy.context.scene, camera, float(plan.column.attenuation.min())
-    )
-    return found.ground
+    return surroundings.look_around(bpy.context.scene, camera, float(plan.column.attenuation.min()))
 
 
 def _block(name, location, size):
@@ -228,6 +229,27 @@ def test_a_closed_seabed_counts_by_its_upper_side(diver):
 def test_a_hull_and_a_table_are_no_seabed(diver, size, is_seabed):
     _block("thing", (0.0, -2.0, -FLOOR - size[2] / 2.0), size)
     assert (diver() is not None) == is_seabed
+
+
+@pytest.mark.parametrize(
+    ("size", "is_close"), [(2.5, False), (8.0, True), (12.0, True), (60.0, False)]
+)
+@pytest.mark.parametrize("floor", [True, False])
+def test_a_seabed_that_cells_decide_about_is_said(
+    empty_blender, monkeypatch, size, is_close, floor
+):
+    """By its area it is one, by cells that reach beyond what is looked at it is none."""
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)  # as users have it
+    settings = SceneSettings(bands=3, phase="hg:0.8", surface="none", scene_floor=floor)
+    plan = render_plan.make_plan(settings)
+    camera = scenes.add_camera((0.0, 0.0, -DEPTH), (math.radians(75.0), 0.0, 0.0))
+    bpy.ops.mesh.primitive_plane_add(size=size, location=(0.0, 0.0, -FLOOR))
+    around = _around(plan, camera)
+    assert around.is_close_decision == is_close
+    notes = [note for note in continued_seabed.notes(plan, around) if "about half" in note]
+    assert len(notes) == (is_close and floor)
+    assert all("is not taken" in note for note in notes)
+    assert continued_seabed.notes(plan, None) == []
 
 
 def test_a_hull_over_sand_leaves_the_seabed_to_the_sand(diver):
