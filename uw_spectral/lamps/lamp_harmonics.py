@@ -53,6 +53,7 @@ _DIRECTIONS = 128  # of the quadrature over products of harmonics
 _TINY = 1e-60
 _CLEAREST = 1e-4  # 1/m
 _LEAST_ABSORPTION = 1e-4  # of the extinction: without any, light would fill all water
+_ABSORBED = 8.0  # absorption times distance, from which on what is left is less than the errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +145,7 @@ def _radial(field: Harmonics) -> Array:
     turned, hankel = _turned(highest), _hankel(highest)
     waves = _waves() * field.scale
     found = []
-    for c, b in zip(field.extinction, field.scattering.T, strict=True):
+    for a, c, b in zip(field.a, field.extinction, field.scattering.T, strict=True):
         solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
         rows = []
         for degree, turn in enumerate(turned):
@@ -156,8 +157,21 @@ def _radial(field: Harmonics) -> Array:
                 of_parity = slice((degree + parity) % 2, None, 2)
                 row[of_parity] = by_wave[of_parity] @ hankel[parity]
             rows.append(row)
-        found.append(np.einsum("ljmr->rmlj", np.stack(rows)))
+        by_row = np.einsum("ljmr->rmlj", np.stack(rows))
+        found.append(_continued(by_row, float(a) * field.distances))
     return np.stack(found, axis=-1) * field.scale**3
+
+
+def _continued(rows: Array, absorbed: Array) -> Array:
+    """Go on from where absorption hides the light as it falls off besides: by absorption, and 1/r.
+
+    Both are tabulated apart from it (:mod:`.scattered_source`), and its errors would grow there.
+    """
+    last = max(int(np.searchsorted(absorbed, _ABSORBED)) - 1, 0)
+    beyond = np.maximum(absorbed, absorbed[last])
+    left = np.exp(absorbed[last] - beyond) * absorbed[last] / beyond if absorbed[last] else 1.0
+    rows = rows[np.minimum(np.arange(ROWS), last)]
+    return rows * np.broadcast_to(left, ROWS)[:, None, None, None]
 
 
 def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:

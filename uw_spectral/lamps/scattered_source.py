@@ -155,4 +155,7 @@ def _source(solved: Harmonics, profile: LampProfile) -> SourceTable:
     r = solved.distances[:, None, None, None, None]
     found *= r * np.exp(solved.a * r)
     least = _DARKEST * found.max(axis=(1, 2, 3), keepdims=True)
-    return SourceTable(np.log(np.maximum(found, np.maximum(least, _NONE))), solved.scale)
+    values = np.log(np.maximum(found, np.maximum(least, _NONE)))
+    # It goes on beyond the last row as it ends, where noise may rise.
+    values[-1] = np.minimum(values[-1], values[-2])
+    return SourceTable(values, solved.scale)
