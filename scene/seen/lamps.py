@@ -129,12 +129,11 @@ class SceneLamps:
     ) -> SceneLamps:
         """Return them with what stands for the things they light, seen by a camera in m."""
         basis = uplift_basis(bands).T
-        known = [(one, near) for one, near in zip(self.lamps, self.seen, strict=True) if near]
         things = [
-            LitThings(x.rays, x.distances, x.normals, np.clip(x.colours @ basis, 0.0, 1.0))
-            for _, x in known
+            x and LitThings(x.rays, x.distances, x.normals, np.clip(x.colours @ basis, 0.0, 1.0))
+            for x in self.seen
         ]
-        thrown = thrown_back([lamp for lamp, _ in known], things, water, camera)
+        thrown = thrown_back(self.lamps, things, water, camera)
         return replace(self, thrown=thrown)
 
 

@@ -2,15 +2,17 @@
 
 What a lamp lights is a lamp itself (Keller, Instant radiosity, Proc. SIGGRAPH 1997, 49):
 Lambertian about its normal, as strong as the light that it gets and throws back. A few of them
-stand for all that is lit: each has the middle and half the spread of its places, weighted by what
-they bring to the camera, e^{-c r}/r², and all that they bring. Places belong to several of them by
-shares that change smoothly as lamps, camera and things move. Of each there are as many parts, found
-likewise: what is near lit things gets its light from these. What is lit is found by rays, most of
-them where the lamp shines: the edges of things pass few of them as it moves.
+stand for all that a lamp lights, whatever others do, so that the light of lamps adds up: each has
+the middle and the spread of its places, weighted by what they bring to the camera, e^{-c r}/r²,
+and all that they bring. Places belong to several of them by shares that change smoothly as lamps,
+camera and things move. Of each there are six parts, found likewise: what is near lit things gets
+its light from these. What is lit is found by rays, most of them where the lamp shines: the edges of
+things pass few of them as it moves.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -27,25 +29,28 @@ from .profile import LAMBERT
 Array = NDArray[np.float64]
 
 COUNT = 6
-"""Lamps that stand for all that is lit: on both sides of its middle, along three axes."""
+"""Lamps that stand for what a single lamp lights, and parts of each: on both sides of its middle,
+along three axes."""
+_SIDES = {COUNT: list(range(COUNT)), 3: [0, 1, 2], 2: [0, 3]}
+"""Which of these there are where there are fewer."""
 IN_BEAM = 2048
 """Rays from a lamp that are spread as its light is, beside those of the map."""
 _GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 _PLACES = 512  # of a profile's integral
 _TURN = 0.5  # of the distance, as which a difference of unit normals counts
 _WIDE = 2.1  # deviations from its middle to the ends of what is spread evenly over a disc
+_OVER_MEAN = (
+    math.sqrt(math.e) / 2.0
+)  # half a disc's radius, over the geometric mean from its middle
 _SOFT = 0.05  # of all variance, as that of each lamp's share
 _LEAST_COSINE = 0.05  # of a place that is lit
 _NEAREST = 0.1  # m
 _LEAST_SHARE = 1e-6
 _FAINTEST = 1e-200  # of what reaches the camera
 _SMALLEST = 1e-30
-_AXES = np.array(
-    [
-        [math.sqrt(2.0), 0.0, 1.0],
-        [-math.sqrt(0.5), math.sqrt(1.5), 1.0],
-        [-math.sqrt(0.5), -math.sqrt(1.5), 1.0],
-    ]
+_TURNS = np.radians([15.0, 135.0, 255.0])  # so that no two are one above the other on most walls
+_AXES = np.stack(
+    [math.sqrt(2.0) * np.cos(_TURNS), math.sqrt(2.0) * np.sin(_TURNS), np.ones(3)], axis=-1
 ) / math.sqrt(3.0)
 
 
@@ -88,34 +93,49 @@ class LitThings:
 
 def thrown_back(
     lamps: Sequence[Lamp],
-    things: Sequence[LitThings],
+    things: Sequence[LitThings | None],
     water: LampWater,
     camera: Sequence[float],
 ) -> tuple[Lamp, ...]:
     """Return the lamps that stand for what lamps light; dark ones where that is nothing.
 
+    They are so many as there are lamps, whether these shine or not: six of one, three of each of
+    two, two of each up to six. Of more than six lamps some share theirs.
+
     Parameters
     ----------
-    things : sequence of LitThings
-        What each of them lights.
+    things : sequence of LitThings or None
+        What each of them lights, if anything.
     water : LampWater
         Of n bands.
     camera : sequence of 3
         Its place, m.
     """
+    groups = min(max(len(lamps), 1), COUNT)
+    count, found = max(COUNT // groups, min(_SIDES)), []
+    pairs = list(zip(lamps, things, strict=True))
+    for first, last in itertools.pairwise(len(pairs) * k // groups for k in range(groups + 1)):
+        parts = [_of_lamp(lamp, lit, water, camera) for lamp, lit in pairs[first:last] if lit]
+        lit = _Lit.joined(parts) if parts else None
+        if lit is None or not len(lit.points):
+            found += [_dark(water)] * count
+        else:
+            found += _standing_for(lit, np.array(camera), count)
+    return tuple(found)
+
+
+def _dark(water: LampWater) -> Lamp:
     place, up, none = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * water.a
-    dark = Lamp(place, up, none, LAMBERT, 1.0, 0.0, None, 1.0)
-    dark = replace(dark, parts=(LitPart(place, up, none, 1.0),) * COUNT)
-    found = [_of_lamp(lamp, lit, water, camera) for lamp, lit in zip(lamps, things, strict=True)]
-    lit = _Lit.joined(found) if found else None
-    if lit is None or not len(lit.points):
-        return (dark,) * COUNT
-    place = np.array(camera)
-    shares = _shares(lit, place)
-    return tuple(
-        _with_parts(lamp, lit.shared(share), place)
+    parts = (LitPart(place, up, none, 1.0),) * COUNT
+    return Lamp(place, up, none, LAMBERT, 1.0, 0.0, None, 1.0, parts=parts)
+
+
+def _standing_for(lit: _Lit, camera: Array, count: int) -> list[Lamp]:
+    shares = _shares(lit, camera, count)
+    return [
+        _with_parts(lamp, lit.shared(share), camera)
         for lamp, share in zip(_middles(lit, shares), shares, strict=True)
-    )
+    ]
 
 
 def rays_of(lamp: Lamp) -> LampRays:
@@ -200,8 +220,8 @@ def _of_lamp(lamp: Lamp, lit: LitThings, water: LampWater, camera: Sequence[floa
     return _Lit.of(points, normals, intensity, arriving)
 
 
-def _shares(lit: _Lit, camera: Array) -> Array:
-    """Share of each place in each lamp, shape (COUNT, places).
+def _shares(lit: _Lit, camera: Array, count: int) -> Array:
+    """Share of each place in each lamp, shape (count, places).
 
     Lamps are wanted on both sides of the middle of all places, along three axes that are equally
     steep, so that there are six on a floor, and as far as the places are spread; a place belongs to
@@ -217,7 +237,7 @@ def _shares(lit: _Lit, camera: Array) -> Array:
     variance, along = np.linalg.eigh(covariance)
     root = (along * np.sqrt(np.maximum(variance, 0.0))) @ along.T
     sides = _AXES @ root[:3]
-    wanted = _WIDE * np.concatenate([sides, -sides])
+    wanted = _WIDE * np.concatenate([sides, -sides])[_SIDES[count]]
     off = ((features - wanted[:, None]) ** 2).sum(axis=-1)
     near = np.exp((off.min(axis=0) - off) / (2.0 * _SOFT * variance.sum() + _SMALLEST))
     near += _LEAST_SHARE
@@ -227,7 +247,7 @@ def _shares(lit: _Lit, camera: Array) -> Array:
 def _with_parts(lamp: Lamp, lit: _Lit, camera: Array) -> Lamp:
     """Return the lamp for places with its parts, which are what stands for them in turn."""
     parts = []
-    for one in _middles(lit, _shares(lit, camera)):
+    for one in _middles(lit, _shares(lit, camera, COUNT)):
         share = one.intensity / np.maximum(lamp.intensity, _SMALLEST)
         parts.append(LitPart(one.position, one.axis, share, one.radius))
     return replace(lamp, parts=tuple(parts))
@@ -238,11 +258,11 @@ def _middles(lit: _Lit, shares: Array) -> list[Lamp]:
     weights = shares * lit.weights
     weights /= weights.sum(axis=-1, keepdims=True)
     middles, normals = weights @ lit.points, weights @ lit.normals
-    # An even disc of radius R is spread by R²/2. What a ray through its middle gets goes with the
-    # mean of one over the distance from it, 2/R: as of a lamp of half that radius.
-    off = lit.points - lit.points.mean(axis=0)
-    square = weights @ (off * off).sum(axis=-1) - ((weights @ off) ** 2).sum(axis=-1)
-    radii = np.sqrt(np.maximum(square, 0.0) / 2.0)
+    # What a ray through the middle of an even disc of radius R gets goes with the mean of one over
+    # the distance from it, 2/R: as of a lamp of half that radius. Where light falls off to all
+    # sides a geometric mean finds that, and a mean square what is far away.
+    off = [np.linalg.norm(lit.points - middle, axis=-1) for middle in middles]
+    radii = _OVER_MEAN * np.exp((weights * np.log(np.maximum(off, _SMALLEST))).sum(axis=-1))
     intensities = ((shares * lit.share) @ lit.brought) / np.exp(weights @ lit.log_arriving)
     axes = normals / np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), _SMALLEST)
     return [
