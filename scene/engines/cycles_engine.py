@@ -25,6 +25,7 @@ from ..water import (
     cloud_volumes,
     continued_seabed,
     cycles_water,
+    deep_cameras,
     inelastic_layers,
     moving_surface,
     particles,
@@ -88,7 +89,9 @@ def cycles_bands(
     notes += [*continued_seabed.notes(plan, kept.looked), *kept.notes]
     notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
     more = inelastic_layers.MOST_ABOVE if chosen.inelastic else 0
-    notes += volume_stack.notes(scene, [cameras.eye_of(camera), *eyes], more)
+    places = [cameras.eye_of(camera), *eyes]
+    notes += volume_stack.notes(scene, places, more)
+    notes += deep_cameras.notes(plan.column, [-place[2] for place in places])
     try:
         with cycles_settings.reference_settings(
             scene,
