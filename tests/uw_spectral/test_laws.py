@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer import solved_field
+from underwater_spectral.uw_spectral.transfer.discrete_ordinates import Emission
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater, WaterColumn
 from underwater_spectral.uw_spectral.water.phase import BandPhase, parse_phase
 
@@ -103,6 +104,18 @@ def _sun_and_sky_add_up(case: Case) -> None:
     _same(of(parts[0]) + of(parts[1]), both)
 
 
+def _emission_adds_and_of_nothing_is_none(case: Case) -> None:
+    rate, power = np.full((1, 3), 0.3), np.array([[0.05, 0.2, 0.4]])
+    column = case.column()
+    none = of(case.field())
+    dark, one, two = (
+        of(column.solved_field(case.phase, STREAMS, Emission(rate, times * power)))
+        for times in (0.0, 1.0, 2.0)
+    )
+    _same(dark, none)
+    _same(two - none, 2.0 * (one - none))
+
+
 def _light_turned_about_the_vertical(case: Case, angle: float = 2.1) -> None:
     cosine, sine = math.cos(angle), math.sin(angle)
     turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
@@ -175,6 +188,7 @@ def _no_scattering_leaves_the_beam(case: Case) -> None:
 LAWS: tuple[Callable[[Case], None], ...] = (
     _twice_the_light,
     _sun_and_sky_add_up,
+    _emission_adds_and_of_nothing_is_none,
     _light_turned_about_the_vertical,
     _light_mirrored,
     _scaled_lengths,
@@ -207,6 +221,7 @@ class At:
 
 PLANTED: dict[Callable[[Case], None], tuple[str, Callable[[At], object]]] = {
     _twice_the_light: ("Ed", lambda at: 1.0 + 0.1 * at.value),
+    _emission_adds_and_of_nothing_is_none: ("Ed", lambda at: 1.0 + 0.1 * at.value),
     _sun_and_sky_add_up: ("Eu", lambda at: 1.0 + 0.1 * at.value),
     _light_turned_about_the_vertical: ("radiance", lambda at: 1.0 + 0.1 * at.w[0]),
     _light_mirrored: ("radiance", lambda at: 1.0 + 0.1 * at.w[1]),
