@@ -24,16 +24,17 @@ from ..settings import render_plan
 from ..settings.scene_settings import DEFAULT_PHASE, SceneSettings
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
+from ..uw_spectral.closed_form.pixel import surface_light
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.reflectance import uplift_basis
-from ..uw_spectral.transfer.pixel import surface_light
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
 from ..validation.colour_errors import srgb_rmse
+from ..validation.sun_beam import sun_beam
+from ..validation.tabulated_water import TabulatedWater, tabulated_water
 
 ABOVE_FLOOR = 3.0
 FLOOR_REFLECTANCE = 0.3
@@ -157,7 +158,7 @@ def solved_image(
 ) -> NDArray[np.float64]:
     """Return the band radiances of the tables that EEVEE looks up, shape (h, w, n)."""
     field = column.solved_field(phase, TABLE_STREAMS)
-    beam = column.sun_beam(phase)
+    beam = sun_beam(column, phase)
     water = tabulated_water(field, beam, column.skylight, None)
     return _image(water, column, depth, width, height, oversampling)
 

@@ -212,7 +212,7 @@ Canonical problems of Mobley et al. (1993): [outside.md](outside.md#canonical-pr
 
 ## Close to the sun
 Delta-M takes light of the forward peak for direct: in 3C at 560 nm, 5 m, 68 % too bright at 1° and
-16 % at 2°, which a factor mends (`aureole.aureole_factor`). Worst errors of means over rings in %,
+16 % at 2°, which a factor mends (`aureole.SpreadSun`). Worst errors of means over rings in %,
 against 128 streams: IB, II and 3C, 480 and 560 nm, 1 to 15 m, sun at 10 to 60°.
 
 {aureole}

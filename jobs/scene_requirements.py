@@ -16,9 +16,11 @@ from ..quality.requirements import Requirements, decide
 from ..quality.seen_points import SeenPoints
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
+from ..scene.seen import clouds
 from ..scene.seen.cameras import camera_depth
 from ..scene.seen.picture_size import rendered_size
 from ..scene.seen.view_tracing import trace_from_above, trace_view
+from ..scene.seen.volume_grids import KeptGrids
 from ..scene.water import moving_surface
 from ..scene.water.eevee_water import Eye, eevee_water
 from ..scene.water.frame_water import RealtimeWater
@@ -106,7 +108,6 @@ def choose(
                 )
             with quiet():
                 plan = plan_of(chosen)
-                plan.column.require_one_layer("Auto knows")
                 everything = _everything(scene, chosen)
             views, from_above = _traced(
                 scene,
@@ -123,11 +124,13 @@ def choose(
             f"camera {camera.name!r} is above the water and sees only sky; turn it down, or choose "
             "the settings by hand (Quality)"
         )
-    if from_above:
+    layered = bool(plan.column.below)
+    shafts = not (method.traced or from_above or layered)
+    if from_above or layered:
         # Shafts are not drawn then, in no frame of a job.
         views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
     shaft_end = 0.0
-    if not (method.traced or from_above):
+    if shafts:
         shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
         drawn = eevee_water(
             shaded, scene, Eye(camera, views[0].depth), np.ones((3, len(plan.bands)))
@@ -153,7 +156,7 @@ def choose(
         required = decide(
             views,
             everything,
-            _choices(chosen, keep, method),
+            _choices(chosen, keep, method, layered=layered),
             target=target,
             budget=budget,
             workload=workload,
@@ -228,15 +231,22 @@ def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
     plan = plan_of(many)
-    found = _optics(plan)
+    floating = clouds.clouds_of(scene, plan.bands.centres)
+    grids, _ = KeptGrids().of(scene, floating.grids)
+    found = replace(_optics(plan), caustics=chosen.caustics, clouds=(*floating.puffs, *grids))
     if chosen.surface != moving_surface.WAVES:
         return found
     coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
     return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
 
 
-def _choices(chosen: SceneSettings, keep: frozenset[str], method: Method) -> list[BandChoice]:
-    """Bands to choose from: the settings' own if they must stay, all in real time."""
+def _choices(
+    chosen: SceneSettings, keep: frozenset[str], method: Method, *, layered: bool
+) -> list[BandChoice]:
+    """Bands to choose from: the settings' own if they must stay, all in real time.
+
+    In layered water they are not optimised.
+    """
     # Only the elastic light of a calm sea is compared.
     plain = replace(
         chosen,
@@ -248,6 +258,8 @@ def _choices(chosen: SceneSettings, keep: frozenset[str], method: Method) -> lis
         name = f"{len(plan.bands)}, as given"
         return [BandChoice(name, _optics(plan), {}, len(plan.passes))]
     placements = {EQUAL: BAND_COUNTS, OPTIMISED: OPTIMISED_COUNTS}
+    if layered:
+        placements = {EQUAL: BAND_COUNTS}
     if "band_placement" in keep:
         placements = {chosen.band_placement: placements[chosen.band_placement]}
     usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}

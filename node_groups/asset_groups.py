@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
-from ..uw_spectral.transfer.pixel import transmittance
+from ..uw_spectral.transfer.path_integral import transmittance
 from . import realtime_values, realtime_waves
 from .group_sockets import OpenGroup, Socket
 from .node_mathematics import NODES

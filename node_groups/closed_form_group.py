@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..uw_spectral.closed_form.one_lobe import plain_water
+from ..uw_spectral.closed_form.pixel import surface_light
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.mathematics import Operand, dot
-from ..uw_spectral.transfer.pixel import surface_light, transmittance
+from ..uw_spectral.transfer.path_integral import transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
 from .group_sockets import OpenGroup, Socket

@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +24,12 @@ from .light_reach import clip_to_display
 from .methods import REALTIME, Method
 from .picture import Optics, Picture, picture
 from .seen_points import SeenPoints
-from .terms import TERMS, WAVES, Options, column_of, in_column, subsets
+from .terms import SINGLE, TERMS, WAVES, Options, column_of, in_column, subsets
 
 RAYS = 144
 """Rays of all views together that are coloured."""
 
+_ALWAYS = "plain", "single"
 _CHUNK = 48
 _HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
 
@@ -117,6 +118,9 @@ class ErrorEstimate:
         # Waves change what is seen of the bands too little to be baked for each of them.
         calm = self._in_column - {WAVES}
         whole = self._in_full(calm)
+        if reference.clouds:
+            # Bands are compared without clouds, which have numbers of their own in each.
+            whole = self._picture(replace(reference, clouds=()), column_of(calm))
         lit = [view.unshaded() for view in few]
         self._bands = {}
         for choice in choices:
@@ -145,7 +149,10 @@ class ErrorEstimate:
             name: np.vstack([f.parts.get(name, np.zeros_like(f.plain)) for f in found])
             for name in names
         }
-        return Picture(np.vstack([f.plain for f in found]), parts)
+        plain, single = (
+            np.vstack(x) for x in zip(*((f.plain, f.single) for f in found), strict=True)
+        )
+        return Picture(plain, parts, single)
 
     def rgb(self, bands: BandChoice | None, options: Options) -> NDArray[np.float64]:
         """Colours of a combination, shape (m, 3); many bands without a choice."""
@@ -165,6 +172,8 @@ class ErrorEstimate:
 
     def light_effect(self, name: str) -> float:
         """Mean ΔE2000 of a light that cannot be switched off by itself."""
+        if name == SINGLE:
+            return float(self.errors([self.full.without() - self.full.single])[0])
         return float(self.errors([self._picture(self.reference, {}, without=name).without()])[0])
 
     def combinations(

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +12,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
-from ..uw_spectral.transfer.radiance_field import FARTHEST
-from ..uw_spectral.transfer.water_column import FEW_STREAMS, WaterColumn
+from ..uw_spectral.transfer.water_column import FEW_STREAMS, DeeperWater, WaterColumn
 
 BOUNCES = (4, 8, 12, 16, 24, 32, 48, 64)
 FROXELS = (32, 64, 128, 256)
@@ -55,9 +52,9 @@ def visible_distance(view: Viewpoint, delta_e: float) -> float:
 
 def shaft_range(view: Viewpoint, delta_e: float) -> float:
     """Distance beyond which single scattering changes a level pixel by less than a ΔE2000, m."""
-    beam = view.column.sun_beam(view.phase)
-    single = functools.partial(beam.scattered_once, view.depth, view.level)
-    beyond = single(FARTHEST) - single(_DISTANCES[:, None])
+    # Along a level ray the water is the same, and so is the light that it scatters.
+    single = view.field.single_scattering(view.depth, view.level)
+    beyond = single * np.exp(-view.attenuation * _DISTANCES[:, None])
     water = view.background
     change = delta_e_CIE2000_images(
         clip_to_display(view.reduction.apply(water - beyond)),
@@ -99,18 +96,23 @@ def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np
     """
     column, k = view.column, np.asarray(bounces)[:, None]
     light = _scattered(column, view)
-    albedo = column.scattering / np.maximum(column.attenuation, 1e-12)
+    layers = column, *column.below
+    albedo = np.max(
+        [x.scattering / np.maximum(x.absorption + x.scattering, 1e-12) for x in layers], 0
+    )
     room = 1.0 / np.maximum(albedo, 1e-9) - 1.0
     least = np.ones((len(k), len(light)))
+
+    def more[Water: (WaterColumn, DeeperWater)](layer: Water, s: NDArray[np.float64]) -> Water:
+        absorption = np.maximum(layer.absorption - (s - 1.0) * layer.scattering, 0.0)
+        return replace(layer, absorption=absorption, scattering=s * layer.scattering)
+
     for part in _GENERATING:
         s = np.minimum(1.0 + part * room, 4.0)
-        more = dataclasses.replace(
-            column,
-            absorption=np.maximum(column.absorption - (s - 1.0) * column.scattering, 0.0),
-            scattering=s * column.scattering,
-            floor_reflectance=np.minimum(s * column.floor_reflectance, 1.0),
-        )
-        orders = np.maximum(_scattered(more, view), light)
+        floor = np.minimum(s * column.floor_reflectance, 1.0)
+        below = tuple(more(layer, s) for layer in column.below)
+        brighter = replace(more(column, s), floor_reflectance=floor, below=below)
+        orders = np.maximum(_scattered(brighter, view), light)
         least = np.minimum(least, orders / light * s ** -(k + 1.0))
     weights = np.maximum(luminance(view.reduction.weights.T), 0.0) * light
     return least @ (weights / weights.sum())
@@ -120,7 +122,8 @@ def _scattered(column: WaterColumn, view: Viewpoint) -> NDArray[np.float64]:
     """Scalar irradiance at a view's depth in some water, unscattered sunlight apart."""
     field = column.solved_field(view.phase, FEW_STREAMS, modes=1)
     sun = column.sun_irradiance / column.sun_cosine
-    direct = sun * np.exp(-column.attenuation * view.depth / column.sun_cosine)
+    c = field.extinction_between(0.0, view.depth, scaled=False)
+    direct = sun * np.exp(-c * view.depth / column.sun_cosine)
     light = field.scalar_irradiance(view.depth) - direct
     return np.maximum(light, np.finfo(np.float64).tiny)
 
@@ -158,7 +161,7 @@ def cycles_sample(view: Viewpoint) -> CyclesSample:
     columns = "scatterings", "delta_e", "seconds"
     table = read_table(DATA_DIRECTORY / "cycles_noise.csv", columns).columns
     weights = np.maximum(luminance(view.reduction.weights.T), 0.0) * view.light
-    b = float(view.column.scattering @ weights / weights.sum())
+    b = float(view.column.mixed_above(view.depth).scattering @ weights / weights.sum())
     x = b * view.depth / view.column.sun_cosine
     known, place = np.log(table["scatterings"]), math.log(max(x, 1e-9))
     delta_e, seconds = (np.interp(place, known, np.log(table[name])) for name in columns[1:])

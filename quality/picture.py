@@ -1,48 +1,53 @@
-"""The colours that the solved field gives to what a camera sees.
+"""The colours of a few rays of a camera, by the light and the formulas that EEVEE draws with.
 
-They come in parts that add up, so that what a part is worth can be read off. The formulas
-are those of the renderers; there is none of its own here.
+They come in parts that add up, so that what a part is worth can be read off.
 """
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.clouds.cloud_light import Veil
+from ..uw_spectral.clouds.cloud_shadow import daylit_shares
+from ..uw_spectral.clouds.solved_cloud import Cloud, clouds_in
+from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.imaging.band_selection import FittedViewpoint
 from ..uw_spectral.imaging.optics import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
-from ..uw_spectral.spectra.reflectance import uplift_basis
-from ..uw_spectral.surface.wave_patterns import (
-    LAYERS,
-    WavePatterns,
-    interp,
-    layer_position,
-    pattern_at,
-    sunlight_factor,
-    under_waves,
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.wave_patterns import WavePatterns, least_pattern, sunlight_factor
+from ..uw_spectral.transfer.channel_pixel import (
+    ALL_LEFT,
+    COLOURS,
+    Around,
+    ChannelWater,
+    LightLeft,
+    ShadeOnPath,
+    Thing,
+    along_rays,
 )
-from ..uw_spectral.transfer.pixel import Pixel, surface_light
-from ..uw_spectral.transfer.radiance_field import Ripples
+from ..uw_spectral.transfer.channels import Channels, channels_of
+from ..uw_spectral.transfer.foam_light import FoamAhead, foam_light
+from ..uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
+from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water
 from ..uw_spectral.transfer.radiance_table import SHADED_STREAMS, TABLE_STREAMS
 from ..uw_spectral.transfer.solved_field import SolvedField
-from ..uw_spectral.transfer.solved_ray import UNSHADED, PathShade, past_things
+from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
-from ..uw_spectral.transfer.tabulated_water import TabulatedWater, tabulated_water
 from ..uw_spectral.transfer.water_column import WaterColumn
 from .seen_points import SeenPoints
-from .terms import (
-    DIFFUSE_SHADOWS,
-    FLOOR_LIGHT,
-    INELASTIC,
-    SHAFTS,
-    SINGLE,
-)
+from .terms import DIFFUSE_SHADOWS, FLOOR_LIGHT, INELASTIC, SHAFTS, SINGLE
+
+Array = NDArray[np.float64]
+Changes = tuple[tuple[str, object], ...]
+
+_PLAIN, _SHADED, _CHANGED = "plain", "shaded", "changed wavelength"
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +62,17 @@ class Optics:
         What changes the wavelength of light.
     waves : WavePatterns, optional
         The moving surface, where the column has waves.
+    caustics : float
+        Strength of the sunlight's pattern under them.
+    clouds : tuple of Cloud
+        On the same bands.
     """
 
     view: Viewpoint
     excitation: Excitation | None = None
     waves: WavePatterns | None = None
+    caustics: float = 1.0
+    clouds: tuple[Cloud, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +81,14 @@ class Picture:
 
     ``plain`` has neither shadows in the water nor diffuse shadows
     nor inelastic light; ``parts`` holds what each of these adds (shadows: take away).
+    ``single`` is sunlight that the water on the way scatters once, which ``plain`` has.
     """
 
-    plain: NDArray[np.float64]
-    parts: dict[str, NDArray[np.float64]]
+    plain: Array
+    parts: dict[str, Array]
+    single: Array
 
-    def without(self, *names: str) -> NDArray[np.float64]:
+    def without(self, *names: str) -> Array:
         """Return the colours without some parts."""
         return self.plain + sum(
             (value for name, value in self.parts.items() if name not in names),
@@ -95,187 +108,238 @@ def picture(
     Parameters
     ----------
     without : str
-        One of :data:`.LIGHTS`, by name: leave that light out.
+        One of :data:`.LIGHTS`, by name: leave that light out of ``plain``.
     **column : object
         Fields of the water column, instead of its own. Waves need ``optics.waves``.
     """
-    view = _view(optics.view, seen.depth, column)
-    develop = view.reduction.apply
-    waves = optics.waves if view.column.surface == "waves" else None
-    ray = _Rays(view, seen, waves, without)
-    water = _water(view, without)
-    plain = develop(ray.radiance(water))
+    dark = without == FLOOR_LIGHT
+    water = functools.partial(_water, optics, seen.depth, tuple(column.items()), dark)
+    drawn = water(_PLAIN)
+    rays = _Rays(optics, seen, drawn.view.column.floor_depth)
+    plain, single = rays.radiance(drawn), rays.scattered_once(drawn)
     parts = {}
     if not seen.is_free:
-        # Of the same split between what is scattered and what goes on ahead as the shade.
-        few = _water(view, without, streams=SHADED_STREAMS)
-        parts[DIFFUSE_SHADOWS] = develop(ray.radiance(few, shaded=True) - ray.radiance(few))
-    if not seen.path_sunlit.all() or waves is not None:
-        parts[SHAFTS] = -develop(ray.missing_light())
+        # In the shade other light counts as unscattered, which alone changes nothing.
+        split = water(_SHADED)
+        change = rays.radiance(split, shaded=True) - rays.radiance(split, sunlit=True)
+        parts[DIFFUSE_SHADOWS] = change - (plain - rays.radiance(drawn, sunlit=True))
+    shadows = drawn.waves is not None or not seen.path_sunlit.all()
+    if shadows and not drawn.field.layered:
+        parts[SHAFTS] = -rays.missing_light(drawn)
     if optics.excitation is not None:
-        exciting = dataclasses.replace(optics.excitation.column, **column)
-        excitation = dataclasses.replace(optics.excitation, column=exciting)
-        parts[INELASTIC] = develop(ray.radiance(_water(view, without, excitation))) - plain
-    return Picture(plain, parts)
+        parts[INELASTIC] = rays.radiance(water(_CHANGED)) - plain
+    return Picture(plain - single if without == SINGLE else plain, parts, single)
 
 
-def _water(
-    view: Viewpoint,
-    without: str,
-    excitation: Excitation | None = None,
-    streams: int = TABLE_STREAMS,
-) -> TabulatedWater:
+@dataclass(frozen=True, eq=False)
+class _Water:
+    """Folded light, what it is folded from, and its waves.
+
+    Sunlight does not fall below the ``least`` of their pattern.
+    """
+
+    view: Viewpoint
+    channels: Channels
+    field: SolvedField
+    light: FoldedLight
+    waves: WavePatterns | None
+    least: float
+
+    def developed(self, seen: Operand) -> Array:
+        """Return the colours of channels, which are the sensor's, shape (..., 3)."""
+        reduction = self.view.reduction
+        return np.asarray(seen) @ (reduction.weights @ np.linalg.pinv(reduction.response)).T
+
+
+# Views from one depth have the same.
+@functools.lru_cache(maxsize=8)
+def _water(optics: Optics, depth: float, changes: Changes, dark: bool, light: str) -> _Water:
     """The water without things, as EEVEE looks it up; what is to be left out is dark."""
-    column = view.column
-    index = column.refractive_index if column.reflects else None
-    beam = column.sun_beam(view.phase)
-    field = _field(view, without, excitation, streams)
-    return tabulated_water(field, beam, column.skylight, index)
+    view = _view(optics.view, depth, dict(changes))
+    column, phase, bands = _lit(view.column, dark=dark), view.phase, view.column.bands
+    emission = shades = contrast = None
+    if light == _CHANGED and optics.excitation is not None:
+        exciting = replace(optics.excitation.column, **dict(changes))
+        excitation = replace(optics.excitation, column=_lit(exciting, dark=dark))
+        emission = excitation.emission(bands, TABLE_STREAMS)
+    field = column.solved_field(phase, TABLE_STREAMS, emission)
+    if light == _SHADED:
+        straight = column.solved_field(phase, SHADED_STREAMS)
+        shades = Shades(np.zeros(len(bands)), np.ones((1, len(bands))), straight)
+    waves, least = optics.waves if view.column.surface == "waves" else None, 0.0
+    if waves is not None:
+        above = column.mixed_above(view.depth).solved_field(phase, TABLE_STREAMS)
+        knots = optics.caustics * waves.contrast(SunlitWater(above))
+        contrast, least = functools.partial(waves.contrast_at, knots), least_pattern(knots)
+    channels = channels_of(bands, view.reduction.response)
+    floor = [view.column.floor_reflectance]
+    folded = fold(field, channels, view.depth, column.skylight.level, floor, shades, contrast)
+    return _Water(view, channels, field, folded, waves, least)
 
 
-def _field(
-    view: Viewpoint,
-    without: str,
-    excitation: Excitation | None = None,
-    streams: int = TABLE_STREAMS,
-) -> SolvedField:
-    """Its field, with light of changed wavelength if anything changes it."""
-    column, emission = _lit(view.column, without), None
-    if excitation is not None:
-        lit = dataclasses.replace(excitation, column=_lit(excitation.column, without))
-        emission = lit.emission(column.bands, streams)
-    return column.solved_field(view.phase, streams, emission)
-
-
-def _lit(column: WaterColumn, without: str) -> WaterColumn:
+def _lit(column: WaterColumn, *, dark: bool) -> WaterColumn:
     """The water to solve: its waves are flat on average, and so solved once with the flat one."""
-    dark = {"floor_reflectance": 0.0} if without == FLOOR_LIGHT else {}
+    floor = {"floor_reflectance": 0.0} if dark else {}
     calm = {"surface": "flat"} if column.reflects else {}
-    return dataclasses.replace(column, **dark, **calm)
+    return replace(column, **floor, **calm)
 
 
 def _view(view: Viewpoint, depth: float, changed: Mapping[str, object]) -> Viewpoint:
-    column = dataclasses.replace(view.column, **changed)
+    column = replace(view.column, **changed)
     changes: dict[str, object] = {"column": column, "depth": min(depth, column.floor_depth)}
     if isinstance(view, FittedViewpoint):
         changes["reference"] = _view(view.reference, depth, changed)
-    return dataclasses.replace(view, **changes)
+    return replace(view, **changes)
+
+
+@dataclass(frozen=True, eq=False)
+class _CloudsBefore:
+    """What clouds do to rays, and shares of light that they leave where these end."""
+
+    veil: Veil
+    sunlight: Array
+    skylight: Array
 
 
 class _Rays:
-    """The rays of a camera, their ends and how these are lit; shapes (m, 1) and (m, n)."""
+    """The rays of a camera and their ends; numbers of shape (m, 1)."""
 
-    def __init__(
-        self,
-        view: Viewpoint,
-        seen: SeenPoints,
-        waves: WavePatterns | None,
-        without: str,
-    ) -> None:
-        self.view, self.seen, self.waves, self.leave_out = view, seen, waves, without
-        self.w = tuple(seen.direction.T[..., None])
-        gone = seen.on_floor & np.isinf(view.column.floor_depth)
+    def __init__(self, optics: Optics, seen: SeenPoints, floor: float) -> None:
+        self.seen, self._clouds = seen, optics.clouds
+        self._floor, self._caustics = floor, optics.caustics
+        self.origin, self.w = list(seen.origin.T[..., None]), list(seen.direction.T[..., None])
+        gone = seen.on_floor & np.isinf(floor)
         self.hit = (np.isfinite(seen.distance) & ~gone)[:, None]
+        self.y_o = np.clip(-self.origin[2], 0.0, floor)
+        self.boundary = np.asarray(distance_in_water(self.y_o, -self.w[2], floor))
         self.P = np.where(self.hit, seen.distance[:, None], 0.0)
-        floor = view.column.floor_depth
-        self.y_o = np.clip(-seen.origin[:, 2, None], 0.0, floor)
-        self.y = np.clip(self.y_o - self.w[2] * self.P, 0.0, floor)
-        self.up = seen.normal[:, 2, None]
-        self.reflectance = np.where(
-            seen.on_floor[:, None],
-            view.column.floor_reflectance,
-            seen.colour @ uplift_basis(view.column.bands).T,
-        )
-        self.contrast = None
-        if waves is not None:
-            self.contrast = waves.contrast(SunlitWater(_field(view, without)))
+        self.y = self._depths(self.P)
 
-    def radiance(
-        self,
-        water: TabulatedWater,
-        *,
-        shaded: bool = False,
-    ) -> NDArray[np.float64]:
-        """Radiance with unshadowed water, shape (m, n)."""
-        sun = np.asarray(self.view.column.sun_direction)
-        cosine = -(self.seen.normal @ sun)[:, None]
-        response = self.reflectance / math.pi * np.maximum(cosine, 0.0)
-        openness, shade = 1.0, UNSHADED
+    def _depths(self, P: Array) -> Array:
+        return np.clip(self.y_o - self.w[2] * P, 0.0, self._floor)
+
+    def radiance(self, water: _Water, *, shaded: bool = False, sunlit: bool = False) -> Array:
+        """Colours of the rays, shape (m, 3).
+
+        Parameters
+        ----------
+        shaded : bool
+            Whether things shade light from all sides.
+        sunlit : bool
+            Whether the sun shines on all of them.
+        """
+        seen, w, y_o, y, P = self.seen, self.w, self.y_o, self.y, self.P
+        ray = along_rays(water.light, water.field.sun, w)
+        sun = 1.0 * (seen.sunlit[:, None] | sunlit)
+        left, scattered, once, around = ALL_LEFT, ALL_LEFT, 1.0, None
         if shaded:
-            openness, shade = self.seen.openness[:, None], self._shade(water)
-        patch = water.patch_light(self.y, tuple(self.seen.normal.T[..., None]))
-        light = surface_light(
-            patch, self.y, self.up, openness=openness, sunlight=self.sunlight(self.P)
-        )
-        L = light.reflected(response * self.seen.sunlit[:, None], self.reflectance, cosine)
-        on_surface = water.surface(self.y_o, self.y, self.w, self.P, L, shade)
-        in_open = water.open_water(self.y_o, self.w, self.ripples(), shade)
-        return self._seen(on_surface, in_open)
+            left, scattered = (LightLeft(x[:, None]) for x in (seen.openness, seen.path_openness))
+            blocked = seen.blocked(water.light.components, water.light.parts)
+            around = None if blocked is None else Around(blocked)
+        clouds = self._cloudy(water, ray)
+        if clouds is not None:
+            sun = sun * clouds.sunlight
+            left = LightLeft(left.mean * clouds.skylight)
+            scattered, once = LightLeft(scattered.mean * clouds.veil.daylit), clouds.veil.sunlit
+        shade, normal = ShadeOnPath(scattered, once), list(seen.normal.T[..., None])
+        leaving = ray.leaving(self._thing(water, sun, left), y, normal, P)
+        on_surface = ray.surface(y_o, y, w, P, leaving, shade=shade, around=around)
+        column = water.view.column
+        in_open = ray.open_water(
+            y_o, w, replace(column.skylight, level=1.0),
+            column.refractive_index if column.reflects else None,
+            ripples=self._ripples(water), shade=shade, foam=self._foam(water),
+        )  # fmt: skip
+        if clouds is not None:
+            behind = surroundings(ray, y_o, y, w, P)
+            on_surface = veiled(on_surface, clouds.veil, ray, y_o, w, around=behind)
+            in_open = veiled(in_open, clouds.veil, ray, y_o, w)
+        return water.developed(np.where(self.hit, on_surface.total, in_open.total))
 
-    def _shade(self, water: TabulatedWater) -> PathShade:
-        """What things leave of the light of the paths."""
-        past: NDArray[np.float64] | float = 1.0
-        blocked = self.seen.blocked(self.view.phase)
-        if blocked is not None:
-            past = np.asarray(past_things(water.beam, self.P, blocked))
-        return PathShade(self.seen.path_openness[:, None], beyond=past)
+    def scattered_once(self, water: _Water, P: Array | None = None) -> Array:
+        """Sunlight that is scattered once on the way, nothing in its way, (m, 3) or (m, k, 3).
 
-    def _seen(self, on_surface: Pixel, in_open: Pixel) -> NDArray[np.float64]:
-        """Light of the rays that hit something, and of those that do not."""
-        seen = [on_surface.total, in_open.total]
-        if self.leave_out == SINGLE:
-            seen = [
-                np.maximum(total - pixel.single_scattering, 0.0)
-                for total, pixel in zip(seen, (on_surface, in_open), strict=True)
-            ]
-        return np.where(self.hit, *seen)
+        Parameters
+        ----------
+        P : array, shape (m, k), optional
+            Up to distances, m; all of the way by default.
+        """
+        ends = np.where(self.hit, self.P, self.boundary) if P is None else P
+        ends, w = np.minimum(ends, self.boundary)[..., None], [x[..., None] for x in self.w]
+        ray = along_rays(water.light, water.field.sun, w)
+        y = np.clip(self.y_o[..., None] - w[2] * ends, 0.0, self._floor)
+        found = water.developed(ray.single_scattering(self.y_o[..., None], y, w, ends))
+        return found[:, 0] if P is None else found
 
-    def missing_light(self) -> NDArray[np.float64]:
+    def _thing(self, water: _Water, sun: Operand, left: LightLeft) -> Thing:
+        """What the rays meet: colours, or the floor's reflectance, which is measured."""
+        seen, on_floor = self.seen, 1.0 * self.seen.on_floor[:, None]
+        facing = np.maximum(-(seen.normal @ np.asarray(water.field.sun)), 0.0) / math.pi
+        base = [*((1.0 - on_floor) * seen.colour).T[..., None], on_floor]
+        pattern = None
+        if water.waves is not None:
+            pattern = np.maximum(self._pattern(water, self.P), water.least)
+        response = [part * facing[:, None] * sun for part in base]
+        return Thing((*COLOURS, len(COLOURS)), response, base, pattern=pattern, shade=left)
+
+    def missing_light(self, water: _Water) -> Array:
         """Single scattering that shadows and waves take from the paths; negative: they add."""
-        single = self.view.column.sun_beam(self.view.phase).scattered_once
-        steps = self.seen.path_sunlit.shape[1]
-        ends = self.seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
-        total = [single(self.y_o, self.w, ends[:, :1])]
-        lost = 0.0
-        for k in range(steps):
-            total.append(single(self.y_o, self.w, ends[:, k + 1, None]))
-            middle = (ends[:, k] + ends[:, k + 1])[:, None] / 2
-            light = self.seen.path_sunlit[:, k, None] * self.sunlight(middle)
-            lost = lost + (1.0 - light) * (total[-1] - total[-2])
-        return np.asarray(lost)
+        seen, steps = self.seen, self.seen.path_sunlit.shape[1]
+        ends = seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
+        total = self.scattered_once(water, ends)
+        light = 1.0 * seen.path_sunlit
+        if water.waves is not None:
+            pattern = self._pattern(water, (ends[:, 1:] + ends[:, :-1]) / 2.0)
+            light = light * sunlight_factor(pattern, self._caustics)
+        return np.sum((1.0 - light)[..., None] * np.diff(total, axis=1), axis=1)
 
-    def sunlight(self, distance: NDArray[np.float64]) -> NDArray[np.float64] | float:
-        """Factor of the waves on the sunlight at distances along the rays, shape (m, n)."""
-        if self.waves is None or self.contrast is None:
-            return 1.0
-        point = self.seen.origin + self.seen.direction * distance
-        layers, depth = self.waves.layers, np.maximum(-point[:, 2], 1e-6)
-        x, y = under_waves(point[:, 0], point[:, 1], depth, list(self.view.column.sun_direction))
-        first, last = layers.depths[[0, -1]]
-        per_log = (LAYERS - 1) / math.log(last / first)
-        position = layer_position(depth, math.log(first), per_log)
-        images = [_look_up(image, layers.tile, x, y) for image in layers.images]
-        pattern = pattern_at(depth, position, images)
-        contrast = interp((2.0 * position)[:, None], list(self.contrast))
-        return sunlight_factor(pattern[:, None], contrast)
+    def _pattern(self, water: _Water, P: Array) -> Array:
+        """Relative sunlight under the waves at distances (m, k)."""
+        assert water.waves is not None, "there is a pattern under waves only"
+        x, y, z = (a + b * P for a, b in zip(self.origin, self.w, strict=True))
+        return water.waves.sunlight_at(x, y, np.maximum(-z, 1e-6), water.field.sun)
 
-    def ripples(self) -> Ripples | None:
+    def _at_surface(self) -> tuple[Array, Array]:
+        """Where the rays would meet the surface, x and y."""
+        along = -self.origin[2] / np.maximum(self.w[2], 1e-3)
+        x, y = (self.origin[i] + self.w[i] * along for i in (0, 1))
+        return x, y
+
+    def _ripples(self, water: _Water) -> Ripples | None:
         """The moving surface where the rays would meet it."""
-        if self.waves is None or not self.view.column.reflects:
+        column = water.view.column
+        if water.waves is None or not column.reflects:
             return None
-        waves, origin, w = self.waves, self.seen.origin, self.seen.direction
-        along = -origin[:, 2] / np.maximum(w[:, 2], 1e-3)
-        x, y = (origin[:, i] + w[:, i] * along for i in (0, 1))
-        slopes = (
-            _look_up(waves.slope_x, waves.layers.tile, x, y)[:, None],
-            _look_up(waves.slope_y, waves.layers.tile, x, y)[:, None],
-        )
-        column = self.view.column
-        width = waves.glitter_width(column.refractive_index)
+        width = water.waves.glitter_width(column.refractive_index)
+        slopes = water.waves.slopes_at(*self._at_surface())
         return Ripples(slopes, width, column.glitter, column.skylight.sun)
 
+    def _foam(self, water: _Water) -> FoamAhead | None:
+        """Foam on it."""
+        raised = None if water.waves is None else water.waves.raised
+        if raised is None or raised.foam is None:
+            return None
+        radiance = water.channels.fold(foam_light(water.view.column).below)
+        return FoamAhead(raised.foam_share(*self._at_surface()), radiance)
 
-def _look_up(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray[np.float64]:
-    cells = len(image)
-    scale = cells / tile
-    return image[np.floor(y * scale).astype(int) % cells, np.floor(x * scale).astype(int) % cells]
+    def _cloudy(self, water: _Water, ray: ChannelWater) -> _CloudsBefore | None:
+        if not self._clouds:
+            return None
+        P = np.where(self.hit, self.P, self.boundary)
+        place, sun = self.seen.origin.mean(axis=0).tolist(), water.field.sun
+        clouds = clouds_in(self._clouds, water.field, water.channels, place)
+        points = [a + b * self.P for a, b in zip(self.origin, self.w, strict=True)]
+        rate = np.mean(ray.falling_off(self._depths(P), self.w)[1], axis=-1, keepdims=True)
+        once, scattered = daylit_shares(clouds, self.origin, self.w, P, rate, 0.5)
+        veil = clouds.veil(self.origin, self.w, P, half_angle2(self.w, sun))
+        return _CloudsBefore(
+            replace(veil, sunlit=once, daylit=scattered),
+            clouds.sunlight_left(points),
+            clouds.skylight_left(points),
+        )
+
+
+def scattered_once(optics: Optics, seen: SeenPoints, distances: Array) -> Array:
+    """Colours of sunlight that is scattered once up to distances (m, k) along rays, (m, k, 3)."""
+    water = _water(optics, seen.depth, (), False, _PLAIN)
+    return _Rays(optics, seen, water.view.column.floor_depth).scattered_once(water, distances)

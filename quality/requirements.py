@@ -28,7 +28,7 @@ from .light_reach import (
     visible_distance,
 )
 from .methods import REFERENCE
-from .picture import Optics
+from .picture import Optics, scattered_once
 from .seen_points import SeenPoints
 from .terms import LIGHTS, SHAFTS, TERMS, Options, Term, with_and_without
 
@@ -292,18 +292,14 @@ class _About:
     def _froxel_errors(self, end: float) -> NDArray[np.float64]:
         e = self.estimate
         rgb = e.full.without()
-        pictures = []
-        for count in FROXELS:
-            short = []
-            for view in e.seen:
-                optics = replace(e.reference.view, depth=view.depth)
-                y, w = -view.origin[:, 2, None], tuple(view.direction.T[..., None])
-                P = np.minimum(view.distance, end)[:, None]
-                single = optics.column.sun_beam(optics.phase).scattered_once
-                nearer = np.maximum(P - end / count / 2, 0.0)
-                short.append(optics.reduction.apply(single(y, w, P) - single(y, w, nearer)))
-            pictures.append(rgb - np.vstack(short))
-        return e.errors(pictures)
+        steps = end / np.array(FROXELS) / 2
+        short = []
+        for view in e.seen:
+            P = np.minimum(view.distance, end)[:, None]
+            nearer = np.hstack([P, np.maximum(P - steps, 0.0)])
+            once = scattered_once(e.reference, view, nearer)
+            short.append(once[:, :1] - once[:, 1:])
+        return e.errors([rgb - part for part in np.swapaxes(np.vstack(short), 0, 1)])
 
     def samples(self, samples: int, noise: float) -> Decision:
         if self.workload.method.traced:

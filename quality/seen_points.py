@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.shade.forward_share import blocked_along
 from ..uw_spectral.shade.view_cover import ViewCover
-from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase import PhaseFunction
 
 _WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
 _SEED = 1
@@ -106,11 +107,13 @@ class SeenPoints:
         left = np.concatenate([self.openness, self.path_openness])
         return self.cover is None and bool((left == 1.0).all())
 
-    def blocked(self, phase: BandPhase) -> NDArray[np.float64] | None:
-        """Share of scattering on the rays that stays within things, shape (m, n)."""
+    def blocked(
+        self, components: Sequence[PhaseFunction], parts: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        """Share of scattering on the rays that stays within things, see :func:`.blocked_along`."""
         if self.cover is None:
             return None
-        return blocked_along(self.cover, phase, self.direction, self.on_floor)
+        return blocked_along(self.cover, components, parts, self.direction, self.on_floor)
 
     def unshaded(self) -> SeenPoints:
         """Return the same with nothing in the way of any light."""

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from ..uw_spectral.transfer.solved_field import SolvedField
-from ..uw_spectral.transfer.sun_beam import SunBeam
 from ..uw_spectral.transfer.water_column import DeeperWater, WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from .sun_beam import SunBeam
 
 WATERS = ("I", "IA", "IB", "II", "III", "1C", "3C", "5C", "7C", "9C")
 KINDS = (

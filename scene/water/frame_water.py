@@ -25,7 +25,7 @@ from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_o
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
 from ...uw_spectral.shade.view_cover import ViewCover
-from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, interp, layer_position
+from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, least_pattern
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
 from ...uw_spectral.transfer.channels import Channels, channels_of
@@ -192,6 +192,9 @@ class RealtimeWater:
         shade, shades = self.seen.shade, None
         if shade is not None and self.straight is not None:
             shades = Shades(shade.spectrum, shade.usual, self.straight)
+        contrast = None
+        if self.waves is not None and self.contrast is not None:
+            contrast = functools.partial(self.waves.contrast_at, self.contrast)
         return fold(
             self.field,
             channels,
@@ -199,7 +202,7 @@ class RealtimeWater:
             self.column.skylight.level,
             measured,
             shades,
-            None if self.contrast is None else self._contrast_at,
+            contrast,
             emissions,
         )
 
@@ -229,14 +232,6 @@ class RealtimeWater:
         if FLOOR in self.seen.reflectances:
             floor = len(COLOURS) + list(self.seen.reflectances).index(FLOOR)
         return carried_light(cover, self.folded, self.field.sun, shade, floor)
-
-    def _contrast_at(self, depths: NDArray[np.float64]) -> NDArray[np.float64]:
-        assert self.waves is not None
-        assert self.contrast is not None
-        named = wave_numbers(self.waves, self.strength)
-        log, per_log = realtime_values.WAVES_LOG_DEPTH, realtime_values.WAVES_PER_LOG
-        place = 2.0 * layer_position(depths, named[log], named[per_log])
-        return interp(place[:, None], list(self.contrast))
 
     def _level_light(self) -> NDArray[np.float64]:
         """Mean radiance of open water around the camera, shape (n,)."""
@@ -308,8 +303,7 @@ class RealtimeWater:
             single |= _of_lamps(self.seen.lamps, column, self.phase, self.depth)
         if self.waves is not None and self.contrast is not None:
             # Where light falls from the brightest to nothing, no band may fall below it.
-            most = max(float(self.contrast.max()), _ROUNDING)
-            single[realtime_values.LEAST_PATTERN] = 1.0 - 1.0 / most
+            single[realtime_values.LEAST_PATTERN] = least_pattern(self.contrast)
             single |= wave_numbers(self.waves, self.strength)
             single |= {
                 realtime_values.GLITTER: column.glitter * bool(self.waves.slope_x.any()),

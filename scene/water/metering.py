@@ -44,7 +44,6 @@ def metered(
         return None
     # The rays need neither waves, whose light is the same on average, nor changed wavelengths.
     column = plan.column
-    column.require_one_layer("exposure by the picture knows")
     if column.surface == "waves":
         column = replace(column, surface="flat")
     view = replace(plan.viewpoint(depth, 0.0, lit), column=column)

@@ -33,7 +33,8 @@ from underwater_spectral.uw_spectral.spectra.reflectance import (
     colorchecker_reflectance,
 )
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from underwater_spectral.uw_spectral.transfer.tabulated_water import tabulated_water
+from underwater_spectral.validation.sun_beam import sun_beam
+from underwater_spectral.validation.tabulated_water import tabulated_water
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPTH = 5.0
@@ -63,7 +64,7 @@ def reef(water: str, folder: Path) -> np.ndarray:
     patch = random.integers(0, len(names), (height // 4, width // 4))[y // 4, x // 4]
     rho = np.where(((x // 4 + y // 4) % 20 == 0)[..., None], 0.0, reflectances[patch])
     J = rho * field.Ed(DEPTH) / math.pi
-    beam = optics.column.sun_beam(optics.phase)
+    beam = sun_beam(optics.column, optics.phase)
     water_light = tabulated_water(field, beam, optics.column.skylight, None)
     along = [np.full((height, width, 1), part) for part in (0.0, 1.0, 0.0)]
     depths = np.full((height, width, 1), DEPTH)

@@ -12,8 +12,8 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.closed_form.one_lobe import plain_water
+from underwater_spectral.uw_spectral.closed_form.pixel import surface_light
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.pixel import surface_light
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 
 _OF_THE_SURFACE = {group.LIT, group.COLOR, group.EMISSION, group.NORMAL}

@@ -19,6 +19,7 @@ from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
+from underwater_spectral.validation.tabulated_water import aureole_at
 
 ZENITH, INDEX = 30.0, 1.34
 
@@ -41,7 +42,7 @@ def test_factor_looked_up_is_that_of_the_solved_field(water, y):
     up = -np.array(column.sun_direction)
     across = np.cross(up, (1.0, 0.0, 0.0))
     w = np.cos(angles)[:, None] * up + np.sin(angles)[:, None] * across
-    found = tabulate(field).aureole_factor(y, w.T, column.sun_direction)
+    found = aureole_at(tabulate(field), y, w.T, column.sun_direction)
     wanted = field.aureole([y], np.sin(angles / 2) ** 2)[:, 0].T
     assert wanted.min() < 0.9
     np.testing.assert_allclose(found, wanted, atol=0.01)

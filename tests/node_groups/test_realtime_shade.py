@@ -17,6 +17,7 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.radiance_table import SHADED_STREAMS, tabulate
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.sun_beam import sun_beam
 
 WEIGHTS = np.eye(3)
 UNDERSIDE = ((-1.5, 0.2, -3.0), (3.0, 0.0, 0.0), (0.0, 1.0, -1.0))
@@ -69,7 +70,7 @@ def test_open_water_is_shaded_as_the_table_says(tmp_path):
     s2 = half_angle2(w.T, sun)
 
     def scattered_once(field):
-        beam = dataclasses.replace(column.sun_beam(lobes), cp=field.extinction)
+        beam = dataclasses.replace(sun_beam(column, lobes), cp=field.extinction)
         P = np.minimum(beam.boundary(5.0, columns), 1e6)
         found = beam.scattered_once(5.0, columns, P, without_peak=True)
         return found * field.aureole([5.0], s2)[:, 0].T, P[:, 0]

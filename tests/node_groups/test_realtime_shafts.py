@@ -14,6 +14,7 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.sun_beam import closed_beam
 
 SLAB_HEIGHT = -2.0
 LOW, HIGH = np.array([-1.5, 1.0]), np.array([1.5, 12.0])
@@ -70,14 +71,14 @@ def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
     optics = solve_closed_form(
         light_field_of(column, phase), phase, view.depth, column.sun_direction
     )
-    rays = view.rays()
+    beam, rays = closed_beam(optics), view.rays()
     w = tuple(rays[..., i, None] for i in range(3))
     end = water.shafts.end
     lit, open_water = np.zeros((2, *rays.shape[:2], 3))
     camera = np.array([0.0, 0.0, -view.depth])
     for s in (np.arange(STEPS) + 0.5) * end / STEPS:
         y = view.depth - w[2] * s
-        light = optics.beam.scattered_once_at(y, w, np.full_like(w[2], s)) * (y > 0) * end / STEPS
+        light = beam.scattered_once_at(y, w, np.full_like(w[2], s)) * (y > 0) * end / STEPS
         shadowed = _meets_slab(camera + s * rays, -np.asarray(column.sun_direction))
         open_water += light
         lit += light * ~shadowed[..., None]

@@ -17,7 +17,7 @@ from underwater_spectral.quality import requirements
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.seen import cameras, view_tracing
-from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.water import new_clouds, water_body
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -287,6 +287,48 @@ def test_frames_along_the_path_are_looked_at():
     )
     assert scene.frame_current == 1
     assert choice.required.delta_e <= 2.0
+
+
+LAYERS = """depth_m,wavelength_nm,a,b
+0,300,0.06,0.25
+0,800,0.92,0.20
+5,300,0.20,0.60
+5,800,0.95,0.50
+"""
+
+
+def test_layered_water_is_weighed_in_equal_bands_and_without_shafts(tmp_path):
+    scene, camera = _scene()
+    (tmp_path / "water.csv").write_text(LAYERS)
+    options = ["--engine", "eevee", "--mode", "bands", "--water", f"file:{tmp_path / 'water.csv'}"]
+    options += ["--surface", "flat", "--floor-depth", "8"]
+    choice = _choose(scene, camera, options, target=1.0)
+    assert "optimised" not in choice.required.bands.name
+    assert "shafts" not in choice.required.options
+    worth = {d.name: d.effect_delta_e for d in choice.required.decisions}
+    # The lower layer, in which the camera is, hides surface and floor; its own light does not.
+    assert worth["single scattering"] > 0.5
+    assert max(worth["floor"], worth["surface with Snell's window"]) < 0.5
+
+
+def test_clouds_change_what_terms_are_worth(registered):
+    scene, camera = _scene()
+    options = ["--engine", "eevee", "--mode", "realtime", "--surface", "flat", "--floor-depth", "8"]
+    options += ["--no-diffuse-shadows", "--no-shafts"]
+    keep = frozenset(["diffuse_shadows", "shafts"])
+    worth = []
+    for dense in (False, True):
+        if dense:
+            item = new_clouds.add_puff(scene, "minerals")
+            item.location, item.scale = (0.0, 3.0, -5.0), (4.0,) * 3
+            item.underwater.concentration = 40.0
+            bpy.context.view_layer.update()
+        found = _choose(scene, camera, options, target=1.0, keep=keep)
+        worth.append({d.name: d.effect_delta_e for d in found.required.decisions})
+    clear, hidden = worth
+    # The floor lights the cloud, which is seen in the place of water; bands are as different.
+    assert hidden["floor light"] > 1.1 * clear["floor light"]
+    assert hidden["bands"] == pytest.approx(clear["bands"], abs=0.05)
 
 
 def test_night_is_refused():

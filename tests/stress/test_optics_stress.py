@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import LightField, light_field_of
+from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_share
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
@@ -35,10 +36,9 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
 )
-from underwater_spectral.uw_spectral.transfer.pixel import Pixel, forward_scattered_share
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
-    sun_glitter,
+    sun_image,
     under_surface,
     upwelling_irradiance,
 )
@@ -58,6 +58,7 @@ from underwater_spectral.validation.inelastic_light import (
     reduced,
     solve_inelastic,
 )
+from underwater_spectral.validation.sun_beam import closed_beam
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -157,7 +158,7 @@ def test_radiance_is_finite_and_not_negative(cases_, record_property):
         _sound(sky, "sky")
         for P in (0.0, *DISTANCES, math.inf):
             _sound(water.path(y, w, P), "path")
-            _sound(water.single_scattering(y, w, P), "single scattering")
+            _sound(closed_beam(water).scattered_once(y, w, P), "single scattering")
             _sound(forward_scattered_share(water, min(P, 1e7)), "forward-scattered")
         if column.reflects:
             up = (w[0], w[1], np.abs(w[2]))
@@ -167,10 +168,7 @@ def test_radiance_is_finite_and_not_negative(cases_, record_property):
             for slopes in ((0.0, 0.0), (0.1, -0.3), (-30.0, 4.0)):
                 over_waves = column.skylight.seen_through(up, index, slopes=slopes)
                 _sound(under_surface(water, up, over_waves, index, slopes=slopes), "waves")
-                _sound(
-                    sun_glitter(water.beam, y, up, index, Ripples(slopes, 1e-5)),
-                    "glitter",
-                )
+                _sound(sun_image(water.sun, up, index, Ripples(slopes, 1e-5)), "glitter")
         background = water.radiance(y, w, sky)
         _sound(background, "background")
         _sound(Pixel(water, y, w, 1.0, 1.0, background).total, "pixel")
@@ -457,8 +455,8 @@ def test_single_precision_follows_double(cases_, record_property):
             far = np.float32(P)
             path, few_path = water.path(y, w, P), few.path(near, few_w, far)
             _agrees(few_path, path, floor, "path")
-            single = water.single_scattering(y, w, P)
-            few_single = few.single_scattering(near, few_w, far)
+            single = closed_beam(water).scattered_once(y, w, P)
+            few_single = closed_beam(few).scattered_once(near, few_w, far)
             _agrees(few_single, single, floor, "single scattering")
             _agrees(few_path - few_single, path - single, np.maximum(floor, path), "many times")
             seen = Pixel(water, y, w, P, white, behind).total

@@ -6,7 +6,6 @@ Directions, depth and shapes are those of :mod:`..transfer.radiance_field`.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..transfer.path_integral import attenuated_path
 from ..transfer.radiance_field import end_of_path
-from ..transfer.sun_beam import Scattering, SunBeam, half_angle2
+from ..transfer.sun_beam import Scattering, half_angle2
 from ..water.phase import BandPhase, Mixture
 from .aureole_lobes import Aureole, solve_aureole
 from .light_field import LightField
@@ -54,12 +53,6 @@ class ClosedForm(PathField):
     phase: Scattering
     aureole: LobeSpread
     sun: Sequence[Operand]
-
-    @functools.cached_property
-    def beam(self) -> SunBeam:
-        """The direct sun."""
-        f = self.field
-        return SunBeam(f.b, f.c, f.cp, f.E, f.mu_s, f.y_f, self.phase, self.sun)
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:
         """Return the coefficients of :func:`solve_closed_form` in another precision."""
@@ -119,19 +112,6 @@ class ClosedForm(PathField):
     def floor_radiance(self, m: Mathematics = NUMPY) -> Operand:
         """Radiance of the Lambertian floor."""
         return self.field.floor_radiance(m)
-
-    def single_scattering(
-        self,
-        y_o: Operand,
-        w: Sequence[Operand],
-        P: Operand,
-        m: Mathematics = NUMPY,
-    ) -> Operand:
-        """Radiance of sunlight scattered once, unshadowed.
-
-        Subtract it from :meth:`path` where shafts of light are drawn apart.
-        """
-        return self.beam.scattered_once(y_o, w, P, m)
 
     def _source(self, w: Sequence[Operand], m: Mathematics) -> tuple[Operand, Operand, Operand]:
         """Strength m1, m2, m3 of the three exponentials of depth along w."""

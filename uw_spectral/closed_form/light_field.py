@@ -121,7 +121,6 @@ class LightField:
         sun_cosine: Operand,
         up: Operand,
         m: Mathematics = NUMPY,
-        openness: Operand = None,
     ) -> tuple[Operand, Operand, Operand]:
         """Irradiance on a patch of surface.
 
@@ -136,9 +135,6 @@ class LightField:
             Upward component of its normal (1 for a floor).
         m : Mathematics
             Elementary functions.
-        openness : float or array, optional
-            Share of the light from above, the direct sun apart, that nothing keeps
-            away. All of it by default.
 
         Returns
         -------
@@ -149,12 +145,7 @@ class LightField:
         facing = m.maximum(sun_cosine, 0.0) / self.mu_s * self.E
         sharp = m.exp(-self.c / self.mu_s * y)
         forward = m.maximum(m.exp(-self.ks * y) - sharp, 0.0)
-        mean, half_flux = self.E0(y, m) / 4.0, self.F(y, m) / 2.0
-        diffuse = mean + up * half_flux
-        if openness is not None:
-            forward = forward * openness
-            from_above = m.maximum(mean + half_flux, 0.0)
-            diffuse = diffuse - (1.0 - openness) * (0.5 + 0.5 * up) * from_above
+        diffuse = self.E0(y, m) / 4.0 + up * (self.F(y, m) / 2.0)
         return facing * sharp, facing * forward, m.maximum(diffuse, 0.0)
 
     def floor_radiance(self, m: Mathematics = NUMPY) -> Operand:

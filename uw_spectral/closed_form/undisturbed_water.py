@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.pixel import PatchLight, Pixel, light_from_surface
-from ..transfer.radiance_field import Ripples
+from ..transfer.radiance_field import under_surface
 from ..transfer.sky import BLACK, Sky
 from .closed_form import ClosedForm
+from .pixel import PatchLight, Pixel
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +30,16 @@ class UndisturbedWater:
     sky: Sky = BLACK
     index: Operand | None = None
 
-    def from_surface(
-        self,
-        y: Operand,
-        w: Sequence[Operand],
-        m: Mathematics = NUMPY,
-        ripples: Ripples | None = None,
-    ) -> Operand:
-        """Radiance that comes down from the surface against w, seen from depth y."""
-        water = self.elastic
-        return light_from_surface(water, water.beam, self.sky, self.index, y, w, m, ripples)
+    def from_surface(self, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """Radiance that comes down from the surface against w."""
+        if self.index is None:
+            return self.sky.radiance(w, m)
+        L_sky = self.sky.seen_through(w, self.index, m)
+        return under_surface(self.elastic, w, L_sky, self.index, m)
 
     def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Radiance L(y, w) of everything ahead of depth y along w, under a flat surface."""
-        return self.elastic.radiance(y, w, self.from_surface(y, w, m), m)
+        return self.elastic.radiance(y, w, self.from_surface(w, m), m)
 
     def surface(
         self,
@@ -76,16 +72,10 @@ class UndisturbedWater:
         beyond = self.radiance(y_e, w, m)
         return Pixel(self.elastic, y_o, w, P, L_surface, beyond, m, coverage=coverage)
 
-    def open_water(
-        self,
-        y_o: Operand,
-        w: Sequence[Operand],
-        m: Mathematics = NUMPY,
-        ripples: Ripples | None = None,
-    ) -> Pixel:
+    def open_water(self, y_o: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Pixel:
         """Pixel of open water with the surface or the floor behind; arguments as above."""
         water = self.elastic
-        end = water.boundary_radiance(w, self.from_surface(y_o, w, m, ripples), m)
+        end = water.boundary_radiance(w, self.from_surface(w, m), m)
         return Pixel(water, y_o, w, water.boundary(y_o, w, m), end, end, m)
 
     def patch_light(self, y: Operand, normal: Sequence[Operand]) -> PatchLight:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -14,7 +15,7 @@ from ..mathematics import dot
 from ..shade.forward_share import within_outline
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
-from .cloud_light import CloudNumbers, with_escapes
+from .cloud_light import CloudNumbers, Clouds, Several, with_escapes
 from .density_grid import DensityGrid
 from .matter import SuspendedMatter, blunt_phase
 from .puff import Puff
@@ -106,6 +107,19 @@ def cloud_numbers(
         places = [tuple(float(x) for x in lamp.position) for lamp in lamps]
         return replace(numbers, grid=cloud.grid.lit(field.sun, kept_mean, places))
     return numbers if by_lamps is None else with_escapes(numbers)
+
+
+def clouds_in(
+    clouds: Sequence[Cloud], field: SolvedField, channels: Channels, place: Sequence[float]
+) -> Clouds:
+    """Return clouds as a camera at a place sees them by daylight, in arrays; m."""
+    phases = list(dict.fromkeys(cloud.matter.phase for cloud in clouds))
+    found = []
+    for cloud in clouds:
+        away = math.dist(cloud.puff.middle, place)
+        numbers = cloud_numbers(cloud, field, channels, away)
+        found.append(replace(numbers, kind=float(phases.index(cloud.matter.phase))))
+    return Clouds(Several(found), phases, field.sun)
 
 
 def lamplight_on(cloud: Cloud, lamps: Sequence[Lamp], water: LampWater) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,14 +46,20 @@ def at_middle(phase: PhaseFunction, view: ViewMap) -> float:
 
 
 def blocked_along(
-    cover: ViewCover, phase: BandPhase, ways: Array, on_floor: NDArray[np.bool_]
+    cover: ViewCover,
+    components: Sequence[PhaseFunction],
+    parts: Array,
+    ways: Array,
+    on_floor: NDArray[np.bool_],
 ) -> Array:
     """Share of scattering that stays within what a view is filled with, along rays.
 
     Parameters
     ----------
-    phase : BandPhase
-        Of n bands.
+    components : sequence of PhaseFunction
+        The k parts of the phase function.
+    parts : array, shape (k, n)
+        Their shares in the scattering of bands or channels.
     ways : array, shape (m, 3)
         Unit vectors away from the camera.
     on_floor : array of bool, shape (m,)
@@ -65,9 +72,9 @@ def blocked_along(
     column, row = cover.view.place([*(np.asarray(cover.view.centre) + ways).T])
     at = np.rint(row).astype(np.intp), np.rint(column).astype(np.intp)
     pictures = np.stack([cover.covered, cover.with_floor])
-    each = [spread(pictures, part, cover.view)[:, *at] for part in phase.components]
+    each = [spread(pictures, part, cover.view)[:, *at] for part in components]
     shares = np.stack([np.where(on_floor, floor, things) for things, floor in each], axis=1)
-    return np.clip(shares @ phase.weights, 0.0, 1.0)
+    return np.clip(shares @ parts, 0.0, 1.0)
 
 
 def within_outline(phase: BandPhase | Mixture, size: float, distance: float) -> Array:

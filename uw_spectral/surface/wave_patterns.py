@@ -37,6 +37,7 @@ KNOTS = 2 * LAYERS - 1
 _FINEST = 0.016  # cell of an image over the depth that it still resolves
 _DEEPEST = 32.0  # m; beyond, the tile limits the pattern
 _LEAST_SPAN = 4.0  # of the depths of the layers
+_FLAT = 1e-9  # contrast of no pattern
 _FADES = 0.1  # m; ripples focus from about there on
 
 
@@ -265,6 +266,39 @@ class WavePatterns:
         first, last = self.layers.depths[[0, -1]]
         return np.geomspace(first, last, KNOTS).tolist()
 
+    def position(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Position of depths in m among the layers, see :func:`layer_position`."""
+        first, last = self.layers.depths[[0, -1]]
+        per_log = (LAYERS - 1) / math.log(last / first)
+        return np.asarray(layer_position(np.asarray(depth), math.log(first), per_log))
+
+    def contrast_at(self, knots: NDArray, depths: NDArray) -> NDArray[np.float64]:
+        """Interpolate a contrast at the knots (KNOTS, n) at depths (d,), shape (d, n)."""
+        return np.asarray(interp(2.0 * self.position(depths)[:, None], list(knots)))
+
+    def sunlight_at(
+        self, x: NDArray, y: NDArray, depth: NDArray, sun: Sequence[float]
+    ) -> NDArray[np.float64]:
+        """Relative sunlight of the nearest samples at places, m.
+
+        Parameters
+        ----------
+        sun : sequence of 3
+            Travel direction of the sunlight in the water.
+        """
+        x, y = under_waves(x, y, depth, sun)
+        images = [_nearest(image, self.layers.tile, x, y) for image in self.layers.images]
+        return np.asarray(pattern_at(depth, self.position(depth), images))
+
+    def slopes_at(self, x: NDArray, y: NDArray) -> tuple[NDArray, NDArray]:
+        """Slopes of the nearest samples of the surface at places, m."""
+        near = [_nearest(image, self.layers.tile, x, y) for image in (self.slope_x, self.slope_y)]
+        if self.raised is None:
+            return near[0], near[1]
+        far = self.raised.far
+        of_long = far.at(x, y, far.slope_x, far.slope_y)
+        return near[0] + of_long[0], near[1] + of_long[1]
+
     def caustics_image(self) -> NDArray[np.float32]:
         """One layer per channel, shape (N, N, 4); the first row is y = 0."""
         return np.ascontiguousarray(np.moveaxis(self.layers.images, 0, -1), dtype=np.float32)
@@ -279,6 +313,16 @@ class WavePatterns:
         image = np.zeros((*self.slope_x.shape, 4), np.float32)
         image[..., 0], image[..., 1], image[..., 3] = self.slope_x, self.slope_y, 1.0
         return image
+
+
+def _nearest(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray:
+    at = [np.floor(along * len(image) / tile).astype(int) % len(image) for along in (y, x)]
+    return image[*at]
+
+
+def least_pattern(knots: NDArray) -> float:
+    """Pattern below which the band of the most contrast (KNOTS, n) would have no sunlight."""
+    return 1.0 - 1.0 / max(float(knots.max()), _FLAT)
 
 
 def under_waves(

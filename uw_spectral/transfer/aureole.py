@@ -22,6 +22,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,13 +34,54 @@ _MOMENTS = 512
 _WINDOW = 4.0  # of the Legendre sum close to the sun, e^{-4 (l/512)⁴}: flat where streams end
 _FADES = math.radians(10.0), math.radians(15.0)
 WIDEST = math.sin(_FADES[1] / 2) ** 2
-"""Squared sine of half the angle to the sun from which on :func:`aureole_factor` is 1."""
+"""Squared sine of half the angle to the sun from which on :meth:`SpreadSun.factor` is 1."""
 
 
-def aureole_factor(
-    water: Sequence[tuple[BandPhase, NDArray[np.float64]]], streams: int, s2: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return p*/p where the light is solved in streams, at angles close to the sun.
+@dataclass(frozen=True, eq=False)
+class SpreadSun:
+    """The sun's beam at some depths, spread by small angles; make it with :func:`spread_sun`.
+
+    Attributes
+    ----------
+    parts : sequence of (BandPhase, array of shape (d, n))
+        Phase function of each layer, and its share in the scatterings on the way.
+    single : array, shape (d, n)
+        Share that was scattered by the peak alone or not at all.
+    rest : array, shape (l, d, n)
+        Moments of the light that was scattered more.
+    counts : array of bool, shape (d, n)
+        Whether the peak is one: what streams leave out of a backward peak has no place here.
+    """
+
+    parts: Sequence[tuple[BandPhase, NDArray[np.float64]]]
+    single: NDArray[np.float64]
+    rest: NDArray[np.float64]
+    counts: NDArray[np.bool_]
+
+    def factor(self, s2: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return p*/p at angles close to the sun.
+
+        Parameters
+        ----------
+        s2 : array, shape (t,)
+            Squared sines of half the scattering angle.
+
+        Returns
+        -------
+        array, shape (t, d, n)
+            1 from 15° on; from 10° on it fades.
+        """
+        p = sum(share * phase.per_steradian(s2[:, None, None]) for phase, share in self.parts)
+        terms = _legendre_terms(len(self.rest) - 1, s2.tobytes())
+        spread = np.tensordot(terms, self.rest, axes=(0, 0))
+        low, high = _FADES
+        close = np.clip((high - 2.0 * np.arcsin(np.sqrt(s2))) / (high - low), 0.0, 1.0)
+        close = close[:, None, None] * self.counts
+        return 1.0 + close * (self.single - 1.0 + spread / np.maximum(p, 1e-30))
+
+
+def spread_sun(water: Sequence[tuple[BandPhase, NDArray[np.float64]]], streams: int) -> SpreadSun:
+    """Return the sun where its light is solved in streams.
 
     Parameters
     ----------
@@ -47,31 +89,19 @@ def aureole_factor(
         Phase function of each layer, and scatterings along the slant paths in it.
     streams : int
         N, even.
-    s2 : array, shape (t,)
-        Squared sines of half the scattering angle.
-
-    Returns
-    -------
-    array, shape (t, d, n)
-        1 from 15° on; from 10° on it fades.
     """
     count = max(_MOMENTS, 2 * streams)
     x = [scatterings for _, scatterings in water]
     x[0] = np.maximum(x[0], 1e-9)
     total = np.sum(x, axis=0)
-    p, chi = np.zeros(()), np.zeros(())
-    for (phase, _), share in zip(water, np.array(x) / total, strict=True):
-        p = p + share * phase.per_steradian(s2[:, None, None])
+    parts = [(phase, each / total) for (phase, _), each in zip(water, x, strict=True)]
+    chi = np.zeros(())
+    for phase, share in parts:
         moments = np.vstack([np.ones(len(phase)), phase.moments(count)])
         chi = chi + share * moments[:, None]
     single = np.exp(-chi[streams] * total)
     rest = moments_of_spread(chi, total, streams) - single * chi
-    spread = np.tensordot(_legendre_terms(count, s2.tobytes()), rest, axes=(0, 0))
-    low, high = _FADES
-    close = np.clip((high - 2.0 * np.arcsin(np.sqrt(s2))) / (high - low), 0.0, 1.0)
-    # What the streams leave out of a backward peak has no place here.
-    close = close[:, None, None] * (chi[streams - 1] > 0)
-    return 1.0 + close * (single - 1.0 + spread / np.maximum(p, 1e-30))
+    return SpreadSun(parts, single, rest, chi[streams - 1] > 0)
 
 
 @functools.lru_cache(maxsize=4)

@@ -5,6 +5,7 @@ That is below the surface, above a floor, and to both sides of a depth where the
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -114,12 +115,18 @@ class DepthScale:
 
     def depths(self) -> NDArray[np.float64]:
         """Depths of the slices, m."""
-        # The scale is monotone: halving finds each slice.
-        low, high = np.zeros(self.slices), np.full(self.slices, float(self.deepest))
-        for _ in range(60):
-            middle = (low + high) / 2
-            beyond = self.slice(middle) > np.arange(self.slices)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-        found = (low + high) / 2
-        found[[0, -1]] = 0.0, self.deepest
-        return found
+        return _depths(self)
+
+
+@functools.lru_cache(maxsize=32)
+def _depths(scale: DepthScale) -> NDArray[np.float64]:
+    # The scale is monotone: halving finds each slice.
+    low, high = np.zeros(scale.slices), np.full(scale.slices, float(scale.deepest))
+    for _ in range(60):
+        middle = (low + high) / 2
+        beyond = scale.slice(middle) > np.arange(scale.slices)
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    found = (low + high) / 2
+    found[[0, -1]] = 0.0, scale.deepest
+    found.flags.writeable = False
+    return found

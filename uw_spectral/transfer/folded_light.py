@@ -340,10 +340,10 @@ def fold(
     here = field.scattering_at([eye])[0] * field.scalar_irradiance(eye)
     parts = [channels.mean(field.weight_at(eye, part), here) for part in field.components]
     mean_extinction = channels.mean(cp, field.scalar_irradiance(eye))
-    beyond = _beyond(straight, table.depth_scale)
-    scattered = _scattered(spectra, beyond)
-    irradiance = _irradiance(spectra, shaded=shaded)
-    decay, scale = _unit(spectra, scattered, irradiance)
+    beyond = _directed(spectra, _beyond(straight, table.depth_scale).at)
+    scattered = _directed(spectra, _scattered(spectra))
+    irradiance = _directed(spectra, _irradiance(spectra, shaded=shaded))
+    decay, scale = _unit(spectra, np.maximum(scattered.most, irradiance.most))
     over = (scale[:, None] * np.exp(-decay[:, None] * depths))[..., None, None]
     way = np.exp(-slowest.T[..., None] * lengths.lengths())  # (3, d, l)
     forward = np.exp(-(slowest - peak).T[..., None] * lengths.lengths())
@@ -355,7 +355,7 @@ def fold(
         once_decay, lengths, field.light.mu_s, field.floor_depth,
     )  # fmt: skip
     image, image_left = _image(spectra)
-    dimmed, peaked = _dimmed(spectra, [scattered, beyond])
+    dimmed, peaked = _dimmed(spectra, [scattered.some, beyond.some])
     emitted = np.column_stack([channels.emission, *emissions])
     glow = channels.fold_colours(spectra.transmittance, emitted)
     up = np.exp(-spectra.cp_up * lengths.lengths()[:, None])
@@ -365,17 +365,17 @@ def fold(
         numbers,
         table.depth_scale,
         field.components,
-        np.tensordot(channels.weights, scattered, 1) / over,
-        np.tensordot(channels.weights, beyond, 1) / over,
-        np.tensordot(channels.weights, irradiance, 1) / over,
+        scattered.folded / over,
+        beyond.folded / over,
+        irradiance.folded / over,
         _aureole(spectra),
         dimmed / way,
         peaked / forward,
-        _matte(spectra, bases, irradiance, shade) / way,
+        _matte(spectra, bases, irradiance.some, shade) / way,
         sunlit / way,
         caustics / way,
         np.moveaxis(glow, (0, 1, 2, 3), (2, 3, 1, 0)) / way,
-        _shading(spectra, scattered, beyond, irradiance, shade),
+        _shading(spectra, scattered.some, beyond.some, irradiance.some, shade),
         np.array([slowest.T, peak.T, scattering.T, mean_extinction.T, sun_decay.T]),
         np.array(parts),
         image,
@@ -383,7 +383,7 @@ def fold(
         channels.fold(sky * up).T / forward[:, 0],
         channels.fold(E * sun_up).T / way[:, 0],
         channels.fold(field.floor_radiance * down).T / forward[:, -1],
-        _mirrored(spectra, scattered, beyond) / forward[:, 0],
+        _mirrored(spectra, scattered.some, beyond.some) / forward[:, 0],
         once,
         drawn,
         drawn_at,
@@ -404,12 +404,43 @@ def _slowest(counts: NDArray[np.bool_], rates: Array) -> Array:
     return np.where(np.isfinite(least), least, rates.min(axis=1, keepdims=True))
 
 
-def _scattered(spectra: _Spectra, beyond: Array) -> Array:
-    """M at all depths, (n, d, v, h): all light but what is ahead unscattered or scattered once."""
+@dataclass(frozen=True, eq=False)
+class _Directed:
+    """Light at all depths from all directions: its channels, and what else tables need of it.
+
+    Attributes
+    ----------
+    folded : array, shape (3, d, v, h)
+    most : array, shape (n, d)
+        Largest from any direction.
+    some : array, shape (n, d, i, j)
+        From some of the directions.
+    """
+
+    folded: Array
+    most: Array
+    some: Array
+
+
+def _directed(spectra: _Spectra, at: Callable[[int], Array]) -> _Directed:
+    """Fold light whose bands (n, v, h) are made depth by depth, for all would be too many."""
+    rows, columns = _EVERY
+    folded, most, some = [], [], []
+    for place in range(len(spectra.depths)):
+        light = at(place)
+        flat = spectra.channels.weights @ light.reshape(len(light), -1)
+        folded.append(flat.reshape(-1, *light.shape[1:]))
+        most.append(light.max(axis=(1, 2)))
+        some.append(light[:, rows // 2 :: rows, ::columns])
+    return _Directed(*(np.stack(parts, axis=1) for parts in (folded, most, some)))
+
+
+def _scattered(spectra: _Spectra) -> Callable[[int], Array]:
+    """Return M (n, v, h) by depth: all light but what is ahead unscattered or scattered once."""
     field, straight, depths = spectra.field, spectra.straight, spectra.depths
-    M = spectra.table.radiance * spectra.unit[..., None, None]
+    table, unit = spectra.table, spectra.unit[..., None, None]
     if straight is field:
-        return M
+        return lambda place: table.radiance[:, place] * unit[:, place]
     mu = elevations()
     ends = np.where(mu > 0, 0.0, min(field.floor_depth, _FARTHEST))
     P = np.abs(depths[:, None] - ends) / np.abs(mu)
@@ -418,35 +449,59 @@ def _scattered(spectra: _Spectra, beyond: Array) -> Array:
         c = water.extinction_between(depths[:, None], ends, scaled=True)
         return np.moveaxis(np.exp(-c * P[..., None]), -1, 0)
 
-    image = (spectra.table.image * spectra.table.scale[:, None, None])[:, None]
-    M += (
-        _beyond(field, spectra.table.depth_scale)
-        - beyond
-        + (left(field) - left(straight))[..., None] * image
-    )
-    return np.maximum(M, 0.0, out=M)
+    image = table.image * table.scale[:, None, None]
+    gone = (left(field) - left(straight))[..., None]
+    of_field, of_straight = (_beyond(x, table.depth_scale) for x in (field, straight))
+
+    def at(place: int) -> Array:
+        M = table.radiance[:, place] * unit[:, place]
+        M += of_field.at(place) - of_straight.at(place) + gone[:, place] * image
+        return np.maximum(M, 0.0, out=M)
+
+    return at
+
+
+@dataclass(frozen=True, eq=False)
+class _Once:
+    """Sunlight scattered once from all depths on.
+
+    Attributes
+    ----------
+    parts : array, shape (k, v, h)
+        Of the phase function.
+    light : array, shape (k, n, d, v)
+        Per value of these.
+    near : array of bool, shape (v, h)
+        Directions of the sun's aureole.
+    aureole : array, shape (n, d, t)
+        Its factor there.
+    """
+
+    parts: Array
+    light: Array
+    near: NDArray[np.bool_]
+    aureole: Array
+
+    def at(self, place: int) -> Array:
+        """Return that from a depth on, (n, v, h)."""
+        pairs = zip(self.parts, self.light[:, :, place], strict=True)
+        light = sum((once[..., None] * part for part, once in pairs), np.zeros(()))
+        light[:, self.near] *= self.aureole[:, place]
+        return light
 
 
 @functools.lru_cache(maxsize=2)
-def _beyond(field: SolvedField, scale: DepthScale) -> Array:
-    """Sunlight scattered once from all depths on, (n, d, v, h), not to be written.
-
-    Frames differ in their channels, not in this.
-    """
+def _beyond(field: SolvedField, scale: DepthScale) -> _Once:
+    """Sunlight scattered once ahead; frames differ in their channels, not in this."""
     depths = scale.depths()
     mu, turns = elevations(), azimuths(AZIMUTHS)
     across = np.sqrt(1.0 - mu * mu)[:, None]
     around = turns + math.atan2(field.sun[1], field.sun[0])
     w = -across * np.cos(around), -across * np.sin(around), mu[:, None] + 0.0 * around
     s2 = half_angle2(w, field.sun)
-    once = field.once_on_grid(depths, mu)  # (k, n, d, v)
     parts = np.stack([part.per_steradian(s2) for part in field.components])
-    light = np.einsum("kvh,kndv->ndvh", parts, once, optimize=True)
     near = s2 < WIDEST
-    if near.any():
-        light[..., near] *= field.aureole(depths, s2[near])
-    light.flags.writeable = False
-    return light
+    return _Once(parts, field.once_on_grid(depths, mu), near, field.aureole(depths, s2[near]))
 
 
 @functools.lru_cache(maxsize=2)
@@ -472,29 +527,29 @@ def _image(spectra: _Spectra) -> tuple[Array, Array]:
     return np.einsum("cn,nvh->cvh", channels.weights, image), np.array(left)
 
 
-def _unit(spectra: _Spectra, scattered: Array, irradiance: Array) -> tuple[Array, Array]:
-    """Decay and scale of the channels' tables; of a band those of its own."""
+def _unit(spectra: _Spectra, most: Array) -> tuple[Array, Array]:
+    """Decay and scale of the channels' tables of light (n, d) at most; of a band its own."""
     field, depths = spectra.field, spectra.depths
     weights = np.abs(spectra.channels.weights)
     decay = decay_rate(depths, field.scalar_irradiance(depths) @ weights.T)
-    most = np.maximum(scattered.max(axis=(2, 3)), irradiance.max(axis=(2, 3)))
     grown = np.exp(np.minimum(decay[:, None] * depths, _LARGEST_EXPONENT))
     scale = (weights @ most * grown).max(axis=1)
     return decay, np.maximum(scale, float(np.finfo(np.float32).tiny))
 
 
-def _irradiance(spectra: _Spectra, *, shaded: bool) -> Array:
-    """On patches at all depths, (n, d, i, t)."""
-    E = spectra.table.irradiance * spectra.unit[..., None, None]
+def _irradiance(spectra: _Spectra, *, shaded: bool) -> Callable[[int], Array]:
+    """Return that on patches (n, i, t) by depth."""
+    table, unit = spectra.table, spectra.unit[..., None, None]
     if shaded:
-        return E
+        return lambda place: table.irradiance[:, place] * unit[:, place]
     field = spectra.field
     n_z, turns = tilts(), azimuths(TURNS)
     across = np.sqrt(np.maximum(1.0 - n_z * n_z, 0.0))[:, None]
     around = turns + math.atan2(field.sun[1], field.sun[0])
     normal = -across * np.cos(around), -across * np.sin(around), n_z[:, None] + 0.0 * around
     facing = np.maximum(-sum(a * b for a, b in zip(normal, field.sun, strict=True)), 0.0)
-    return E + _forward_peak(spectra)[..., None, None] * facing
+    peak = _forward_peak(spectra)[..., None, None]
+    return lambda place: table.irradiance[:, place] * unit[:, place] + peak[:, place] * facing
 
 
 def _beams(spectra: _Spectra) -> tuple[Array, Array]:
@@ -553,19 +608,18 @@ def _aureole(spectra: _Spectra) -> Array:
     if spectra.straight is not field:
         factor = _aureole_factor(spectra.straight, spectra.table.depth_scale)
     light = np.empty_like(factor)
-    for place, y in enumerate(spectra.depths):
-        p = field.phase_at(float(y)).per_steradian(s2[:, None])  # (t, n)
-        light[:, place] = p.T
+    phases = [field.phase_at(float(y)) for y in spectra.depths]
+    known = {phase: phase.per_steradian(s2[:, None]).T for phase in set(phases)}  # (n, t)
+    for place, phase in enumerate(phases):
+        light[:, place] = known[phase]
     light *= (_beams(spectra)[1] * field.scattering_at(spectra.depths).T)[..., None]
     moved = spectra.channels.mean(np.moveaxis(factor, 0, -1), np.moveaxis(light, 0, -1))
     return np.moveaxis(moved, -1, 0)
 
 
 def _lights(parts: Sequence[Array]) -> Array:
-    """Spectra of light from some directions at all depths, (d, q, n)."""
-    rows, columns = _EVERY
-    chosen = [part[:, :, rows // 2 :: rows, ::columns] for part in parts]
-    flat = [part.reshape(*part.shape[:2], -1) for part in chosen]
+    """Spectra of light (n, d, i, j) from some directions, (d, q, n)."""
+    flat = [part.reshape(*part.shape[:2], -1) for part in parts]
     return np.moveaxis(np.concatenate(flat, axis=2), 0, -1)
 
 
@@ -646,7 +700,7 @@ def _matte(spectra: _Spectra, bases: Array, irradiance: Array, shade: Shades | N
 
 def _mirrored(spectra: _Spectra, scattered: Array, beyond: Array) -> Array:
     """What is left over distances of light that rises to the surface, (j, 3, l)."""
-    half = ELEVATIONS // 2
+    half = scattered.shape[2] // 2
     once, often = beyond[:, :1, :half], scattered[:, :1, :half]
     rising = [often + once, often]
     T = _transmittance(spectra.cp_up[None], spectra.lengths)
@@ -721,6 +775,11 @@ class NumpyTables:
         flat = [place[..., 0] for place in np.broadcast_arrays(*places)]
         return interpolate(table, flat)
 
+    def _each(self, tables: Array, *places: Array) -> list[Array]:
+        """Look several sets of channels up, (j, 3, ...), at the same places."""
+        found = self._on(tables.reshape(-1, *tables.shape[2:]), *places)
+        return np.split(found, len(tables), axis=-1)
+
     def _slice(self, y: Operand) -> Array:
         return np.asarray(self.light.depth_scale.slice(np.asarray(y, np.float64)))
 
@@ -745,7 +804,7 @@ class NumpyTables:
 
     def image_left(self, up: Operand, P: Operand) -> Array:
         """Return the share of that which is left, looking up (1) or down (0)."""
-        above, below = (self._on(t, self._length(P)) for t in self.light.image_left)
+        above, below = self._each(self.light.image_left, self._length(P))
         return np.where(np.asarray(up) > 0.5, above, below)
 
     def aureole(self, y: Operand, t: Operand) -> Array:
@@ -754,15 +813,15 @@ class NumpyTables:
 
     def dimmed(self, y: Operand, P: Operand) -> list[Array]:
         """Return what is left of light per channel j."""
-        return [self._on(t, self._slice(y), self._length(P)) for t in self.light.dimmed]
+        return self._each(self.light.dimmed, self._slice(y), self._length(P))
 
     def peaked(self, y: Operand, P: Operand) -> list[Array]:
         """Look up the same with the forward peak."""
-        return [self._on(t, self._slice(y), self._length(P)) for t in self.light.peaked]
+        return self._each(self.light.peaked, self._slice(y), self._length(P))
 
     def matte(self, y: Operand, P: Operand, k: int) -> list[Array]:
         """Return what is left of what colour k reflects, per channel j of the light."""
-        return [self._on(t[k], self._slice(y), self._length(P)) for t in self.light.matte]
+        return self._each(self.light.matte[:, k], self._slice(y), self._length(P))
 
     def sunlit(self, y: Operand, P: Operand, k: int) -> Array:
         """Return what is left of sunlight on colour k."""
@@ -778,7 +837,7 @@ class NumpyTables:
 
     def shading(self, kind: int, y: Operand) -> list[Array]:
         """Return what the spectrum of the shade makes of light, per channel j."""
-        return [self._on(t, self._slice(y)) for t in self.light.shading[kind]]
+        return self._each(self.light.shading[kind], self._slice(y))
 
     def rate(self, name: str, y: Operand) -> Array:
         """Return one of :data:`RATES` at a depth."""

@@ -41,19 +41,6 @@ class Radiant(Protocol):
         ...
 
 
-class Beam(Protocol):
-    """The direct sun in the water; :class:`.SunBeam` says what its quantities are."""
-
-    @property
-    def c(self) -> Operand: ...  # noqa: D102
-    @property
-    def cp(self) -> Operand: ...  # noqa: D102
-    @property
-    def E(self) -> Operand: ...  # noqa: D102
-    @property
-    def sun(self) -> Sequence[Operand]: ...  # noqa: D102
-
-
 class PathLight(Protocol):
     """Light that water brings on the way of a ray.
 
@@ -76,12 +63,6 @@ class PathLight(Protocol):
         self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
     ) -> Operand:
         """Radiance of the water between depth y_o and distance P along w."""
-        ...
-
-    def single_scattering(
-        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Part of :meth:`path` that is sunlight scattered once, nothing in its way."""
         ...
 
 
@@ -239,26 +220,21 @@ def under_surface(
     return (1.0 - reflectance) * n2 * L_sky + reflectance * mirrored
 
 
-def sun_glitter(
-    beam: Beam,
-    y_o: Operand,
+def sun_image(
+    sun: Sequence[Operand],
     w: Sequence[Operand],
     relative_index: Operand,
     ripples: Ripples,
     m: Mathematics = NUMPY,
 ) -> Operand:
-    """Radiance of the sun's image just below the waves, looking up along w.
+    """Radiance of the sun's image just below the waves, per its irradiance there, looking up.
 
-    The solid angle over which the sun appears is a Gaussian one, so that no
-    pixel misses it. Seen through water that keeps ``e^{-cp P}`` of it, it
-    comes out attenuated by ``e^{-c P}``: forward scattering takes it away.
+    The solid angle over which the sun appears is a Gaussian one, so that no pixel misses it.
 
     Parameters
     ----------
-    beam : Beam
-        The sun in the water.
-    y_o : float or array
-        Depth of the camera, m.
+    sun : three floats or arrays
+        Direction that sunlight travels to in the water.
     w : three floats or arrays
         Unit view direction, away from the camera; z > 0.
     relative_index : float
@@ -268,19 +244,6 @@ def sun_glitter(
     m : Mathematics
         Elementary functions.
     """
-    P = m.minimum(y_o / m.maximum(w[2], 1e-4), FARTHEST)
-    image = sun_image(beam.sun, w, relative_index, ripples, m)
-    return image * beam.E * m.exp((beam.cp - beam.c) * P)
-
-
-def sun_image(
-    sun: Sequence[Operand],
-    w: Sequence[Operand],
-    relative_index: Operand,
-    ripples: Ripples,
-    m: Mathematics = NUMPY,
-) -> Operand:
-    """Radiance of :func:`sun_glitter` per irradiance of the sun, as the water leaves it."""
     n, n2 = relative_index, relative_index * relative_index
     normal = surface_normal(*ripples.slopes, m)
     inside = m.maximum(dot(w, normal), 0.0)

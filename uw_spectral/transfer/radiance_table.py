@@ -19,11 +19,10 @@ from numpy.typing import NDArray
 
 from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..water.phase import PhaseFunction
 from .aureole import WIDEST
 from .depth_scale import DepthScale
 from .solved_field import SolvedField
-from .sun_beam import SUN_DISC, half_angle2
+from .sun_beam import SUN_DISC
 
 ELEVATIONS, AZIMUTHS = 48, 32
 TILTS, TURNS = 24, 32
@@ -122,29 +121,6 @@ def table_unit(scale: Operand, decay: Operand, y: Operand, m: Mathematics = NUMP
 
 
 @dataclass(frozen=True, eq=False)
-class LayerTables:
-    """What differs with depth in layered water and is a number elsewhere, of n bands.
-
-    Attributes
-    ----------
-    components : tuple of PhaseFunction
-        The k parts of the phase functions of all layers.
-    extinction : array, shape (2, n, slices, slices)
-        Mean extinction between the depths of two slices, and that without the forward peak, 1/m.
-    once : array, shape (k, n, slices, ELEVATIONS)
-        :meth:`.SolvedField.once_on_grid`, over the unit of the other tables.
-    """
-
-    components: tuple[PhaseFunction, ...]
-    extinction: Array
-    once: Array
-
-    def of_bands(self, chosen: Sequence[int]) -> LayerTables:
-        """Return the tables of some of the bands."""
-        return LayerTables(self.components, self.extinction[:, chosen], self.once[:, chosen])
-
-
-@dataclass(frozen=True, eq=False)
 class RadianceTable:
     """Tables of n bands; make them with :func:`tabulate`.
 
@@ -160,8 +136,6 @@ class RadianceTable:
         Radiance of the surface from just below and of the floor, over ``scale`` alone.
     aureole : array, shape (n, slices, ANGLES)
         Factor on sunlight scattered once, :meth:`.SolvedField.aureole`.
-    layers : LayerTables, optional
-        Of layered water.
     """
 
     depth_scale: DepthScale
@@ -171,17 +145,6 @@ class RadianceTable:
     irradiance: Array
     image: Array
     aureole: Array
-    layers: LayerTables | None = None
-
-    def of_bands(self, indices: Sequence[int]) -> RadianceTable:
-        """Return the tables of some of the bands."""
-        chosen = list(indices)
-        parts = {
-            name: getattr(self, name)[chosen]
-            for name in ("scale", "decay", "radiance", "irradiance", "image", "aureole")
-        }
-        layers = None if self.layers is None else self.layers.of_bands(chosen)
-        return RadianceTable(self.depth_scale, **parts, layers=layers)
 
     def scattered(self, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
         """Radiance M(y, w) by linear interpolation, shape (..., n)."""
@@ -201,12 +164,6 @@ class RadianceTable:
         w = np.broadcast_arrays(*w)
         place = elevation(w[2]), azimuth(w, sun)
         return interpolate(self.image, place) * self.scale
-
-    def aureole_factor(self, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
-        """Factor on sunlight scattered once against w, seen from depth y, shape (..., n)."""
-        y, *w = np.broadcast_arrays(y, *w)
-        place = self.depth_scale.slice(y), sun_angle(half_angle2(w, sun))
-        return interpolate(self.aureole, place)
 
 
 @functools.lru_cache(maxsize=8)
@@ -235,7 +192,6 @@ def tabulate(field: SolvedField) -> RadianceTable:
         irradiance / over[..., None],
         image / over,
         field.aureole(depths, angles()),
-        _layers(field, depths, mu, grown[..., 0] / over) if field.layered else None,
     )
 
 
@@ -248,15 +204,6 @@ def _depth_scale(field: SolvedField, deepest: float) -> DepthScale:
         for zone in itertools.pairwise(ends)
     ]
     return DepthScale.between(ends, inverse, floor=deepest == field.floor_depth)
-
-
-def _layers(field: SolvedField, depths: Array, mu: Array, per_unit: Array) -> LayerTables:
-    extinction = [
-        np.moveaxis(field.extinction_between(depths[:, None], depths, scaled=scaled), -1, 0)
-        for scaled in (False, True)
-    ]
-    once = field.once_on_grid(depths, mu) * per_unit
-    return LayerTables(field.components, np.array(extinction), once)
 
 
 def _deepest(field: SolvedField) -> float:

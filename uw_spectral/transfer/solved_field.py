@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase, PhaseFunction
-from .aureole import WIDEST, aureole_factor
+from .aureole import WIDEST, SpreadSun, spread_sun
 from .legendre import legendre_modes
 from .path_integral import attenuated_path
 from .radiance_field import FARTHEST, mirrored_ray, surface_normal, under_surface
@@ -100,10 +100,14 @@ class SolvedLayer:
         """Depths y as seen from the top of the layer, held inside it, m."""
         return np.clip(y - self.top, 0.0, self.bottom - self.top)
 
-    def exponentials(self, t: Array) -> Array:
-        """All of them at scaled optical depths t (n, d) below the top, shape (m, n, k, d)."""
+    def scaled_below(self, y: Array) -> Array:
+        """Scaled optical depths of depths y below the top, shape (n, d)."""
+        return self.scaled[:, None] * self.inside(np.ravel(y))
+
+    def exponentials(self, t: Array, modes: int | None = None) -> Array:
+        """Those of modes, by default all, at scaled optical depths t (n, d), (m, n, k, d)."""
         left = np.maximum(self.depth[:, None] - t, 0.0)
-        rate = self.rate[..., None]
+        rate = self.rate[:modes, ..., None]
         return np.exp(-np.abs(rate) * np.where(rate > 0, t[:, None], left[:, None]))
 
 
@@ -250,7 +254,7 @@ class SolvedField:
         for place, layer in enumerate(self._layers):
             here = places == place
             t = layer.scaled[:, None] * np.maximum(depths[here] - layer.top, 0.0)
-            exponentials = layer.exponentials(t)[:modes]
+            exponentials = layer.exponentials(t, modes)
             for way, streams in zip(found, (layer.down, layer.up), strict=True):
                 radiance = streams[:modes] @ exponentials
                 way[: len(radiance), :, here] = np.swapaxes(radiance, 2, 3)
@@ -413,9 +417,13 @@ class SolvedField:
             Of the light that :meth:`scattered_on_grid` leaves out, counted with the extinction
             :attr:`extinction`; 1 further than 15° from the sun.
         """
-        s2, y = np.asarray(s2, np.float64), np.asarray(depths, np.float64)[:, None]
+        spread = _spread_sun(self, np.asarray(depths, np.float64).tobytes())
+        return np.moveaxis(spread.factor(np.asarray(s2, np.float64)), 2, 0).swapaxes(1, 2)
+
+    def spread_sun(self, y: Array) -> SpreadSun:
+        """Return what spreads the sun's beam down to depths y (d, 1)."""
         water = [(x.phase, x.b * x.inside(y) / self.light.mu_s) for x in self._layers]
-        return np.moveaxis(aureole_factor(water, 2 * len(self._mu), s2), 2, 0).swapaxes(1, 2)
+        return spread_sun(water, 2 * len(self._mu))
 
     def _irradiance(self, y: ArrayLike, down: ArrayLike, up: ArrayLike, beam: float) -> Array:
         """Streams and the sun's beam, weighted and added up at depths y, shape (..., n)."""
@@ -456,13 +464,16 @@ class SolvedField:
         modes, n, degrees = self._layers[0].source.shape[:3]
         legendre = legendre_modes(degrees - 1, modes, mu)
         total = np.zeros((modes, n, *np.broadcast_shapes(y.shape, mu.shape)))
+        # Where all rays are looked at in all depths, up and down have the same.
+        depths = {x: x.exponentials(x.scaled_below(y)) for x in self._layers if y.ndim > 1}
         for rays, order in self._orders(mu):
             here = y if y.ndim > 1 else y[rays]
             seen = np.zeros_like(total[..., rays])
             if mu[rays][0] < 0:
                 seen[0] += floor_radiance.reshape(n, *[1] * y.ndim)
             for layer in order:
-                seen = _across(layer, seen, here, mu[rays], legendre[..., rays])
+                at_y = depths.get(layer)
+                seen = _across(layer, seen, here, mu[rays], legendre[..., rays], at_y)
             total[..., rays] = seen
         return total
 
@@ -585,6 +596,11 @@ class SolvedField:
         return np.moveaxis(scattered, 0, -1) + self.images_and_single(0.0, w)
 
 
+@functools.lru_cache(maxsize=2)
+def _spread_sun(field: SolvedField, depths: bytes) -> SpreadSun:
+    return field.spread_sun(np.frombuffer(depths)[:, None])
+
+
 def _cell(share: Array, count: int) -> tuple[NDArray[np.intp], Array]:
     """Index before a place on a scale of so many from 0 to 1, and share of the next, (q, 1)."""
     at = share * (count - 1)
@@ -631,21 +647,30 @@ class _Mirror:
         return self._scattered + self._field.images_and_single(*rays)
 
 
-def _across(layer: SolvedLayer, entering: Array, y: Array, mu: Array, legendre: Array) -> Array:
+def _across(
+    layer: SolvedLayer,
+    entering: Array,
+    y: Array,
+    mu: Array,
+    legendre: Array,
+    at_y: Array | None = None,
+) -> Array:
     """Modes of light at depths y, or where it leaves the layer, that came into it with others.
 
-    All of mu has one sign; shapes as of :meth:`SolvedField._scattered_modes`.
+    All of mu has one sign; shapes as of :meth:`SolvedField._scattered_modes`. ``at_y`` are the
+    exponentials there, if they are known.
     """
     strength = np.swapaxes(legendre, 1, 2)[:, None] @ layer.source
     detuning = 1.0 - layer.rate[..., None, :] * mu[:, None]
     close = np.abs(detuning) < _RESONANCE
     ratio = strength / np.where(close, np.inf, detuning)
-    t = layer.scaled[:, None] * layer.inside(np.ravel(y))
+    t = layer.scaled_below(y)
     start = np.zeros_like(layer.depth) if mu[0] > 0 else layer.depth
     path = np.abs(t - start[:, None]).reshape(len(t), *y.shape) / np.abs(mu)
     fades = np.exp(-path)
     at_start = np.einsum("mnqk,mnk->mnq", ratio, layer.exponentials(start[:, None])[..., 0])
-    at_y = layer.exponentials(t)
+    if at_y is None:
+        at_y = layer.exponentials(t)
     if y.ndim > 1:
         found = np.swapaxes(ratio @ at_y, 2, 3)
         at_start = at_start[:, :, None]

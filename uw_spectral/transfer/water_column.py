@@ -24,15 +24,11 @@ from .discrete_ordinates import STREAMS, Emission, OpticalLayer, solve_discrete_
 from .rough_surface import beam_below, beam_reflectance
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
-from .sun_beam import SunBeam
 
 WAVES = "waves"
 SURFACES = ("none", "flat", WAVES)
 FEW_STREAMS = 16
 """Streams that serve read-outs: Ed to 0.1 %, radiance away from the sun to 1 %."""
-
-_LOWEST_SUN = 0.01  # cosine of a flatter one, which exists only without refraction: without light
-_DEEPEST = 1e6  # m: a floor that shader nodes take for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +174,7 @@ class WaterColumn(ComparedByContent):
 
     @property
     def glitter(self) -> float:
-        """Sun above the waves, over what :func:`.sun_glitter` takes it for by a flat surface."""
+        """Sun above the waves, over what :func:`.sun_image` takes it for by a flat surface."""
         if not self.roughness:
             return 1.0
         n, in_air = self.refractive_index, max(-float(self.skylight.sun[2]), 0.0)
@@ -262,41 +258,6 @@ class WaterColumn(ComparedByContent):
         else:
             sun = tuple(self.sun_in_air.tolist())
         return Sky.standard(self.sky, math.pi * self.sky_radiance, sun)
-
-    def sun_beam(self, phase: BandPhase) -> SunBeam:
-        """Return the direct sun of a column of one layer.
-
-        Parameters
-        ----------
-        phase : BandPhase
-            Of the water, on the same bands; its forward peak χ2 is left out of ``cp``.
-
-        Raises
-        ------
-        InputError
-            If the column has layers; :meth:`mixed_above` makes one of them.
-
-        Examples
-        --------
-        >>> from ..water.phase import parse_phase
-        >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
-        ...                      math.inf, 0.0, "none", 1.34)
-        >>> beam = column.sun_beam(parse_phase("hg:0.8").for_bands([0.1]))
-        >>> beam.c.round(3), beam.cp.round(3)
-        (array([0.15]), array([0.086]))
-        """
-        self.require_one_layer("the beam of the sun knows")
-        a, b = self.absorption, self.scattering
-        return SunBeam(
-            b,
-            a + b,
-            a + b * (1.0 - phase.chi2),
-            self.sun_irradiance,
-            max(float(self.sun_cosine), _LOWEST_SUN),
-            min(float(self.floor_depth), _DEEPEST),
-            phase,
-            self.sun_direction.tolist(),
-        )
 
     def solved_field(
         self,

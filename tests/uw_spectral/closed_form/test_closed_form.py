@@ -11,11 +11,11 @@ from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.closed_form.aureole_lobes import solve_aureole
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
+from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_share
 from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.path_integral import attenuated_path, phi
-from underwater_spectral.uw_spectral.transfer.pixel import Pixel, forward_scattered_share
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     distance_in_water,
     under_surface,
@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.sun_beam import closed_beam
 
 
 def _water(a, b, text="hg:0.8", mu_s=0.9, y_o=5.0, y_f=8.0, **options):
@@ -117,7 +118,7 @@ def test_thin_water_is_single_scattering():
     water = _water(0.02, 1e-4)
     for w_y in (-0.6, 0.2, 0.8):
         w = _view(w_y, 2.0)
-        path, single = water.path(5.0, w, 2.0), water.single_scattering(5.0, w, 2.0)
+        path, single = water.path(5.0, w, 2.0), closed_beam(water).scattered_once(5.0, w, 2.0)
         np.testing.assert_allclose(path, single, rtol=5e-3)
 
 
@@ -128,7 +129,7 @@ def test_single_scattering_is_its_integral():
     p = parse_phase("hg:0.8")(-np.dot(w, water.sun))
     light = np.exp(-c * (5 - 0.5 * v) / 0.9 - c * v) / 0.9
     expected = 0.4 * p * np.trapezoid(light, v)
-    np.testing.assert_allclose(water.single_scattering(5.0, w, 3.0), expected, rtol=1e-6)
+    np.testing.assert_allclose(closed_beam(water).scattered_once(5.0, w, 3.0), expected, rtol=1e-6)
 
 
 def test_pixel_joins_object_and_background():
@@ -149,8 +150,6 @@ def test_components_add_up_and_are_what_their_names_say():
     whole = pixel.direct + pixel.forward_scattered + pixel.path
     np.testing.assert_allclose(pixel.total, whole, rtol=1e-12)
     np.testing.assert_allclose(pixel.direct, 0.7 * np.exp(-0.25 * 2.0))
-    np.testing.assert_allclose(pixel.transmittance, np.exp(-0.25 * 2.0))
-    np.testing.assert_allclose(pixel.single_scattering, 0.6 * water.single_scattering(5.0, w, 2.0))
     beyond = 0.6 * water.radiance(5.6, w, 0.1)
     np.testing.assert_allclose(
         pixel.total, by_hand.pixel(water, 5.0, w, 2.0, 0.7, beyond)
@@ -281,7 +280,7 @@ def test_any_ray_is_finite_and_not_negative(
     values = (
         water.path(kind(y_o), w, kind(P)),
         water.radiance(kind(y_o), w, kind(0.1)),
-        water.single_scattering(kind(y_o), w, kind(P)),
+        closed_beam(water).scattered_once(kind(y_o), w, kind(P)),
     )
     for value in values:
         assert np.isfinite(value).all()

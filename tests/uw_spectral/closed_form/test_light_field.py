@@ -76,17 +76,6 @@ def test_surface_irradiance_adds_up_to_the_downwelling():
     np.testing.assert_allclose(away[2], field.Eu(4.0), rtol=1e-12)
 
 
-def test_what_keeps_light_from_above_away_leaves_that_from_below():
-    field = _field(E_sky=0.2, r=0.5)
-    for up in (1.0, 0.3, -1.0):
-        open_, dark = (field.surface_irradiance(4.0, 0.5, up, openness=v) for v in (1.0, 0.0))
-        np.testing.assert_allclose(dark[0], open_[0])
-        np.testing.assert_allclose(dark[1], 0.0)
-        np.testing.assert_allclose(dark[2], (1 - up) / 2 * field.Eu(4.0), rtol=1e-12)
-        half = field.surface_irradiance(4.0, 0.5, up, openness=0.5)
-        np.testing.assert_allclose(half[2], (open_[2] + dark[2]) / 2, rtol=1e-12)
-
-
 @settings(max_examples=200, deadline=None)
 @given(
     c=st.sampled_from([0.0, 1e-9]) | st.floats(1e-4, 50),

@@ -26,7 +26,8 @@ from underwater_spectral.uw_spectral.imaging.range_attenuation import (
     least_squares,
 )
 from underwater_spectral.uw_spectral.spectra.reflectance import colorchecker_reflectance
-from underwater_spectral.uw_spectral.transfer.tabulated_water import tabulated_water
+from underwater_spectral.validation.sun_beam import sun_beam
+from underwater_spectral.validation.tabulated_water import tabulated_water
 
 DEPTH = 5.0
 DOWN = (0.0, 0.6, -0.8)
@@ -48,7 +49,7 @@ def optics(water: str, *, floor: float = math.inf, surface: str = "none"):
 def pixels(found, w, z, J):
     """Bands of the pixel model, shape (m, n): light of the thing, and of the water."""
     field, column = found.solved_field(), found.column
-    beam = column.sun_beam(found.phase)
+    beam = sun_beam(column, found.phase)
     index = column.refractive_index if column.reflects else None
     water = tabulated_water(field, beam, column.skylight, index)
     z = np.asarray(z, dtype=np.float64)[:, None]

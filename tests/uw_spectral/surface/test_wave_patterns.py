@@ -29,7 +29,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 )
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
-    sun_glitter,
+    sun_image,
     surface_normal,
     under_surface,
 )
@@ -148,6 +148,6 @@ def test_glitter_carries_the_irradiance_of_the_sun():
         a[..., None]
         for a in (np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta))
     ]
-    L = sun_glitter(water.beam, 0.0, w, 1.34, Ripples((0.0, 0.0), 0.03**2))
+    L = sun_image(water.sun, w, 1.34, Ripples((0.0, 0.0), 0.03**2)) * water.field.E
     weight = np.sin(theta) * np.cos(theta) * (zenith[1] - zenith[0]) * (turn[1] - turn[0])
     assert (L * weight[..., None]).sum(axis=(0, 1)) == pytest.approx(water.field.E, rel=0.01)

@@ -24,12 +24,13 @@ from underwater_spectral.uw_spectral.transfer.channels import channels_of, chann
 from underwater_spectral.uw_spectral.transfer.folded_light import RATES, Shades, fold
 from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
 from underwater_spectral.uw_spectral.transfer.radiance_table import SHADED_STREAMS, tabulate
-from underwater_spectral.uw_spectral.transfer.solved_ray import (
+from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
+from underwater_spectral.validation.solved_ray import (
     PathShade,
     SolvedWater,
 )
-from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
-from underwater_spectral.uw_spectral.transfer.tabulated_water import tabulated_water
+from underwater_spectral.validation.sun_beam import sun_beam
+from underwater_spectral.validation.tabulated_water import aureole_at, tabulated_water
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -114,7 +115,7 @@ def _case(water: str, zenith: float, channels: str, *, spoilt: dict | None = Non
     facing = np.maximum(-sum(a * b for a, b in zip(n, field.sun, strict=True)), 0.0)
 
     by_band = tabulated_water(
-        field, column.sun_beam(plan.phase), column.skylight, column.refractive_index
+        field, sun_beam(column, plan.phase), column.skylight, column.refractive_index
     )
     direct, forward, rest = by_band.patch_light(y_e, n).surface_irradiance(y_e, 1.0, n[2])
     base = colour @ uplift_basis(plan.bands).T / math.pi
@@ -277,7 +278,7 @@ def _dim_pixels(water, channels, tmp_path, *, shaded, spoilt=""):
         table.scattered(y_e, v.T, field.sun),
         table.boundary_image(v.T, field.sun),
         beam(y_e, end, once[1]),
-        aureole=table.aureole_factor(y_o, v.T, field.sun),
+        aureole=aureole_at(table, y_o, v.T, field.sun),
         shade=PathShade(left[0] + left[1] * SPECTRUM, sunlit, beyond),
     )
     peaked = field.light.E / field.light.mu_s * field.beam(y_e).T

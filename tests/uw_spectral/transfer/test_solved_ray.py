@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
-from underwater_spectral.uw_spectral.transfer.solved_ray import PathShade, SolvedWater
-from underwater_spectral.uw_spectral.transfer.sun_beam import SunBeam
 from underwater_spectral.validation import solved_cases
+from underwater_spectral.validation.solved_ray import PathShade, SolvedWater
+from underwater_spectral.validation.sun_beam import SunBeam
 
 
 @pytest.mark.parametrize("kind", [0, 5, 7])

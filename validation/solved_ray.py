@@ -1,4 +1,4 @@
-"""The pixel of one ray from what it looks up in the tables of the solved field.
+"""The pixel of one ray in bands, from what it looks up in the tables of the solved field.
 
 With M(y, w) the light scattered in the undisturbed water, sunlight scattered once apart,
 and I(w) the radiance of the boundary that lies ahead, surface or floor, the radiance is
@@ -13,22 +13,28 @@ In layered water c is the mean extinction of the path, and ``once`` is looked up
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from .pixel import Pixel, light_from_surface
-from .radiance_field import Beam, Ripples
-from .sky import BLACK, Sky
-from .sun_beam import SunBeam
-
-_LEAST = 1e-30
+from ..uw_spectral.closed_form.pixel import Pixel
+from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.transfer.radiance_field import FARTHEST, Ripples, sun_image, under_surface
+from ..uw_spectral.transfer.sky import BLACK, Sky
 
 
-class SunOnPath(Beam, Protocol):
-    """The direct sun along a path, such as :class:`.SunBeam`."""
+class SunOnPath(Protocol):
+    """The direct sun along a path, such as :class:`.SunBeam`, which says what its numbers are."""
 
+    @property
+    def c(self) -> Operand: ...  # noqa: D102
+    @property
+    def cp(self) -> Operand: ...  # noqa: D102
+    @property
+    def E(self) -> Operand: ...  # noqa: D102
+    @property
+    def sun(self) -> Sequence[Operand]: ...  # noqa: D102
     @property
     def mu_s(self) -> Operand: ...  # noqa: D102
 
@@ -58,7 +64,7 @@ class PathShade:
     scattered, once : float or array
         Share of M, and of sunlight scattered once.
     beyond : float or array
-        As of :class:`.Pixel`.
+        As of :class:`SolvedPixel`.
     """
 
     scattered: Operand = 1.0
@@ -67,25 +73,6 @@ class PathShade:
 
 
 UNSHADED = PathShade()
-
-
-def past_things(beam: SunBeam, P: Operand, blocked: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Share of the forward peak that passes things over a distance P.
-
-    Parameters
-    ----------
-    beam : SunBeam
-        Of homogeneous water.
-    P : float or array
-        m.
-    blocked : float or array
-        Share of all scattering that stays within things: its light is theirs, up to the peak's.
-    m : Mathematics
-        Elementary functions.
-    """
-    direct, peaked = m.exp(-beam.c * P), m.exp(-beam.cp * P)
-    kept = m.minimum(m.exp((beam.b * blocked - beam.c) * P), peaked)
-    return (peaked - kept) / m.maximum(peaked - direct, _LEAST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +112,29 @@ class SolvedPath:
     ) -> Operand:
         """Sunlight scattered once, where it shines."""
         return self.beam.scattered_once(y_o, w, P, m) * self.shade.once
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedPixel(Pixel):
+    """A pixel among things.
+
+    ``beyond`` is the share of its surroundings that lies behind what is seen; the rest shines as
+    that does.
+    """
+
+    water: SolvedPath
+    beyond: Operand = 1.0
+
+    @functools.cached_property
+    def forward_scattered(self) -> Operand:
+        """Light of the surroundings, blurred over what is seen."""
+        own = self.L_end * (1.0 - self.beyond)
+        return self.forward_share * (self.L_beyond * self.coverage * self.beyond + own)
+
+    @functools.cached_property
+    def single_scattering(self) -> Operand:
+        """Sunlight scattered once on the way, nothing in its way."""
+        return self.water.single_scattering(self.y_o, self.w, self.P, self.m) * self.coverage
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +192,7 @@ class SolvedWater:
         m: Mathematics = NUMPY,
         *,
         coverage: Operand = 1.0,
-    ) -> Pixel:
+    ) -> SolvedPixel:
         """Pixel of a surface.
 
         Parameters
@@ -204,7 +214,7 @@ class SolvedWater:
         beyond = ahead.radiance(y_e, w, m) * self.shade.scattered
         water = SolvedPath(self.beam, self.near, self.far, self.aureole, self.shade)
         around = self.shade.beyond
-        return Pixel(water, y_o, w, P, L_surface, beyond, m, coverage=coverage, beyond=around)
+        return SolvedPixel(water, y_o, w, P, L_surface, beyond, m, coverage, around)
 
     def open_water(
         self,
@@ -212,13 +222,13 @@ class SolvedWater:
         w: Sequence[Operand],
         m: Mathematics = NUMPY,
         ripples: Ripples | None = None,
-    ) -> Pixel:
+    ) -> SolvedPixel:
         """Pixel of open water with the surface or the floor behind."""
         up = m.less(0.0, w[2])
         end = m.select(up, self.from_surface(y_o, w, m, ripples), self.floor)
         P = self.beam.boundary(y_o, w, m)
         water = SolvedPath(self.beam, self.near, 0.0, self.aureole, self.shade)
-        return Pixel(water, y_o, w, P, end, end, m)
+        return SolvedPixel(water, y_o, w, P, end, end, m)
 
     def from_surface(
         self,
@@ -228,8 +238,18 @@ class SolvedWater:
         ripples: Ripples | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w, seen from depth y."""
+        if self.index is None:
+            return self.sky.radiance(w, m)
         mirror = _Mirrored(self.below or self.beam, self.mirrored, self.floor)
-        return light_from_surface(mirror, self.beam, self.sky, self.index, y, w, m, ripples)
+        slopes = None if ripples is None else ripples.slopes
+        L_sky = self.sky.seen_through(w, self.index, m, slopes)
+        L = under_surface(mirror, w, L_sky, self.index, m, slopes)
+        if ripples is not None:
+            # Seen through water that keeps e^{-cp P} of it, it comes out dimmed by e^{-c P}.
+            P = m.minimum(y / m.maximum(w[2], 1e-4), FARTHEST)
+            seen = self.beam.E * m.exp((self.beam.cp - self.beam.c) * P)
+            L = L + sun_image(self.beam.sun, w, self.index, ripples, m) * seen
+        return L
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,25 +310,13 @@ class SolvedPatchLight:
         From the surface to the patch.
     patch : float or array
         Irradiance on it without the sun and its forward peak.
-    from_above : float or array
-        The same on a level patch that faces up; only for what things keep away.
-    shade : float or array, optional
-        Share of ``patch`` that things leave or bring; the light of the forward peak then has
-        the direct sun's shadows.
     """
 
     beam: SunOnPath
     patch: Operand
-    from_above: Operand = 0.0
-    shade: Operand = None
 
     def surface_irradiance(
-        self,
-        y: Operand,
-        sun_cosine: Operand,
-        up: Operand,
-        m: Mathematics = NUMPY,
-        openness: Operand = None,
+        self, y: Operand, sun_cosine: Operand, up: Operand, m: Mathematics = NUMPY
     ) -> tuple[Operand, Operand, Operand]:
         """Irradiance of the direct sun, its forward peak and the rest.
 
@@ -320,19 +328,13 @@ class SolvedPatchLight:
             Cosine between its normal and the direction towards the in-water
             sun; below zero the patch faces away.
         up : float or array
-            Upward component of its normal (1 for a floor).
+            Upward component of its normal, which ``patch`` knows.
         m : Mathematics
             Elementary functions.
-        openness : float or array, optional
-            Share of the light from above, the direct sun apart, that nothing keeps away.
         """
-        beam, diffuse = self.beam, self.patch
+        del up
+        beam = self.beam
         facing = m.maximum(sun_cosine, 0.0) / beam.mu_s * beam.E
         sharp = m.exp(-beam.c / beam.mu_s * y)
         forward = m.maximum(m.exp(-beam.cp / beam.mu_s * y) - sharp, 0.0)
-        if openness is not None:
-            forward = forward * openness
-            diffuse = diffuse - (1.0 - openness) * (0.5 + 0.5 * up) * self.from_above
-        if self.shade is not None:
-            return facing * (sharp + forward), 0.0 * facing, diffuse * self.shade
-        return facing * sharp, facing * forward, m.maximum(diffuse, 0.0)
+        return facing * sharp, facing * forward, m.maximum(self.patch, 0.0)

@@ -1,6 +1,5 @@
-"""Undisturbed water of which a renderer looks up the light: for whole arrays of rays, in numpy.
+"""Undisturbed water in bands, from the tables that EEVEE's channels are folded from, in numpy.
 
-The same formulas and tables as in EEVEE's nodes; for estimates of what a picture shows.
 Shapes are (..., 1) for rays, (..., n) for what is seen of them.
 """
 
@@ -12,17 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .pixel import Pixel
-from .radiance_field import Ripples, mirrored_ray
-from .radiance_table import RadianceTable, tabulate
-from .sky import Sky
-from .solved_field import SolvedField
-from .solved_ray import UNSHADED, PathShade, SolvedPatchLight, SolvedWater
+from ..uw_spectral.transfer.radiance_field import Ripples, mirrored_ray
+from ..uw_spectral.transfer.radiance_table import RadianceTable, interpolate, sun_angle, tabulate
+from ..uw_spectral.transfer.sky import Sky
+from ..uw_spectral.transfer.solved_field import SolvedField
+from ..uw_spectral.transfer.sun_beam import half_angle2
+from .solved_ray import UNSHADED, PathShade, SolvedPatchLight, SolvedPixel, SolvedWater
 from .sun_beam import SunBeam
 
 Array = NDArray[np.float64]
-
-_UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +52,7 @@ class TabulatedWater:
         P: Array,
         L_surface: Array,
         shade: PathShade = UNSHADED,
-    ) -> Pixel:
+    ) -> SolvedPixel:
         """Pixel of a surface; arguments as of :meth:`.SolvedWater.surface`."""
         image = self.table.boundary_image(_rays(0.0, w)[1], self.beam.sun)
         far = self._scattered(y_e, w)
@@ -68,7 +65,7 @@ class TabulatedWater:
         w: Sequence[Array],
         ripples: Ripples | None = None,
         shade: PathShade = UNSHADED,
-    ) -> Pixel:
+    ) -> SolvedPixel:
         """Pixel of open water with the surface or the floor behind."""
         seen = replace(self._ahead(y_o, w), shade=shade)
         if self.index is not None:
@@ -79,7 +76,8 @@ class TabulatedWater:
 
     def patch_light(self, y: Array, normal: Sequence[Array]) -> SolvedPatchLight:
         """Return the light on patches that face along normals, shapes (..., 1), at depths y."""
-        return SolvedPatchLight(self.beam, self._on_patch(y, normal), self._on_patch(y, _UP))
+        patch = self.table.patch_irradiance(*_rays(y, normal), self.beam.sun)
+        return SolvedPatchLight(self.beam, patch)
 
     def _ahead(self, y_o: Array, w: Sequence[Array]) -> SolvedWater:
         return SolvedWater(
@@ -88,14 +86,11 @@ class TabulatedWater:
             floor=self.floor,
             sky=self.sky,
             index=self.index,
-            aureole=self.table.aureole_factor(*_rays(y_o, w), self.beam.sun),
+            aureole=aureole_at(self.table, *_rays(y_o, w), self.beam.sun),
         )
 
     def _scattered(self, y: Array, w: Sequence[Array]) -> Array:
         return self.table.scattered(*_rays(y, w), self.beam.sun)
-
-    def _on_patch(self, y: Array, normal: Sequence[Array | float]) -> Array:
-        return self.table.patch_irradiance(*_rays(y, normal), self.beam.sun)
 
 
 def tabulated_water(
@@ -113,6 +108,12 @@ def tabulated_water(
     return TabulatedWater(
         tabulate(field), replace(beam, cp=field.extinction), field.floor_radiance, sky, index
     )
+
+
+def aureole_at(table: RadianceTable, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
+    """Factor on sunlight scattered once against w, seen from depth y, shape (..., n)."""
+    y, *w = np.broadcast_arrays(y, *w)
+    return interpolate(table.aureole, (table.depth_scale.slice(y), sun_angle(half_angle2(w, sun))))
 
 
 def _rays(y: Array | float, w: Sequence[Array | float]) -> tuple[Array, list[Array]]:

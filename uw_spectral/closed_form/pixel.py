@@ -1,0 +1,141 @@
+"""What a pixel contains, in bands, and the light on what it shows.
+
+With the radiance field L(y, w) of the undisturbed water, a camera at depth y_o that sees a
+surface at distance P gets
+
+    L = path + e^{-cP} L_end + (e^{-cp P} - e^{-cP}) L_beyond,
+
+the water on the way, the surface itself, and the undisturbed light from beyond it that is
+scattered forward into the pixel. Open water is the same with the water's own boundary at
+its end. EEVEE draws the same sum in channels, :mod:`..transfer.channel_pixel`.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..transfer.path_integral import transmittance
+from ..transfer.radiance_field import PathLight
+
+
+def forward_scattered_share(water: PathLight, P: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Share of the background that reaches the camera scattered forward, over distance P."""
+    return m.maximum(m.exp(-water.cp * P) - m.exp(-water.c * P), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Pixel:
+    """The light of a pixel in components that add up; each is computed when it is asked for.
+
+    Parameters
+    ----------
+    water : PathLight
+        The undisturbed water.
+    y_o : float or array
+        Depth of the camera, m.
+    w : three floats or arrays
+        Unit view direction, away from the camera, z up.
+    P : float or array
+        Distance of what is seen, m.
+    L_end : float or array
+        Radiance of what is seen.
+    L_beyond : float or array
+        Radiance of the undisturbed water from there on.
+    m : Mathematics
+        Elementary functions.
+    coverage : float or array
+        Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
+    """
+
+    water: PathLight
+    y_o: Operand
+    w: Sequence[Operand]
+    P: Operand
+    L_end: Operand
+    L_beyond: Operand
+    m: Mathematics = NUMPY
+    coverage: Operand = 1.0
+
+    @functools.cached_property
+    def path(self) -> Operand:
+        """Light scattered by the water on the way, once and more often."""
+        return self.water.path(self.y_o, self.w, self.P, self.m) * self.coverage
+
+    @functools.cached_property
+    def direct(self) -> Operand:
+        """Unscattered light of what is seen."""
+        return transmittance(self.water.c, self.P, self.m) * self.L_end
+
+    @functools.cached_property
+    def forward_scattered(self) -> Operand:
+        """Light of the surroundings, blurred over what is seen by scattering at small angles."""
+        return self.forward_share * self.L_beyond * self.coverage
+
+    @functools.cached_property
+    def forward_share(self) -> Operand:
+        """Share of :func:`forward_scattered_share`."""
+        return forward_scattered_share(self.water, self.P, self.m)
+
+    @functools.cached_property
+    def total(self) -> Operand:
+        """Sum of the components."""
+        return self.path + self.direct + self.forward_scattered
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceLight:
+    """Irradiance on a patch: the two parts of the sun on a plane across it, and the rest."""
+
+    direct: Operand
+    forward: Operand
+    diffuse: Operand
+
+    def reflected(
+        self,
+        sun_response: Operand,
+        albedo: Operand,
+        sun_cosine: Operand,
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Radiance that the patch reflects.
+
+        Parameters
+        ----------
+        sun_response : float or array
+            Its radiance per normal irradiance of the sun, shadows and cosine included:
+            ``albedo / π max(sun_cosine, 0)`` of a sunlit Lambertian patch.
+        albedo : float or array
+            Its reflectance, for the light that comes from many sides.
+        sun_cosine : float or array
+            Cosine between its normal and the direction towards the in-water sun.
+        m : Mathematics
+            Elementary functions.
+        """
+        wide = m.maximum(sun_cosine, 0.0) * self.forward + self.diffuse
+        return sun_response * self.direct + albedo / math.pi * wide
+
+
+class PatchLight(Protocol):
+    """What knows the irradiance on a patch."""
+
+    def surface_irradiance(
+        self,
+        y: Operand,
+        sun_cosine: Operand,
+        up: Operand,
+        m: Mathematics = NUMPY,
+    ) -> tuple[Operand, Operand, Operand]:
+        """Irradiance: direct sun, sun scattered forward, the rest."""
+        ...
+
+
+def surface_light(
+    light: PatchLight, y: Operand, up: Operand, m: Mathematics = NUMPY
+) -> SurfaceLight:
+    """Irradiance at depth y on a patch whose normal has the upward component ``up``."""
+    return SurfaceLight(*light.surface_irradiance(y, 1.0, up, m))
