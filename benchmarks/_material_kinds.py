@@ -91,19 +91,6 @@ def _mixed(share: float, one: tuple[str, Values], other: tuple[str, Values]) -> 
     return make
 
 
-def _patterned(kind: str, **values: Value) -> Maker:
-    """Make a material whose base colour is a texture's."""
-
-    def make() -> bpy.types.Material:
-        material, tree, output = _tree()
-        texture = _node(tree, kind, **values)
-        shader = _node(tree, "BsdfPrincipled", Base_Color=texture.outputs["Color"])
-        tree.links.new(shader.outputs[0], output.inputs["Surface"])
-        return material
-
-    return make
-
-
 def _built(build: Callable[[bpy.types.NodeTree], Shaded]) -> Maker:
     """Make a material whose output gets what is built, by the name of the output's input."""
 

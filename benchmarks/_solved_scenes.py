@@ -1,10 +1,10 @@
-"""Pictures of sunlit water by Cycles, by EEVEE and by the papers' form, in the same bands."""
+"""Pictures of sunlit water by Cycles and by EEVEE, in the same bands."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -14,16 +14,13 @@ from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import BOUNDED, DEFAULT_PHASE, EXACT, SceneSettings
-from ..validation.monzon import path_radiance_Monzon2024_corrected
-from . import baselines, grey_scene
-from ._rays import blender_hits
+from . import grey_scene
 
 WIDTH, HEIGHT = 60, 40
 FIELD_OF_VIEW = 130.0
 BANDS = 3
 FLOOR_BELOW, FLOOR_REFLECTANCE = 3.0, 0.3
 _EEVEE_SAMPLES = 4
-_OVERSAMPLING = 2
 _COLOUR = (0.6, 0.4, 0.2)
 _RIG = "rig"
 
@@ -149,18 +146,18 @@ def by_eevee(scenes: Sequence[Scene], camera: bpy.types.Object) -> Iterator[NDAr
             yield grey_scene.band_image(engine, plan, scene.depth)
 
 
-def by_papers(scene: Scene, camera: bpy.types.Object) -> NDArray[np.float64]:
-    """Band radiances by the papers' formula, its two exponents corrected, shape (h, w, n)."""
-    place(scene)
-    plan = scene.plan(_EEVEE_SAMPLES)
-    hits = blender_hits(bpy.context.scene, camera, plan.column, _OVERSAMPLING)
-    hits = replace(hits, distance=_within_water(hits, scene.depth))
-    image = baselines.paper_image(plan, hits, scene.depth, path_radiance_Monzon2024_corrected)
-    return grey_scene.blocks(image, _OVERSAMPLING)
-
-
-def _within_water(hits: grey_scene.Hits, depth: float) -> NDArray[np.float64]:
-    up = hits.direction[..., 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        to_surface = np.where(up > 0, depth / up, np.inf)
-    return np.where(hits.distance < to_surface, hits.distance, np.inf)
+def camera_rays(
+    camera: bpy.types.Object, columns: int, rows: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Origin, shape (3,), and unit directions, shape (rows, columns, 3)."""
+    corners = camera.data.view_frame(scene=bpy.context.scene)
+    top_right, _, bottom_left, top_left = (np.array(c) for c in corners)
+    u, v = ((np.arange(n) + 0.5) / n for n in (columns, rows))
+    local = (
+        top_left
+        + u[None, :, None] * (top_right - top_left)
+        + v[:, None, None] * (bottom_left - top_left)
+    )
+    matrix = np.array(camera.matrix_world)
+    direction = local @ matrix[:3, :3].T
+    return matrix[:3, 3], direction / np.linalg.norm(direction, axis=-1, keepdims=True)

@@ -1,12 +1,7 @@
-"""Caustics against the sea and a photon trace; the validation tests use the same cases.
-
-Measurements: Darecki et al. (2011), Gernez & Antoine (2009), from the package jerlov.
-"""
+"""Caustics against the sea and a photon trace."""
 
 from __future__ import annotations
 
-import dataclasses
-import math
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,239 +9,28 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.caustics import (
-    SUN_RADIUS,
-    bake_layers,
     caustic_pattern,
-    layer_depths,
-    refracted_offset,
 )
 from ..uw_spectral.surface.refraction import (
-    REFRACTIVE_INDEX,
-    fresnel_reflectance,
     sun_travel_direction,
 )
-from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum, slope_variance_CoxMunk1954
-from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
-from ..uw_spectral.transfer.sky import Sky
-from ..uw_spectral.transfer.sunlit_water import SunlitWater
-from ..uw_spectral.water.phase import parse_phase
-from ..uw_spectral.water.pure_water import molecular_scattering
+from ..uw_spectral.surface.waves import WaveSpectrum, slope_variance_CoxMunk1954
+from ..validation.caustics_at_sea import (
+    DARECKI_WATER,
+    DARECKI_WINDS,
+    DARECKI_ZENITH,
+    TRACE_DEPTHS,
+    TRACE_WINDS,
+    against_darecki,
+    against_gernez,
+    histogram_distance,
+    layer_cost,
+    sharp_crests,
+    sunlit_water,
+    traced,
+)
 from .runner import Ask, Page, table
-
-WIND_AZIMUTH = 40.0  # between the sun and the wind, degrees; unknown in the field
-# Santa Barbara Channel: of the water only c(555) = 0.68 1/m is published. The rest is a model:
-# chlorophyll C = 3.1 mg/m³ from b = 0.30 C^0.62 (550/λ) = 0.61 1/m at 555 nm (Gordon & Morel
-# 1983); a = a_w (Pope & Fry 1997) + a_p (Bricaud et al. 1998) + 20 % of a(440) as CDOM.
-DARECKI_WATER = {443.0: (0.135, 0.764), 532.0: (0.090, 0.636), 670.0: (0.490, 0.505)}
-DARECKI_WINDS = (4.1, 5.25, 6.4)  # the range of the caption, and its middle
-DARECKI_ZENITH = 31.5
-# BOUSSOLE: the same model at C = 0.3 mg/m³, 510 nm; wind 5 m/s.
-GERNEZ_WATER = {510.0: (0.050, 0.153)}
-TRACE_WINDS, TRACE_DEPTHS = (2.0, 5.0, 10.0), (0.5, 2.0, 5.0, 10.0)
-TRACE_TILE, TRACE_WAVES, TRACE_BINS = 4.0, 256, 128
-_CREST_SEEDS = 3
-
-
-def sunlit_water(
-    water: dict[float, tuple[float, float]], zenith: float, sky_share: float | None = None
-) -> SunlitWater:
-    """Solve deep water under a flat surface and a clear sky."""
-    wavelengths = np.array(list(water))
-    a, b = np.array(list(water.values())).T
-    phase = parse_phase("mixture").for_bands(b, molecular_scattering(wavelengths))
-    if sky_share is None:
-        light = parse_illuminant("clear-sky", zenith)
-        bands = Bands(wavelengths, np.full(len(wavelengths), 10.0))
-        direct, diffuse = light.direct_in(bands), light.diffuse_in(bands)
-    else:
-        direct, diffuse = 1 - sky_share, sky_share
-    entering = 1 - fresnel_reflectance(math.cos(math.radians(zenith)))
-    one = np.ones(len(wavelengths))
-    field = solve_discrete_ordinates(
-        [OpticalLayer(math.inf, a, b, phase)],
-        direct * entering * one,
-        sun_travel_direction(zenith, WIND_AZIMUTH).tolist(),
-        sky=Sky.standard(
-            "clear", diffuse * one, sun_travel_direction(zenith, WIND_AZIMUTH, 1.0).tolist()
-        ),
-        refractive_index=REFRACTIVE_INDEX,
-    )
-    return SunlitWater(field)
-
-
-def variation(
-    water: SunlitWater,
-    wind: float,
-    depth: float,
-    collector: float,
-    seeds: int = 1,
-    choppiness: float = 0.0,
-) -> NDArray[np.float64]:
-    """Coefficient of variation of Ed per band; the tile is 2.5 times the depth."""
-    tile, resolution = 2.5 * depth, 1024
-    squares = 0.0
-    for seed in range(seeds):
-        waves = WaveSpectrum(wind).realise(tile, resolution, seed)
-        pattern = caustic_pattern(
-            waves, np.asarray(water.field.sun), depth, 10.0, resolution, choppiness=choppiness
-        )
-        squares = squares + water.variation(pattern, tile, depth, collector) ** 2
-    return np.sqrt(squares / seeds)
-
-
-def against_darecki(wind: float, seeds: int = 1) -> tuple[NDArray, NDArray, NDArray]:
-    """Depths, measured and modelled CV (depths, wavelengths) of Darecki et al. 2011."""
-    import jerlov
-
-    sea = jerlov.darecki2011_irradiance_cv()
-    water = sunlit_water(DARECKI_WATER, DARECKI_ZENITH)
-    modelled = [
-        variation(water, wind, depth, sea.collector_mm / 1000, seeds)
-        for depth in sea.depth_m.tolist()
-    ]
-    return sea.depth_m, sea.cv, np.array(modelled)
-
-
-def sharp_crests(wind: float) -> list[tuple[float, NDArray, NDArray, NDArray, NDArray]]:
-    """CV over that of Darecki et al. by depth: of linear and of choppy waves, in two waters.
-
-    The second water has what a c-meter does not see of its scattering.
-    """
-    import jerlov
-
-    from ._caustic_causes import seen_by_meter
-
-    sea = jerlov.darecki2011_irradiance_cv()
-    waters = [
-        sunlit_water(water, DARECKI_ZENITH)
-        for water in (DARECKI_WATER, seen_by_meter(DARECKI_WATER))
-    ]
-    rows = []
-    for depth, cv in zip(sea.depth_m.tolist(), sea.cv, strict=True):
-        linear, choppy, linear_seen, choppy_seen = (
-            variation(water, wind, depth, sea.collector_mm / 1000, _CREST_SEEDS, crests) / cv
-            for water in waters
-            for crests in (0.0, 1.0)
-        )
-        rows.append((depth, linear, choppy, linear_seen, choppy_seen))
-    return rows
-
-
-def against_gernez() -> list[tuple[float, float, float, float]]:
-    """Sun zenith, measured CV, its standard deviation, modelled CV at 510 nm and 3.2 m."""
-    import jerlov
-
-    sea, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
-    rows = []
-    for zenith in (20.0, 30.0, 40.0, 50.0, 60.0, 70.0):
-        share = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
-        water = sunlit_water(GERNEZ_WATER, zenith, share)
-        at = int(np.flatnonzero(sea.sun_zenith_deg == zenith)[0])
-        modelled = variation(water, 5.0, 3.2, 0.008)[0]
-        rows.append((zenith, float(sea.cv[at]), float(sea.cv_sd[at]), float(modelled)))
-    return rows
-
-
-def photon_trace(
-    waves: WaveComponents, zenith: float, azimuth: float, depth: float, passes: int, seed: int = 0
-) -> NDArray[np.float64]:
-    """Irradiance by photons, counted in square bins: nothing shared with the splatting.
-
-    Photons start at the nodes of a surface eight times finer than the waves,
-    shifted at random within a node's cell to second order in the surface,
-    from a random place on the sun's disc; Snell's law by angles.
-    """
-    n, bins = 2048, TRACE_BINS
-    eta, sx, sy = waves.on_grid(n, 0.0)
-    step = waves.tile / n
-    xx, xy, yy = (
-        (np.roll(f, -1, axis) - np.roll(f, 1, axis)) / (2 * step)
-        for f, axis in ((sx, 1), (sx, 0), (sy, 0))
-    )
-    random = np.random.default_rng(seed)
-    node = np.arange(n) * step
-    count = np.zeros(bins * bins)
-    for _ in range(passes):
-        dx, dy = (random.random((2, n, n)) - 0.5) * step
-        px, py = sx + xx * dx + xy * dy, sy + xy * dx + yy * dy
-        height = eta + sx * dx + sy * dy
-        radius, turn = (
-            SUN_RADIUS * np.sqrt(random.random((n, n))),
-            random.random((n, n)) * 2 * np.pi,
-        )
-        theta = math.radians(zenith) + radius * np.cos(turn)
-        phi = math.radians(azimuth) + radius * np.sin(turn) / max(
-            math.sin(math.radians(zenith)), 1e-9
-        )
-        toward = np.stack(
-            [-np.sin(theta) * np.cos(phi), -np.sin(theta) * np.sin(phi), np.cos(theta)]
-        )
-        normal = np.stack([-px, -py, np.ones_like(px)]) / np.sqrt(1 + px**2 + py**2)
-        cosine = np.clip((toward * normal).sum(axis=0), 0, 1)
-        across = toward - cosine * normal  # in the surface, towards the sun
-        across = across / np.maximum(np.linalg.norm(across, axis=0), 1e-12)
-        refracted = np.arcsin(np.sqrt(1 - cosine**2) / REFRACTIVE_INDEX)
-        ray = -np.cos(refracted) * normal - np.sin(refracted) * across
-        reach = np.maximum(depth + height, 0) / -ray[2]
-        x = node + dx + reach * ray[0]
-        y = node[:, None] + dy + reach * ray[1]
-        weight = cosine / normal[2] * (1 - fresnel_reflectance(cosine))
-        i, j = (
-            np.floor(np.mod(v, waves.tile) / waves.tile * bins).astype(int) % bins for v in (x, y)
-        )
-        count += np.bincount((j * bins + i).ravel(), weight.ravel(), minlength=bins * bins)
-    return (count / count.mean()).reshape(bins, bins)
-
-
-def traced(wind: float, depth: float, passes: int = 2) -> tuple[NDArray, NDArray]:
-    """Pattern and photon trace of the same waves, in the same bins, at the same place."""
-    zenith, azimuth = 30.0, 20.0
-    waves = WaveSpectrum(wind).realise(TRACE_TILE, TRACE_WAVES, seed=7)
-    sun = sun_travel_direction(zenith, azimuth)
-    photons = photon_trace(waves, zenith, azimuth, depth, passes)
-    # The pattern with all waves on the grid: no tail, as the photons have none.
-    known = dataclasses.replace(waves, shorter=np.zeros(2))
-    fine = caustic_pattern(known, sun, depth, 0.0, 1024)
-    # Back from the surface to the place where the light lands, and into bins.
-    straight = refracted_offset(0.0, 0.0, sun)
-    k = 2 * np.pi * np.fft.fftfreq(1024, TRACE_TILE / 1024)
-    moved = np.exp(-1j * (k * (depth * straight[0]) + k[:, None] * (depth * straight[1])))
-    spectrum = np.fft.fft2(fine) * moved
-    # A sample stands for its surroundings; bins begin at their corner.
-    half = np.exp(1j * (k + k[:, None]) * (TRACE_TILE / 1024 / 2))
-    placed = np.fft.ifft2(spectrum * half).real
-    size = 1024 // TRACE_BINS
-    return placed.reshape(TRACE_BINS, size, TRACE_BINS, size).mean(axis=(1, 3)), photons
-
-
-def histogram_distance(one: NDArray, other: NDArray) -> float:
-    """Largest difference of the two cumulative distributions (Kolmogorov-Smirnov)."""
-    values = np.sort(np.concatenate([one.ravel(), other.ravel()]))
-    below = [np.searchsorted(np.sort(x.ravel()), values, "right") / x.size for x in (one, other)]
-    return float(np.abs(below[0] - below[1]).max())
-
-
-def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
-    """Relative error of the CV at depths between layers: with the gain, and plainly blended."""
-    tile, resolution = 16.0, 512
-    water = sunlit_water(DARECKI_WATER, DARECKI_ZENITH)
-    waves = WaveSpectrum(wind).realise(tile, resolution, 1)
-    layers = bake_layers(
-        waves, np.asarray(water.field.sun), layer_depths(1.0, 16.0), 0.0, resolution
-    )
-    rows = []
-    for depth in (1.0, 1.41, 2.0, 2.83, 5.66, 11.3):
-        truth = water.variation(
-            caustic_pattern(waves, np.asarray(water.field.sun), depth, 0.0, resolution), tile, depth
-        )
-        grey, share = layers.blend(depth), water.sun_share(depth)
-        with_gain = share * layers.contrast(water, depth) * grey.std() / truth - 1
-        plain = share * water.contrast(grey, tile, depth) * grey.std() / truth - 1
-        rows.append((depth, with_gain, plain))
-    return rows
 
 
 def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:

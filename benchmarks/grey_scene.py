@@ -27,12 +27,10 @@ from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.pixel import surface_light
 from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
-from ..validation.colour_errors import srgb_rmse
 from ..validation.sun_beam import sun_beam
 from ..validation.tabulated_water import TabulatedWater, tabulated_water
 
@@ -44,7 +42,6 @@ SPHERE_AHEAD = 4.0
 SPHERE_DROP = 1.2
 PITCH = math.radians(75.0)
 FIELD_OF_VIEW = math.radians(70.0)
-_BLOCK = 9
 _EEVEE_SAMPLES = 16
 
 
@@ -275,86 +272,6 @@ def plan_for(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Deviation:
-    """What a picture is off the reference.
-
-    ``srgb_rmse`` has the variance of the reference taken off; ``delta_e`` is the mean over
-    blocks; ``radiance`` the median relative error of blocks per band.
-    """
-
-    srgb_rmse: float
-    delta_e: float
-    radiance: NDArray[np.float64]
-
-
-EEVEE, TABLES, CLOSED_FORM = "EEVEE", "solved, numpy", "closed form, numpy"
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """Pictures without noise against two independent Cycles images, as scene-linear RGB.
-
-    The variance of the reference, from its two halves, is taken off the
-    squared error, so noise does not count as error.
-    """
-
-    water: str
-    depth: float
-    light: Light
-    reference: NDArray[np.float64]
-    srgb_noise: float
-    delta_e_noise: float
-    pictures: dict[str, NDArray[np.float64]]
-    deviations: dict[str, Deviation]
-
-
-def compare(
-    water: str,
-    depth: float,
-    width: int,
-    height: int,
-    samples: int,
-    bands: int = 8,
-    light: Light = CLEAR,
-    *,
-    eevee: bool = False,
-) -> Comparison:
-    """Render and evaluate one combination, in numpy and, if wanted, by EEVEE."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    camera = build_scene(depth, width, height)
-    plan = plan_for(water, depth, bands, light)
-    halves = [cycles_image(plan, camera, samples, seed) for seed in (1, 2)]
-    develop = plan.reduction(depth).apply
-    first, second = (develop(image) for image in halves)
-    reference, noise = (first + second) / 2, srgb_rmse(first, second) / 2
-    mean = (halves[0] + halves[1]) / 2
-
-    def deviation(image: NDArray[np.float64]) -> Deviation:
-        rgb = develop(image)
-        # Blocks beat the noise down before a relative error is taken.
-        return Deviation(
-            math.sqrt(max(srgb_rmse(rgb, reference) ** 2 - noise**2, 0.0)),
-            _delta_e(rgb, reference),
-            np.median(np.abs(blocks(image, _BLOCK) / blocks(mean, _BLOCK) - 1), axis=(0, 1)),
-        )
-
-    drawn = {EEVEE: eevee_image(plan, camera, depth)} if eevee else {}
-    size = (depth, width, height)
-    drawn[TABLES] = solved_image(plan.column, plan.phase, *size)
-    drawn[CLOSED_FORM] = closed_form_image(plan.column, plan.phase, *size)
-    return Comparison(
-        water,
-        depth,
-        light,
-        reference,
-        noise,
-        _delta_e(first, second) / 2,
-        {name: develop(image) for name, image in drawn.items()},
-        {name: deviation(image) for name, image in drawn.items()},
-    )
-
-
 def eevee_image(
     plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
 ) -> NDArray[np.float64]:
@@ -364,10 +281,6 @@ def eevee_image(
     extent = water_body.water_extent(scene, plan.column, depth)
     with engines.eevee_bands(scene, camera, plan, extent, depth) as engine:
         return band_image(engine, plan, depth)
-
-
-def _delta_e(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    return float(delta_e_CIE2000_images(blocks(one, _BLOCK), blocks(other, _BLOCK)).mean())
 
 
 def blocks(image: NDArray[np.float64], size: int) -> NDArray[np.float64]:

@@ -1,8 +1,7 @@
 """Measurements and published numbers beside ours: docs/validation.md, docs/measured/outside.md.
 
-The numbers of inelastic light and of real time are those kept of their own pages, the table of
-planted errors is that of ``benchmarks planted_errors``. tests/validation/test_outside.py holds the
-same comparisons to bounds of others.
+Numbers of real time are those kept of their page; tests/validation/test_outside.py holds the same
+comparisons to bounds of others.
 """
 
 from __future__ import annotations
@@ -14,11 +13,11 @@ import numpy as np
 
 from ..uw_spectral.water.inelastic_processes import raman_coefficient
 from ..uw_spectral.water.phase import FournierForand
+from ..validation import caustic_causes as causes
+from ..validation import constituent_seas, raman_at_sea, tyler
 from ..validation import measured_waters as waters
-from ..validation import tyler
 from ..validation.canonical_problems import PROBLEMS, canonical_field, canonical_values, closed_form
-from . import _caustic_causes as causes
-from . import _raman_at_sea, gutierrez_figures, planted_errors
+from . import planted_errors
 from .runner import Ask, Page, Record, table
 
 MET, PARTLY, MISSED, OPEN = "met", "**partly**", "**missed**", "open"
@@ -122,7 +121,7 @@ def _waters(rows: Rows) -> Mapping[str, Any]:
         for found, of in ((Kds, "a"), (bs, "b"))
     ]  # fmt: skip
     Kd, b = (np.concatenate(list(x.values())) for x in (Kds, bs))
-    lee = np.abs(gutierrez_figures.Lee2005_over_solved() - 1.0)
+    lee = np.abs(constituent_seas.Lee2005_over_solved() - 1.0)
     suns, stations = waters.explaining_suns(), waters.petzold_stations()
     _, chi, _, ours = waters.boss_chi(FournierForand())
     backward = [fit.fitted[2] for fit in stations]
@@ -175,17 +174,17 @@ def _waters(rows: Rows) -> Mapping[str, Any]:
 
 def _raman(rows: Rows) -> Mapping[str, Any]:
     """Raman light, and inelastic light against the Monte Carlo."""
-    nm, coefficient = _raman_at_sea.published("b_R")
+    nm, coefficient = raman_at_sea.published("b_R")
     off, lines, ratios, older = raman_coefficient(nm) / coefficient - 1, [], [], []
-    for C in _raman_at_sea.CHLOROPHYLL:
-        wavelengths, ours, theirs = _raman_at_sea.at_the_surface(C)
+    for C in raman_at_sea.CHLOROPHYLL:
+        wavelengths, ours, theirs = raman_at_sea.at_the_surface(C)
         ratios.append(ours / theirs)
-        _, with_older, theirs_then = _raman_at_sea.at_the_surface(C, older=True)
+        _, with_older, theirs_then = raman_at_sea.at_the_surface(C, older=True)
         older.append(with_older / theirs_then)
         three = [x[_SHOWN] for x in (100 * ours, 100 * theirs, older[-1])]
         cells = [f"{x:.1f}/{y:.1f} ({then:.2f})" for x, y, then in zip(*three, strict=True)]
         lines.append([f"{C:g}", *cells])
-    deep = [f"{100 * _raman_at_sea.share(0.1, 650.0, y):.0f} %" for y in (0.0, 5.0, 10.0, 20.0)]
+    deep = [f"{100 * raman_at_sea.share(0.1, 650.0, y):.0f} %" for y in (0.0, 5.0, 10.0, 20.0)]
     ratios, older = np.array(ratios), np.array(older)
     lee = "Lee et al. 2013"
     rows += [

@@ -1,9 +1,7 @@
 """Which fast test catches an error of 10 % that is planted in the optics.
 
 ``python3 dev.py run -m benchmarks planted_errors [--outside] [NAME…]`` copies the checkout, plants
-one error at a time, runs the tests of the optics and writes docs/measured/planted_errors.csv, which
-docs/measured/outside.md shows. Errors that are not named keep their rows; with ``--outside`` only
-the tests with bounds of others are run, and what the other tests caught is kept.
+one error at a time, tests, and writes docs/measured/planted_errors.csv. Rows of others stay.
 """
 
 from __future__ import annotations

@@ -31,7 +31,6 @@ from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..validation.solved_cases import FROM_SUN
 from . import _solved_scenes, grey_scene
-from ._rays import camera_rays
 from ._solved_scenes import Scene
 from .runner import ROOT, Ask, Page, table
 
@@ -238,7 +237,7 @@ def _solved(scene: Scene, camera: bpy.types.Object) -> tuple[Array, NDArray[np.b
     _solved_scenes.place(scene)
     plan = scene.plan(1)
     height, width = _solved_scenes.HEIGHT, _solved_scenes.WIDTH
-    _, w = camera_rays(camera, width * _RAYS, height * _RAYS)
+    _, w = _solved_scenes.camera_rays(camera, width * _RAYS, height * _RAYS)
     sun = np.asarray(plan.column.sun_direction)
     far = (w @ -sun < math.cos(math.radians(FROM_SUN))).reshape(height, _RAYS, width, _RAYS)
     image = plan.solved_field(_STREAMS).radiance(scene.depth, tuple(w.reshape(-1, 3).T))[:, _BAND]

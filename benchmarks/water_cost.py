@@ -1,6 +1,6 @@
 """What the real-time water costs over plain fog, in one run on one machine.
 
-    python3 dev.py run -m benchmarks water_cost [--scene spheres PATH.blend ...]
+    python3 dev.py run -m benchmarks water_cost [--scene materials PATH.blend ...]
         [--bands 6 30 80] [--terms alone shade ...] [--against "fog kept"] [--repeats N]
 
 CPU time per sample (the difference of two counts of samples), CPU time of the first frame, and
@@ -14,15 +14,14 @@ Fog is what artists use: the light of each surface times e^(-c P), plus a colour
 light by Shader to RGB, *fog kept* mixes the shader with an emission and so keeps its closures. Both
 are lit by one sun with the water's shadow maps; *with lamps* two spots shine as well.
 
-A scene is a .blend with a camera below z = 0, or ``spheres``: three spheres of ``--materials``
-different materials over a seabed. ``measure foreign_scenes`` builds some of other people's models.
+A scene is a .blend with a camera below z = 0, or ``materials``: fifty of them over a seabed;
+``measure foreign_scenes`` builds some of other people's models.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import math
 import resource
 import subprocess
 import sys
@@ -35,10 +34,11 @@ from pathlib import Path
 import bpy
 
 from ..settings.scene_settings import SceneSettings
+from . import _many_materials
 from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
 from ._fog import add_fog, add_kept_fog
 
-_SPHERES = "spheres"
+_MATERIALS = "materials"
 _FOG, _FOG_KEPT = "fog", "fog kept"
 _TERMS = {
     "alone": (),
@@ -96,21 +96,20 @@ class _Cost:
 def main(arguments: Sequence[str]) -> None:
     """Measure each case in a process of its own, and print a table of each scene."""
     parser = argparse.ArgumentParser(prog="water_cost", description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--scene", nargs="+", default=[_SPHERES], metavar="PATH")
+    parser.add_argument("--scene", nargs="+", default=[_MATERIALS], metavar="PATH")
     parser.add_argument("--bands", type=int, nargs="+", default=[6, 30, 80])
     parser.add_argument("--terms", nargs="+", choices=list(_TERMS), default=list(_TERMS))
     parser.add_argument("--against", choices=(_FOG, _FOG_KEPT), default=_FOG)
     parser.add_argument("--samples", type=int, default=8)
     parser.add_argument("--repeats", type=int, default=2)
-    parser.add_argument("--materials", type=int, default=1, help="of the spheres")
     parser.add_argument("--resolution", type=int, nargs=2, default=(480, 270))
     parser.add_argument("--case", help="one case as JSON, measured in this process")
     options = parser.parse_args(arguments)
     for scene in options.scene:
-        if scene != _SPHERES and not Path(scene).is_file():
+        if scene != _MATERIALS and not Path(scene).is_file():
             parser.error(f"--scene: there is no {scene}")
-    if min(options.samples, options.repeats, options.materials, *options.bands) < 1:
-        parser.error("samples, repeats, materials and bands must be 1 or more")
+    if min(options.samples, options.repeats, *options.bands) < 1:
+        parser.error("samples, repeats and bands must be 1 or more")
     if options.case:
         given = json.loads(options.case)
         case = _Case(**{**given, "terms": tuple(given["terms"])})
@@ -136,8 +135,8 @@ def _costs(scene: str, options: argparse.Namespace) -> dict[_Case, _Cost]:
     root = Path(__file__).resolve().parent.parent
     for case in _cases(options) * options.repeats:
         command = [sys.executable, "-m", "benchmarks", Path(__file__).stem]
-        command += ["--scene", scene if scene == _SPHERES else str(Path(scene).resolve())]
-        command += ["--samples", str(options.samples), "--materials", str(options.materials)]
+        command += ["--scene", scene if scene == _MATERIALS else str(Path(scene).resolve())]
+        command += ["--samples", str(options.samples)]
         command += ["--resolution", *map(str, options.resolution)]
         command += ["--case", json.dumps(asdict(case))]
         try:
@@ -176,11 +175,8 @@ def _report(scene: str, found: dict[_Case, _Cost], options: argparse.Namespace) 
         )
     print("\n| target | case | measured | met |\n|---|---|---|---|")
     for words, name, ratio, limit in _targets(found, fog):
-        print(f"| {words} ≤ {limit:g} | {name} | {ratio:.2f} | {_verdict(ratio, limit)} |")
-
-
-def _verdict(ratio: float, limit: float) -> str:
-    return "yes" if ratio <= limit else "**no**"
+        met = "yes" if ratio <= limit else "**no**"
+        print(f"| {words} ≤ {limit:g} | {name} | {ratio:.2f} | {met} |")
 
 
 def _targets(found: dict[_Case, _Cost], fog: _Cost) -> list[tuple[str, str, float, float]]:
@@ -206,8 +202,8 @@ def _measure(case: _Case, options: argparse.Namespace) -> _Cost:
     """Measure a case in this process."""
     path = options.scene[0]
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    if path == _SPHERES:
-        _spheres(options.materials)
+    if path == _MATERIALS:
+        _many_materials.build()
     else:
         bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
     scene = bpy.context.scene
@@ -257,46 +253,6 @@ def _time(drawn: Drawing, path: Path, samples: int) -> float:
     start = time.process_time()
     drawn.picture(path, samples)
     return time.process_time() - start
-
-
-def _spheres(materials: int) -> None:
-    """Make a scene of spheres on the ground before a camera, of materials with different nodes."""
-    scene = bpy.context.scene
-    shades = [_material(index) for index in range(materials)]
-    for x in (-1.5, 0.0, 1.5):
-        bpy.ops.mesh.primitive_uv_sphere_add(
-            segments=64, ring_count=32, radius=0.7, location=(x, 4.0, -6.0)
-        )
-    bpy.ops.mesh.primitive_plane_add(size=100.0, location=(0.0, 0.0, -6.9))
-    polygons = [polygon for item in scene.objects for polygon in item.data.polygons]
-    for item in scene.objects:
-        for shade in shades:
-            item.data.materials.append(shade)
-    for index, polygon in enumerate(polygons):
-        polygon.material_index = index * materials // len(polygons)
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (0.0, 0.0, -5.0), (math.radians(80), 0.0, 0.0)
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-
-
-def _material(index: int) -> bpy.types.Material:
-    """Return a material whose shader differs from those of other indices."""
-    material = bpy.data.materials.new(f"Grey {index}")
-    tree = material.node_tree
-    shader = next(node for node in tree.nodes if "Base Color" in node.inputs)
-    shader.inputs["Base Color"].default_value = (0.5, 0.5, 0.5, 1.0)
-    last = shader.inputs["Base Color"]
-    for _ in range(index):
-        curve = tree.nodes.new("ShaderNodeVectorMath")
-        curve.operation = "SINE"
-        tree.links.new(curve.outputs[0], last)
-        last = curve.inputs[0]
-    if index:
-        # What is constant would be folded, and all materials be one.
-        geometry = tree.nodes.new("ShaderNodeNewGeometry")
-        tree.links.new(geometry.outputs["Position"], last)
-    return material
 
 
 def _sun(scene: bpy.types.Scene) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import gutierrez_figures as figures
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
 from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd490_Morel2007,
     Kd_Lee2013,
 )
 from underwater_spectral.uw_spectral.water.kd_inversion import water_of_chlorophyll
+from underwater_spectral.validation import constituent_seas as figures
 
 
 @pytest.fixture(scope="module")

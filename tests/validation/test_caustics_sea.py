@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _caustic_causes as causes
-from underwater_spectral.benchmarks import caustics_statistics as sea
 from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
+from underwater_spectral.validation import caustic_causes as causes
+from underwater_spectral.validation import caustics_at_sea as sea
 
 pytest.importorskip("jerlov")
 

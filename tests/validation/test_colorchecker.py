@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from underwater_spectral.benchmarks import colorchecker_bands as chart
 from underwater_spectral.uw_spectral.spectra._colour import colour_science
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import rec709_to_XYZ
@@ -13,6 +12,7 @@ from underwater_spectral.uw_spectral.spectra.reflectance import (
     colorchecker_patches,
     colorchecker_reflectance,
 )
+from underwater_spectral.validation import colorchecker as chart
 
 
 def test_published_lab_values():

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import monte_carlo_table as table
+from underwater_spectral.validation import monte_carlo_cases as table
 from underwater_spectral.validation.monte_carlo import numba_available
 
 needs_numba = pytest.mark.skipif(not numba_available(), reason="takes too long without numba")

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _raman_at_sea, gutierrez_figures
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
@@ -15,8 +14,8 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coefficient
 from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage, Rayleigh
+from underwater_spectral.validation import constituent_seas, raman_at_sea, tyler
 from underwater_spectral.validation import measured_waters as waters
-from underwater_spectral.validation import tyler
 from underwater_spectral.validation.canonical_problems import (
     PROBLEMS,
     canonical_field,
@@ -187,7 +186,7 @@ def test_Kd_of_Lee_2005():
     """They had 2 % on average and 12 % at most between their Kd and HydroLight's, for several
     phase functions; ours, of case 1 waters, is solved. On average twice theirs is allowed.
     """
-    off = np.abs(gutierrez_figures.Lee2005_over_solved() - 1.0)
+    off = np.abs(constituent_seas.Lee2005_over_solved() - 1.0)
     assert off.shape == (3, 6, 7)
     assert off.mean() < 0.04
     assert off.max() < 0.12
@@ -195,13 +194,13 @@ def test_Kd_of_Lee_2005():
 
 def test_raman_coefficient():
     """Bartlett et al. 1998 as NASA has it; they give it to 10 %."""
-    wavelengths, theirs = _raman_at_sea.published("b_R")
+    wavelengths, theirs = raman_at_sea.published("b_R")
     np.testing.assert_allclose(raman_coefficient(wavelengths), theirs, rtol=0.1)
 
 
 @pytest.mark.parametrize("chlorophyll", [0.03, 0.3])
 def test_raman_light_at_the_surface(chlorophyll):
     """Lee et al. 2013 at 551 and 667 nm; in the violet their fit and we differ by a factor 2."""
-    wavelengths, ours, theirs = _raman_at_sea.at_the_surface(chlorophyll)
+    wavelengths, ours, theirs = raman_at_sea.at_the_surface(chlorophyll)
     green = wavelengths > 540.0
     np.testing.assert_allclose(ours[green], theirs[green], rtol=0.25)

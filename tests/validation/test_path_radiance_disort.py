@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import path_radiance_table as table
 from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation import discrete_ordinates_reference as table
 
 pytest.importorskip("PythonicDISORT")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import refractive_index as benchmark
+from underwater_spectral.validation import one_index as benchmark
 
 
 @pytest.mark.parametrize("zenith", benchmark.SUNS)

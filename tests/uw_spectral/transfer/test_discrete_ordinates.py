@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import solved_field
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.caustics import SUN_RADIUS
@@ -26,6 +25,7 @@ from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
+from underwater_spectral.validation import other_solver
 from underwater_spectral.validation.monte_carlo import numba_available, simulate
 
 DOWN, UP, LEVEL = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
@@ -43,7 +43,7 @@ def _directions(count, seed=0):
 
 def _errors(count):
     """Relative errors of L, Ed and Eu in random cases."""
-    found = [solved_field.errors(case, STREAMS) for case in solved_field.cases(count)]
+    found = [other_solver.errors(case, STREAMS) for case in other_solver.cases(count)]
     return [np.concatenate([each[name][:, 0] for each in found]) for name in ("L", "Ed", "Eu")]
 
 

@@ -20,7 +20,7 @@ from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_proces
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.pure_water import pure_water_absorption
 from ..validation.sunlight import entering
-from .gutierrez_figures import SUN_ZENITH, column
+from .constituent_seas import SUN_ZENITH, column
 
 CHLOROPHYLL = (0.03, 0.1, 0.3, 1.0)
 _POPE_FRY_BEGINS = 420.0  # nm

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..uw_spectral.surface.caustics import caustic_pattern
 from ..uw_spectral.surface.waves import GRAVITY, WaveSpectrum
 from ..uw_spectral.water.phase import BandPhase
-from . import caustics_statistics as sea
+from . import caustics_at_sea as sea
 
 Array = NDArray[np.float64]
 ACCEPTANCE = 0.93
@@ -104,7 +104,7 @@ def within(phase: BandPhase, degrees: float) -> Array:
     """Share of the light that is scattered by less than an angle, shape (n,)."""
     angle = np.geomspace(1e-6, math.radians(degrees), 4000)
     density = phase(np.cos(angle)) * np.sin(angle)[:, None]
-    return 2.0 * math.pi * np.trapezoid(density, angle, axis=0)
+    return 2.0 * math.pi * np.asarray(np.trapezoid(density, angle, axis=0))
 
 
 def seen_by_meter(
