@@ -12,8 +12,8 @@ import numpy as np
 
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import solve_light_field
-from ..uw_spectral.surface.refraction import in_water_cosine
 from ..uw_spectral.closed_form.pixel import Pixel
+from ..uw_spectral.surface.refraction import in_water_cosine
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import HenyeyGreenstein, PhaseFunction, parse_phase
