@@ -3,7 +3,7 @@
 
     python3 dev.py example          render the example reef to out/example/
     python3 dev.py test [ARGS]      run the tests; ARGS go to pytest
-    python3 dev.py check            lint, format, unused code and types
+    python3 dev.py check            lint, format, unused code, words and types
     python3 dev.py build            build and validate dist/underwater_spectral-*.zip;
                                     --manual writes its sizes into docs/listing/review.md
     python3 dev.py build --wheel    build the wheel of optics and data sets into dist/, and try it
@@ -178,6 +178,7 @@ def main() -> None:
         run(python, "-m", "ruff", "check", ".")
         run(python, "-m", "ruff", "format", "--check", ".")
         run(python, "tools/unused_code.py")
+        run(python, "tools/words.py")
         # Its warnings are modules that only Blender has.
         run(python, "-m", "basedpyright", "--level", "error")
         # What the wheel holds, as its oldest Python has it.

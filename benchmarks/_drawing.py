@@ -14,7 +14,7 @@ import bpy
 from ..scene import stored_lamps
 from ..scene.engines import eevee_settings, engines, exr_output
 from ..scene.engines.band_engine import Opening, Weights
-from ..scene.seen import cameras, lamps
+from ..scene.readers import cameras, lamps
 from ..scene.water import lamp_rigs, water_body
 from ..settings import render_plan
 from ..settings.scene_settings import REALTIME, Mode, SceneSettings

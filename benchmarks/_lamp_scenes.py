@@ -222,8 +222,8 @@ def places(folder: Path) -> list[LitPlace]:
     fish = _for_photons([(_FISH, _FISH_AXES)])
     net, diver = _for_photons(boxes=_cords()), _for_photons(*_diver(), _NEOPRENE)
     found += [
-        LitPlace(f"lamp behind a {name}, {water}", build, water, room=things, photons=photons)
-        for name, build, things, water, photons in (
+        LitPlace(f"lamp behind a {name}, {water}", build, water, room=objects, photons=photons)
+        for name, build, objects, water, photons in (
             ("fish", _behind_a_fish, fish, "I", PHOTONS),
             ("fish", _behind_a_fish, fish, "II", PHOTONS),
             ("net", _behind_a_net, net, "I", PHOTONS),

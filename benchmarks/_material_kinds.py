@@ -1,7 +1,7 @@
 # ruff: noqa: E501
-"""What users give things: a row for each kind of material and of object that is compared.
+"""What users give objects: a row for each kind of material and of object that is compared.
 
-Each row puts one thing, about .7 m across, on the ground at a place. Those of :data:`KINDS` are
+Each row puts one object, about .7 m across, on the ground at a place. Those of :data:`KINDS` are
 compared in pictures; what is refused or only said is in the documents.
 """
 
@@ -23,20 +23,20 @@ type Value = float | Sequence[float] | bpy.types.NodeSocket | str
 type Values = Mapping[str, Value]
 type Maker = Callable[[], bpy.types.Material]
 type Shaded = tuple[bpy.types.NodeSocket, str]
-type Thing = Callable[[bpy.types.Material | None], bpy.types.Object]
+type MakeObject = Callable[[bpy.types.Material | None], bpy.types.Object]
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A thing that is compared.
+    """An object that is compared.
 
-    ``thing`` makes the object, of ``material``; ``left_out`` tells what EEVEE does not draw, and
+    ``make_object`` makes the object, of ``material``; ``left_out`` tells what EEVEE does not draw, and
     says.
     """
 
     name: str
     material: Callable[[], bpy.types.Material | None]
-    thing: Thing
+    make_object: MakeObject
     left_out: bool = False
 
 
@@ -78,11 +78,11 @@ def _principled(**values: Value) -> Maker:
     return _shader("BsdfPrincipled", **values)
 
 
-def _mixed(share: float, one: tuple[str, Values], other: tuple[str, Values]) -> Maker:
+def _mixed(fraction: float, one: tuple[str, Values], other: tuple[str, Values]) -> Maker:
     def make() -> bpy.types.Material:
         material, tree, output = _tree()
         mix = _node(tree, "MixShader")
-        mix.inputs[0].default_value = share
+        mix.inputs[0].default_value = fraction
         for socket, (kind, values) in zip(mix.inputs[1:], (one, other), strict=True):
             tree.links.new(_node(tree, kind, **values).outputs[0], socket)
         tree.links.new(mix.outputs[0], output.inputs["Surface"])
@@ -257,7 +257,7 @@ def _metaball(material: bpy.types.Material | None) -> bpy.types.Object:
     return _linked(ball, material)
 
 
-def _hair(count: int, length: float, radius: float) -> Thing:
+def _hair(count: int, length: float, radius: float) -> MakeObject:
     """Return what makes curves that stand on a ball."""
 
     def make(material: bpy.types.Material | None) -> bpy.types.Object:
@@ -371,7 +371,7 @@ def _armature(material: bpy.types.Material | None) -> bpy.types.Object:
     return frame
 
 
-def _solid(modifier: str) -> Thing:
+def _solid(modifier: str) -> MakeObject:
     def make(material: bpy.types.Material | None) -> bpy.types.Object:
         item = sphere(material)
         item.modifiers.new("Modifier", modifier)
@@ -476,7 +476,7 @@ KINDS = (
 
 
 def place(kind: Kind, where: Vector) -> bpy.types.Object:
-    """Put a thing of a kind into the open scene, its centre at a place."""
-    item = kind.thing(kind.material())
+    """Put an object of a kind into the open scene, its centre at a place."""
+    item = kind.make_object(kind.material())
     item.location = where
     return item

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..quality.seen_points import SeenPoints
 from ..scene.engines import engines
-from ..scene.seen import view_tracing
+from ..scene.readers import view_tracing
 from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
@@ -143,8 +143,8 @@ class Place:
         """Distance of what pixels show, m, shape (h, w); infinite of open water."""
         return self._seen(camera).distance.reshape(self.size[::-1])
 
-    def shaded(self, camera: bpy.types.Object) -> NDArray[np.bool_]:
-        """Which pixels show a thing that the sun does not reach, shape (h, w)."""
+    def occluded(self, camera: bpy.types.Object) -> NDArray[np.bool_]:
+        """Which pixels show an object that the sun does not reach, shape (h, w)."""
         seen = self._seen(camera)
         return (np.isfinite(seen.distance) & ~seen.sunlit).reshape(self.size[::-1])
 
@@ -242,9 +242,9 @@ def block(
     """Add a box of a Lambertian colour, turned about z by degrees."""
     rotation = (0.0, 0.0, np.radians(turn))
     bpy.ops.mesh.primitive_cube_add(size=1.0, location=at, rotation=rotation)
-    thing = bpy.context.object
-    thing.name, thing.scale = name, size
-    thing.data.materials.append(matt(colour))
+    item = bpy.context.object
+    item.name, item.scale = name, size
+    item.data.materials.append(matt(colour))
 
 
 def ground(z: float, colour: Sequence[float], size: float = 400.0) -> None:
@@ -259,10 +259,10 @@ def ball(
 ) -> None:  # fmt: skip
     """Add a ball or an ellipsoid of a Lambertian colour."""
     bpy.ops.mesh.primitive_uv_sphere_add(radius=1.0, location=at, segments=64, ring_count=32)
-    thing = bpy.context.object
-    thing.scale, thing.rotation_euler.z = np.broadcast_to(radius, 3), turn
-    thing.data.shade_smooth()
-    thing.data.materials.append(matt(colour))
+    item = bpy.context.object
+    item.scale, item.rotation_euler.z = np.broadcast_to(radius, 3), turn
+    item.data.shade_smooth()
+    item.data.materials.append(matt(colour))
 
 
 def post(

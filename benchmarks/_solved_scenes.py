@@ -33,7 +33,7 @@ class Scene:
     depth: float
     sun: float = 30.0
     sky: str = "clear"
-    things: bool = False
+    objects: bool = False
     phase: str = DEFAULT_PHASE
     forward_peak: str = BOUNDED
     bands: int = BANDS
@@ -42,9 +42,9 @@ class Scene:
     @property
     def title(self) -> str:
         """All of it in words."""
-        things = ", things" if self.things else ""
+        objects = ", objects" if self.objects else ""
         peak = ", exact peak" if self.forward_peak == EXACT else ""
-        where = f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{things}"
+        where = f"{self.water} {self.depth:g} m, sun {self.sun:g}°, {self.sky}{objects}"
         return f"{where}, {self.phase}{peak}"
 
     def plan(self, samples: int) -> render_plan.RenderPlan:
@@ -82,10 +82,10 @@ def build() -> bpy.types.Object:
     }
     for name, (add, where, size) in shapes.items():
         add(location=where)
-        thing = bpy.context.object
-        thing.name, thing.scale, thing.parent = name, (size,) * 3, rig
-        thing.rotation_euler = (0.4, 0.3, 0.2)
-        thing.data.materials.append(material)
+        body = bpy.context.object
+        body.name, body.scale, body.parent = name, (size,) * 3, rig
+        body.rotation_euler = (0.4, 0.3, 0.2)
+        body.data.materials.append(material)
     for item in (rig, camera):
         scene.collection.objects.link(item)
     camera.parent = rig
@@ -105,11 +105,11 @@ def _material() -> bpy.types.Material:
 
 
 def place(scene: Scene) -> None:
-    """Move the camera to a depth; show or hide the things."""
+    """Move the camera to a depth; show or hide the objects."""
     bpy.data.objects[_RIG].location.z = -scene.depth
     for name in ("sphere", "cube", "square"):
-        bpy.data.objects[name].hide_render = not scene.things
-        bpy.data.objects[name].hide_viewport = not scene.things
+        bpy.data.objects[name].hide_render = not scene.objects
+        bpy.data.objects[name].hide_viewport = not scene.objects
     bpy.context.view_layer.update()
 
 

@@ -50,7 +50,7 @@ from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_proces
 from ..uw_spectral.water.optical_properties import Water
 from .runner import Ask, Page, Target, table
 
-COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, REALTIME.usual_bands)
+COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, REALTIME.default_bands)
 OPTIMISED = (3, 6, 9)
 
 
@@ -190,9 +190,9 @@ def look(
     case: Case, sun: NDArray[np.float64], field: SolvedField, reach: float, detail: Detail
 ) -> SeenPoints:
     """Trace a picture and look for shadows."""
-    things, w = solids(case), rays(case, detail.width, detail.height)
+    objects, w = solids(case), rays(case, detail.width, detail.height)
     camera = np.array([0.0, 0.0, -case.depth])
-    distance, which = things.nearest(np.broadcast_to(camera, w.shape), w)
+    distance, which = objects.nearest(np.broadcast_to(camera, w.shape), w)
     with np.errstate(divide="ignore"):
         to_floor = np.where(w[:, 2] < 0, (case.depth - case.floor) / w[:, 2], np.inf)
         to_surface = np.where(w[:, 2] > 0, case.depth / w[:, 2], np.inf)
@@ -200,9 +200,9 @@ def look(
     distance = np.minimum(distance, to_floor)
     distance = np.where(distance < to_surface, distance, np.inf)
     point = camera + w * np.where(np.isfinite(distance), distance, 0.0)[:, None]
-    spheres = np.vstack([things.centres, np.zeros(3)])[which]
-    normal = (point - spheres) / np.append(things.radii, 1.0)[which][:, None]
-    flat = on_floor | (which == len(things.radii))
+    spheres = np.vstack([objects.centres, np.zeros(3)])[which]
+    normal = (point - spheres) / np.append(objects.radii, 1.0)[which][:, None]
+    flat = on_floor | (which == len(objects.radii))
     normal = np.where(flat[:, None], np.array([0.0, 0.0, 1.0]) * -np.sign(w[:, 2:]), normal)
     count = len(w)
     seen = SeenPoints(
@@ -210,7 +210,7 @@ def look(
         w,
         distance,
         normal,
-        colour=np.vstack([things.colours, [0.3, 0.3, 0.3]])[which],
+        colour=np.vstack([objects.colours, [0.3, 0.3, 0.3]])[which],
         sunlit=np.ones(count, dtype=bool),
         path_sunlit=np.ones((count, 1), dtype=bool),
         reach=reach,
@@ -220,12 +220,12 @@ def look(
         pixels=np.full(count, 1.0 / count),
     ).subsample(detail.rays)
     above = light_from_above(field, case.depth, detail.skyward)
-    return _shaded(seen, things, sun, above, detail.steps)
+    return _occluded(seen, objects, sun, above, detail.steps)
 
 
-def _shaded(
+def _occluded(
     seen: SeenPoints,
-    things: Solids,
+    objects: Solids,
     sun: NDArray[np.float64],
     skyward: NDArray[np.float64],
     steps: int,
@@ -234,19 +234,19 @@ def _shaded(
     w, hit = seen.direction, np.isfinite(seen.distance)
 
     def clear(points: NDArray, directions: NDArray) -> NDArray[np.bool_]:
-        return np.isinf(things.nearest(*np.broadcast_arrays(points, directions))[0])
+        return np.isinf(objects.nearest(*np.broadcast_arrays(points, directions))[0])
 
     with np.errstate(divide="ignore"):
         to_surface = np.where(w[:, 2] > 0, -seen.origin[:, 2] / w[:, 2], np.inf)
     along = np.minimum(seen.reached, to_surface)[:, None] * (np.arange(steps) + 0.5) / steps
     stations = seen.origin[:, None] + w[:, None] * along[..., None]
     point = seen.origin + w * np.where(hit, seen.distance, 0.0)[:, None] + 1e-3 * seen.normal
-    share = openness(seen.normal, skyward, clear(point[:, None], skyward))
+    fraction = openness(seen.normal, skyward, clear(point[:, None], skyward))
     return replace(
         seen,
         sunlit=~hit | clear(point, -sun),
         path_sunlit=clear(stations, -sun),
-        openness=np.where(hit, share, 1.0),
+        openness=np.where(hit, fraction, 1.0),
     )
 
 
@@ -412,7 +412,7 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
         for method in DRAWN:
             rows = result["combinations"]
             if method.draws_colours:  # its bands are free, and not chosen
-                rows = [row for row in rows if row[1] == method.usual_bands]
+                rows = [row for row in rows if row[1] == method.default_bands]
             guesses, errors = (np.array([row[i] for row in rows]) for i in (-2, -1))
             cost = np.array(
                 [

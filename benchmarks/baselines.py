@@ -83,7 +83,7 @@ def paper_image(
     )
     behind = np.where(seen, surface, 0.0)
     if column.reflects:
-        # The share of the sky that the surface lets through; the paper has no n².
+        # The fraction of the sky that the surface lets through; the paper has no n².
         cosine = np.maximum(-w_y, 0.0)
         passed = 1.0 - fresnel_reflectance(cosine, 1.0 / column.refractive_index)
         behind = behind + np.where(seen | (w_y >= 0), 0.0, passed * column.sky_radiance)

@@ -38,7 +38,7 @@ def plume_row(concentration: float, samples: int) -> list[str]:
     camera = clouds.build(Case("jerlov:IB", 0.0, look=120.0, floor=False))
     camera.data.angle = math.radians(75.0)
     scene, depth = bpy.context.scene, -camera.location.z
-    item = new_clouds.add_puff(scene, BUBBLES)
+    item = new_clouds.add_blob(scene, BUBBLES)
     item.location, item.scale = (0.0, 6.5, -0.2), (1.2, 1.2, 0.4)
     item.underwater.concentration = concentration
     bpy.context.view_layer.update()
@@ -89,11 +89,11 @@ PAGE = Page(
 How they are drawn: [physics](../physics.md#bubbles). Their optics, by the Lorenz-Mie series against
 the literature, are in `tests/validation/test_bubbles.py`: b 1.25 1/m of a litre of air in a m³
 without diffraction, g 0.676, bb/b 0.0301, at all wavelengths. Cycles draws Henyey-Greenstein's
-phase function of the same mean cosine: a puff of an optical depth of 2 in a beam 22° from the
+phase function of the same mean cosine: a blob of an optical depth of 2 in a beam 22° from the
 vertical is then .87 as bright level, 1.5 seen down, .74 up and 1.5 towards the sun.
 
 ## The closed form of EEVEE against photons
-As for [silt](clouds.md#the-light-of-a-puff-against-photons), in a beam and in light from all sides:
+As for [silt](clouds.md#the-light-of-a-blob-against-photons), in a beam and in light from all sides:
 
 {photons}
 
@@ -126,7 +126,7 @@ light at 550 nm over open water, and EEVEE over Cycles, all of it and its middle
 
 {plumes}
 
-They are not put there by themselves: six puffs below the largest whitecaps hold two thirds to three
+They are not put there by themselves: six blobs below the largest whitecaps hold two thirds to three
 quarters of the foam within 15 m, but cost more than four times the picture, hang half a metre below
 the crests, and stay where foam runs on. *Add Bubble Plumes* puts a few at a frame, with 8 l/m³ at
 most: more is hardly brighter, and EEVEE draws it with **a dark middle**.

@@ -15,23 +15,23 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..scene.engines import engines
-from ..scene.seen import lamps
+from ..scene.readers import lamps
 from ..scene.water import new_clouds, water_body
 from ..settings.render_plan import make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several, with_escapes
+from ..uw_spectral.clouds.gaussian_blob import GaussianBlob
 from ..uw_spectral.clouds.lamp_lit_cloud import path_light
 from ..uw_spectral.clouds.matter import BluntPhase, SuspendedMatter, blunt_phase, suspended_matter
-from ..uw_spectral.clouds.puff import Puff
 from ..uw_spectral.lamps.lamp import Lamp
-from ..uw_spectral.lamps.lamp_channels import fold_lamps
+from ..uw_spectral.lamps.lamp_channels import project_lamps
 from ..uw_spectral.lamps.multiple_scattering import lamp_water
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectral_image import write_png
 from ..uw_spectral.transfer.channels import channels_of_bands
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import parse_phase
-from ..validation.cloud_photons import GreyPuff, radiance
+from ..validation.cloud_photons import GreyBlob, radiance
 from ._places import Compared, Place, ball, camera_at, ground
 from .runner import Ask, Page, Target, table
 
@@ -46,7 +46,7 @@ _COST_SIZE, _COST_SAMPLES = (240, 135), 16
 _TORCH, _WATTS, _CONE, _BLEND = (0.45, 0.0, -_DEPTH + 0.25), 400.0, math.radians(50.0), 0.5
 _MIDDLE = (0.0, 3.0, -_DEPTH)
 _VOXELS = 64  # along each side of a plume
-# Of a lamp before photons, from the middle of the puff.
+# Of a lamp before photons, from the middle of the blob.
 _LAMP = (0.4, -3.0, 0.2)
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ class Case:
 
     ``look`` is the camera's angle from straight down in degrees, ``watts`` the power of a torch
     beside it, ``sunlight`` a factor on sun and sky, ``grid`` whether the cloud is a volume object
-    of noise instead of a puff.
+    of noise instead of a blob.
     """
 
     water: str
@@ -100,7 +100,7 @@ _GRIDS = (
 )
 
 
-def build(case: Case, puffs: int = 1) -> bpy.types.Object:
+def build(case: Case, blobs: int = 1) -> bpy.types.Object:
     """Build three balls, sand and a cloud among them in the open file; return the camera."""
     scene = bpy.context.scene
     camera = camera_at((0.0, 0.0, -_DEPTH), (math.radians(case.look), 0, 0), math.radians(60.0))
@@ -109,8 +109,8 @@ def build(case: Case, puffs: int = 1) -> bpy.types.Object:
     if case.grid:
         item = add_plume(scene, _MIDDLE)
         item.underwater.constituent, item.underwater.concentration = "minerals", case.concentration
-    for number in range(puffs if case.concentration and not case.grid else 0):
-        item = new_clouds.add_puff(scene, case.constituent)
+    for number in range(blobs if case.concentration and not case.grid else 0):
+        item = new_clouds.add_blob(scene, case.constituent)
         item.location.x += 1.5 * number
         item.location.y += 1.0 * number
         item.underwater.concentration = case.concentration
@@ -170,7 +170,7 @@ def add_plume(scene: bpy.types.Scene, place: Sequence[float]) -> bpy.types.Objec
 
 
 def _parallel(view: Sequence[float], away: float) -> tuple[list[Array], list[float]]:
-    """Rays about the middle of the puff: where they begin, and their direction."""
+    """Rays about the middle of the blob: where they begin, and their direction."""
     v = np.array(view)
     u = np.cross(v, [1.0, 0.2, 0.1])
     u /= np.linalg.norm(u)
@@ -195,9 +195,9 @@ def _grey_cloud(
 ) -> CloudNumbers:
     a, b, one = float(matter.absorption[0]), float(matter.scattering[0]), np.ones(3)
     wide, turned = b * (1.0 - blunt.peak), b * (1.0 - matter.phase.g)
-    puff = Puff.of_axes((0, 0, 0), 2.0 * _SIGMA * np.eye(3))
+    blob = GaussianBlob.of_axes((0, 0, 0), 2.0 * _SIGMA * np.eye(3))
     return CloudNumbers(
-        puff.middle, puff.rows, (a + b) * one, (a + wide) * one, wide / (a + wide) * one,
+        blob.middle, blob.rows, (a + b) * one, (a + wide) * one, wide / (a + wide) * one,
         sun * one, 0 * one, ambient * one, 0 * one, 0 * one, 0 * one, 0 * one,
         (a + turned) * one, turned / (a + turned) * one, 0.0,
         blunt.asymmetry, blunt.ceiling, blunt.peak,
@@ -210,10 +210,10 @@ def _cpu() -> float:
 
 def compare(case: Case, samples: int, ask: Ask) -> Compared:
     """Render a case by both engines."""
-    usual = {
+    typical = {
         k: getattr(SceneSettings(), k) for k in ("surface", "sky", "sun_zenith", "sun_azimuth")
     }
-    settings = {**usual, "sunlight": case.sunlight, "bands": case.bands}
+    settings = {**typical, "sunlight": case.sunlight, "bands": case.bands}
     name = f"{case.water} {case.light} {case.concentration:g} {case.constituent} {case.grid}"
     place = Place(
         name, lambda: build(case), case.water.removeprefix("jerlov:"), size=_SIZE, drawn=8,
@@ -248,15 +248,15 @@ def compared_rows(
     return rows, worst
 
 
-def _grey(concentration: float, constituent: str) -> tuple[SuspendedMatter, GreyPuff, str]:
+def _grey(concentration: float, constituent: str) -> tuple[SuspendedMatter, GreyBlob, str]:
     matter = suspended_matter(constituent, concentration, [550.0])
     a, b = float(matter.absorption[0]), float(matter.scattering[0])
     depth = f"{(a + b) * _SIGMA * math.sqrt(2.0 * math.pi):.1f}"
-    return matter, GreyPuff(_SIGMA, a, b, matter.phase), depth
+    return matter, GreyBlob(_SIGMA, a, b, matter.phase), depth
 
 
 def photons_row(concentration: float, constituent: str = "minerals") -> list[str]:
-    """Compare the light of a puff in a beam, and in light from all sides, with photons."""
+    """Compare the light of a blob in a beam, and in light from all sides, with photons."""
     matter, grey, depth = _grey(concentration, constituent)
     blunt, cells = blunt_phase(matter.phase), []
     for isotropic in (False, True):
@@ -267,7 +267,7 @@ def photons_row(concentration: float, constituent: str = "minerals") -> list[str
 
 
 def lamp_row(concentration: float, constituent: str = "minerals") -> list[str]:
-    """Compare the light of a puff in the light of a lamp with photons."""
+    """Compare the light of a blob in the light of a lamp with photons."""
     matter, grey, depth = _grey(concentration, constituent)
     views = _VIEWS | {"side": (1.0, 0.0, 0.0), "towards": (0.0, -1.0, 0.0)}
     traced = radiance(grey, _SUN, views, lamp=_LAMP, count=200_000)
@@ -275,24 +275,24 @@ def lamp_row(concentration: float, constituent: str = "minerals") -> list[str]:
     water = lamp_water([0.0] * 3, [0.0] * 3, nothing)
     lamp = Lamp(_LAMP, (0.0, 1.0, 0.0), np.ones(3))
     channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
-    folded = fold_lamps([lamp], water, channels, clouds=_SIGMA)
+    projected = project_lamps([lamp], water, channels, clouds=_SIGMA)
     cloud = with_escapes(_grey_cloud(matter, blunt_phase(matter.phase), sun=0.0, ambient=0.0))
     clouds = Clouds(Several([cloud]), [matter.phase], _SUN)
     ratios = []
     for name, view in views.items():
-        light = path_light(folded, clouds, *_parallel(view, 60.0), np.full((48, 1), 200.0))
+        light = path_light(projected, clouds, *_parallel(view, 60.0), np.full((48, 1), 200.0))
         ratios.append(float(light[:, 0].mean()) / traced[name])
     return [f"{concentration:g}", depth, "/".join(f"{x:.2f}" for x in ratios)]
 
 
 def seconds_of_frames(
-    puffs: int, watts: float = 0.0, constituent: str = "minerals", *, grid: bool = False
+    blobs: int, watts: float = 0.0, constituent: str = "minerals", *, grid: bool = False
 ) -> tuple[float, float]:
     """CPU seconds of the first and of a later picture in real time."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = _COST_SIZE
-    camera = build(Case("jerlov:II", 12.0, watts=watts, constituent=constituent, grid=grid), puffs)
+    camera = build(Case("jerlov:II", 12.0, watts=watts, constituent=constituent, grid=grid), blobs)
     plan = make_plan(SceneSettings(water="jerlov:II", samples=_COST_SAMPLES, diffuse_shadows=False))
     extent = water_body.water_extent(scene, plan.column, _DEPTH)
     seconds = [_cpu()]
@@ -314,9 +314,9 @@ def measure(ask: Ask) -> Mapping[str, object]:
     compared, worst = compared_rows(_CASES, {1: "clouds.png", 4: "clouds_by_torch.png"}, ask)
     grids, _ = compared_rows(_GRIDS, {1: "clouds_of_grids.png"}, ask)
     costs = [
-        ["a grid" if grid else puffs, "a torch" if watts else "none",
-         *(f"{x:.1f}" for x in seconds_of_frames(puffs, watts, grid=grid))]
-        for puffs, watts, grid in ((0, 0.0, False), (1, 0.0, False), (3, 0.0, False),
+        ["a grid" if grid else blobs, "a torch" if watts else "none",
+         *(f"{x:.1f}" for x in seconds_of_frames(blobs, watts, grid=grid))]
+        for blobs, watts, grid in ((0, 0.0, False), (1, 0.0, False), (3, 0.0, False),
                                    (0, _WATTS, False), (1, _WATTS, False), (0, 0.0, True),
                                    (0, _WATTS, True))[: ask.costs]
     ]  # fmt: skip
@@ -334,7 +334,7 @@ BY_LAMP = ("g/m³", "optical depth", "along / down / up / side / towards")
 PAGE = Page(
     "Clouds",
     """
-A puff of minerals (σ .5 m) 3 m before a camera at 5 m, by day, and by a torch beside the camera; 48
+A blob of minerals (σ .5 m) 3 m before a camera at 5 m, by day, and by a torch beside the camera; 48
 × 30 pixels, 8 bands by day and 3 with the torch.
 
 ![EEVEE, Cycles](clouds.png)
@@ -351,16 +351,16 @@ well.
 {compared}
 
 ## Grids of volume objects
-Noise in a ball of 1.2 m instead of the puff, 64 voxels along each side; EEVEE follows each ray in
+Noise in a ball of 1.2 m instead of the blob, 64 voxels along each side; EEVEE follows each ray in
 40 steps.
 
 ![EEVEE, Cycles](clouds_of_grids.png)
 
 {grids}
 
-## The light of a puff against photons
+## The light of a blob against photons
 In empty space, at 550 nm, radiance over that of photons (noise 1 to 3 %), in a beam 22° from the
-vertical and in light from all sides, where a puff that absorbs nothing is invisible within .2 %.
+vertical and in light from all sides, where a blob that absorbs nothing is invisible within .2 %.
 
 {photons}
 

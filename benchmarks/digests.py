@@ -39,7 +39,7 @@ _SKIPPED = {
 
 @dataclass(frozen=True)
 class _Case:
-    """Settings, and what else there is: a lamp, a glowing thing, a mirror, a camera in the air."""
+    """Settings, and what else there is: a lamp, a glowing object, a mirror, a camera in the air."""
 
     settings: Mapping[str, Any]
     mode: Mode = REALTIME
@@ -51,7 +51,7 @@ _CASES = {
     "flat": _Case({"surface": "flat"}),
     "no floor": _Case({"surface": "flat", "floor_depth": 0.0}),
     "waves": _Case({"surface": "waves", "wave_resolution": 32}),
-    "shade": _Case({"surface": "flat", "diffuse_shadows": True}),
+    "occlusion": _Case({"surface": "flat", "diffuse_shadows": True}),
     "shafts": _Case({"surface": "flat", "shafts": True}),
     "waves and shafts": _Case({"surface": "waves", "wave_resolution": 32, "shafts": True}),
     "lamps": _Case({"surface": "flat"}, with_="lamps"),
@@ -177,7 +177,7 @@ def _values(node: bpy.types.Node) -> list[object]:
 
 
 def _properties(owner: bpy.types.bpy_struct) -> list[object]:
-    """Numbers, words and names of data-blocks of a thing of Blender's."""
+    """Numbers, words and names of data-blocks of an object of Blender's."""
     found = []
     for prop in owner.bl_rna.properties:
         if prop.identifier in _SKIPPED or prop.type == "COLLECTION":

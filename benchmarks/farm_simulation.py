@@ -96,7 +96,7 @@ class Outcome:
 
     @property
     def efficiency(self) -> float:
-        """Share of the workers' time that renders and develops."""
+        """Fraction of the workers' time that renders and develops."""
         return self.work / (self.workers * self.seconds)
 
 
@@ -261,7 +261,7 @@ def measure(_: Ask) -> Mapping[str, object]:
             ("a task a frame, developed in it", _SHOT, Order.WHOLE_FRAMES),
         ):
             now = 100 * simulate(shot, costs, 1000, order).efficiency
-            most = (scaling_limit(shot, costs, order, share) for share in (0.9, 0.5))
+            most = (scaling_limit(shot, costs, order, fraction) for fraction in (0.9, 0.5))
             limits.append([f"{kind}, {what}", f"{now:.0f} %", *most])
     heads = ("workers", "hours", "efficiency", "pictures per hour", "first picture, h", "by step")
     return {

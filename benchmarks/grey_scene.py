@@ -25,7 +25,7 @@ from ..settings.scene_settings import DEFAULT_PHASE, SceneSettings
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.pixel import surface_light
-from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
+from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
@@ -141,8 +141,8 @@ def closed_form_image(
     """Return the band radiances of the closed form, shape (h, w, n)."""
     field = light_field_of(column, phase)
     water = solve_closed_form(field, phase, depth, column.sun_direction)
-    undisturbed = UndisturbedWater(water, column.skylight)
-    return _image(undisturbed, column, depth, width, height, oversampling)
+    unoccluded = UnoccludedWater(water, column.skylight)
+    return _image(unoccluded, column, depth, width, height, oversampling)
 
 
 def solved_image(
@@ -161,7 +161,7 @@ def solved_image(
 
 
 def _image(
-    water: UndisturbedWater | TabulatedWater,
+    water: UnoccludedWater | TabulatedWater,
     column: WaterColumn,
     depth: float,
     width: int,

@@ -17,7 +17,7 @@ from ..validation.constituent_seas import (
     constituents_of_figure2,
     inversion_round_trip,
     kd_round_trip,
-    luminous_shares,
+    luminous_fractions,
     water_colour,
 )
 from ..validation.kd import chlorophyll_jerlov, jerlov_chlorophyll
@@ -83,7 +83,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         values = np.concatenate([row[key] for row in trip.values() if key in row])
         overall.append((key, spread(100 * np.abs(values - 1), ".1f", (0.5, 0.9, 1.0))))
     parts = (*PROCESSES, "all", "all, luminance")
-    shares = {name: luminous_shares(sea.constituents) for name, sea in named_waters().items()}
+    fractions = {name: luminous_fractions(sea.constituents) for name, sea in named_waters().items()}
     back = inversion_round_trip()
     over = {
         key: 100 * np.abs(np.concatenate([row[key].ravel() for row in back.values()]) - 1)
@@ -98,7 +98,8 @@ def measure(ask: Ask) -> Mapping[str, object]:
     ]  # fmt: skip
     return {
         "shares": table(
-            ("sea", *parts), [[n, *(f"{100 * x[p]:.2f}" for p in parts)] for n, x in shares.items()]
+            ("sea", *parts),
+            [[n, *(f"{100 * x[p]:.2f}" for p in parts)] for n, x in fractions.items()],
         ),
         "case1": table(
             ("C, mg/m³", "measured", "merged", "before", "Lee 2013", "solved", "`chl:C`",

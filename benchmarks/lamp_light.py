@@ -59,7 +59,7 @@ def even_in_angle(lamp: Lamp, P: float, c: float, phase: BandPhase, nodes: int) 
 def _by_nodes(lamp: Lamp, P: float, c: float, phase: BandPhase, nodes: int) -> float:
     ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), P)
     one = np.ones(1)
-    return float(lamp_path.scattered_once(lamp, ray, one, c * one, phase, nodes=nodes)[0])
+    return float(lamp_path.single_scattering(lamp, ray, one, c * one, phase, nodes=nodes)[0])
 
 
 def quadrature_errors(
@@ -97,8 +97,8 @@ def solved(case: lamp_cases.Case, albedo: float) -> tuple[float, float]:
         parts = [float(E[0]) for E in surface_irradiance(lamp, patch, water)]
         return parts[0], sum(parts)
     ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), min(case.P, 1e6))
-    once, more = (float(L[0]) for L in lamp_light(lamp, ray, water))
-    return once, once + more
+    single, more = (float(L[0]) for L in lamp_light(lamp, ray, water))
+    return single, single + more
 
 
 def photon_errors(count: int, traced: NDArray[np.float64]) -> list[Row]:
@@ -107,11 +107,11 @@ def photon_errors(count: int, traced: NDArray[np.float64]) -> list[Row]:
     for case, found in zip(lamp_cases.unseen(count), traced, strict=True):
         for albedo in _ALBEDOS:
             value, error = summed(found, albedo)
-            once, whole = solved(case, albedo)
+            single, whole = solved(case, albedo)
             if case.kind == "patch":
-                value += once
+                value += single
             if error < _NOISE * value:
-                rows.append((case, albedo, once / value - 1, whole / value - 1, error / value))
+                rows.append((case, albedo, single / value - 1, whole / value - 1, error / value))
     return rows
 
 
@@ -142,12 +142,12 @@ _GROUPS: dict[str, Callable[[Row], bool]] = {
 
 def measure(ask: Ask) -> Mapping[str, object]:
     """Integrate and trace the cases."""
-    once = []
+    single = []
     for in_view, (name, phase) in itertools.product((False, True), _PHASES.items()):
         errors = quadrature_errors(in_view, phase)
         where = "in view" if in_view else "beside the camera"
         cells = (spread(100 * x, ".2g", (0.95, 1.0)) for x in errors.values())
-        once.append([f"{where}, {name}", *cells])
+        single.append([f"{where}, {name}", *cells])
 
     def traced() -> list[NDArray[np.float64]]:
         cases = enumerate(lamp_cases.unseen(ask.cases))
@@ -159,7 +159,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         if len(chosen):
             more.append([name, len(chosen), *(spread(x, ".0f") for x in chosen.T)])
     return {
-        "once": table(("lamp", "ξ", "ξ^⅓"), once),
+        "once": table(("lamp", "ξ", "ξ^⅓"), single),
         "noise": 100 * float(np.median([row[4] for row in rows])),
         "counted": f"{len(rows)} of {ask.cases * len(_ALBEDOS)}",
         "more": table(("cases", "number", "once only", "all of it"), more),

@@ -12,8 +12,8 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..scene.seen import lamps
-from ..scene.seen.lamps import plan_lamps
+from ..scene.readers import lamps
+from ..scene.readers.lamps import plan_lamps
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.water.phase import BandPhase

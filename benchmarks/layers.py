@@ -133,7 +133,7 @@ def band_curves(truth: dict[str, Any]) -> FormationCurves:
     return FormationCurves(*(np.array(of_bands[n]) for n in ("z", "beta_D", "beta_B", "B_inf")))
 
 
-def _share(x: float) -> str:
+def _fraction(x: float) -> str:
     return f"{100 * x:.2g} %"
 
 
@@ -213,12 +213,13 @@ def measure(ask: Ask) -> Mapping[str, object]:
         ]),
         "median": max(float(np.median(x)) for x in errors),
         "most": max(float(np.percentile(x, 95)) for x in errors),
-        "exact": f"{exact:.0e}", "left": _share(left), "same": _share(same), "taken": _share(taken),
+        "exact": f"{exact:.0e}", "left": _fraction(left), "same": _fraction(same),
+        "taken": _fraction(taken),
         "traced": f"{ratio.mean():.3f} ± {ratio.std() / np.sqrt(ratio.size):.3f}",
         "fits": table(("", "β_D", "β_B", "B∞"),
-                      [[name, *map(_share, x)] for name, x in fits.items()]),
+                      [[name, *map(_fraction, x)] for name, x in fits.items()]),
         "fitted": 100 * max(fits["each band"]),
-        "own": _share(_against_own_light(far.layers, of_sensor)),
+        "own": _fraction(_against_own_light(far.layers, of_sensor)),
         "costs": table(("", "without", "all layers"), costs),
     }  # fmt: skip
 

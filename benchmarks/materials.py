@@ -1,6 +1,6 @@
 """Kinds of materials and objects under water: EEVEE against converged Cycles, kind by kind.
 
-Twelve things stand on sand in each picture. A kind's colour difference is the mean CIE2000 over
+Twelve objects stand on sand in each picture. A kind's colour difference is the mean CIE2000 over
 blocks of pixels that lie within it.
 """
 
@@ -45,7 +45,7 @@ def settings(samples: int = 64) -> SceneSettings:
 
 
 def build(kinds: Sequence[Kind]) -> tuple[list[bpy.types.Object], list[Vector]]:
-    """Fill an empty file with things of some kinds, and a camera; return them and their places."""
+    """Fill an empty file with objects of some kinds, and a camera; return them and their places."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     items, places = [], []
@@ -70,7 +70,7 @@ def build(kinds: Sequence[Kind]) -> tuple[list[bpy.types.Object], list[Vector]]:
 
 
 def _masks(items: Sequence[bpy.types.Object], places: Sequence[Vector]) -> NDArray[np.int32]:
-    """Return the number of the thing that each pixel shows, -1 for none, shape (h, w)."""
+    """Return the number of the object that each pixel shows, -1 for none, shape (h, w)."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     trees = [_tree_of(item, place, depsgraph) for item, place in zip(items, places, strict=True)]
     camera = bpy.context.scene.camera
@@ -91,7 +91,7 @@ def _masks(items: Sequence[bpy.types.Object], places: Sequence[Vector]) -> NDArr
 
 
 def _tree_of(item: bpy.types.Object, where: Vector, depsgraph: bpy.types.Depsgraph) -> BVHTree:
-    """Faces of a thing; those of a ball around its middle where it has none."""
+    """Faces of an object; those of a ball around its middle where it has none."""
     import bmesh
 
     shape = bmesh.new()
@@ -150,7 +150,8 @@ def measure(ask: Ask) -> Mapping[str, object]:
 PAGE = Page(
     "Materials and objects",
     """
-Sixty-five kinds of what users give things on sand at 7 m in Jerlov IB, sun at 30°, six bands: EEVEE
+Sixty-five kinds of what users give objects on sand at 7 m in Jerlov IB, sun at 30°, six bands:
+EEVEE
 in real time against Cycles with 2 × {samples} samples. Mean ΔE2000 of blocks of 3 × 3 pixels within
 a kind, what 95 % stay below, EEVEE over Cycles in luminance. {count} kinds are drawn; {close} kinds
 are at most at 2.5; the others:
@@ -163,8 +164,8 @@ are at most at 2.5; the others:
 - EEVEE draws sharp reflections of the water only; balls of glass are no lenses.
 - Translucent bodies are lit by half of what falls on either side; hair keeps no light from other
   hair and is half again too bright.
-- Clear coloured things show the mean of the channels behind them in the colour of open water.
-- Volumes in things are left out of EEVEE's modes, and log, record and panel name them.
+- Clear coloured objects show the mean of the channels behind them in the colour of open water.
+- Volumes in objects are left out of EEVEE's modes, and log, record and panel name them.
 """,
     (
         Target("mean ΔE2000 of kinds that are drawn", "mean", 2.0),

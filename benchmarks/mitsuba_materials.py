@@ -1,6 +1,6 @@
 """Materials under water by Cycles, by EEVEE and by Mitsuba 3.
 
-Three balls and a pane in the water of one scene, whose radiances are compared thing by thing. In
+Three balls and a pane in the water of one scene, whose radiances are compared object by object. In
 Mitsuba the interfaces have the indices of both sides: 1.5 in 1.34. The sun is a disc wide enough
 for paths through glass to find it.
 """
@@ -45,13 +45,13 @@ _LEAN, _THIN = math.radians(55.0), 0.08  # of the pane, as :func:`.slab` makes i
 _SUN_WIDTH = math.radians(10.0)
 _GLASS, _DIFFUSE, _DARK = 1.5, 0.5, 0.05
 _GOLD, _METAL_ROUGHNESS, _PLASTIC_ROUGHNESS = (0.9, 0.6, 0.2), 0.3, 0.2
-_INSIDE = 0.93  # of a thing's size: its edges are left out
+_INSIDE = 0.93  # of an object's size: its edges are left out
 _EEVEE_SAMPLES = 64
 
 DIFFUSE, METAL, PLASTIC, PANE = "diffuse ball", "rough metal ball", "plastic ball", "glass pane"
-SHADE, REST = "floor in the pane's shade", "all the rest"
-PLACES = (DIFFUSE, METAL, PLASTIC, PANE, SHADE, REST)
-"""What is compared: pixels that show a thing, or the floor."""
+OCCLUSION, REST = "floor in the pane's shade", "all the rest"
+PLACES = (DIFFUSE, METAL, PLASTIC, PANE, OCCLUSION, REST)
+"""What is compared: pixels that show an object, or the floor."""
 CYCLES, STRAIGHT, EEVEE = "Cycles", "Cycles, sun straight through", "EEVEE"
 MITSUBA, INNER = "Mitsuba", "Mitsuba, roughplastic"
 
@@ -118,20 +118,20 @@ def _where(number: int) -> NDArray[np.float64]:
 
 
 def build_scene() -> bpy.types.Object:
-    """Fill an empty file with the things, and return the camera."""
+    """Fill an empty file with the objects, and return the camera."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(_DEPTH, WIDTH, HEIGHT)
     bpy.data.objects.remove(bpy.data.objects["sphere"])
     plastic = {"Base Color": (_DARK, _DARK, _DARK), "Roughness": _PLASTIC_ROUGHNESS, "IOR": _GLASS}
-    things = (
+    objects = (
         (sphere, "BsdfDiffuse", {"Color": (_DIFFUSE, _DIFFUSE, _DIFFUSE)}),
         (sphere, "BsdfPrincipled",
          {"Base Color": _GOLD, "Roughness": _METAL_ROUGHNESS, "Metallic": 1.0}),
         (sphere, "BsdfPrincipled", plastic),
         (slab, "BsdfGlass", {"Color": (1.0, 1.0, 1.0), "Roughness": 0.0, "IOR": _GLASS}),
     )  # fmt: skip
-    for number, (thing, shader, values) in enumerate(things):
-        item = thing(_material(shader, values))
+    for number, (body, shader, values) in enumerate(objects):
+        item = body(_material(shader, values))
         item.location = _where(number).tolist()
     bpy.context.view_layer.update()
     return camera
@@ -153,10 +153,10 @@ def _material(
     return material
 
 
-def things_in_mitsuba(
+def objects_in_mitsuba(
     mitsuba: ModuleType, plan: render_plan.RenderPlan, band: int, *, inner: bool
 ) -> dict:
-    """Describe the things in a band; with ``inner``, plastic as Mitsuba has it.
+    """Describe the objects in a band; with ``inner``, plastic as Mitsuba has it.
 
     Otherwise it is what Blender means: a matte base and the mirror of a dielectric above it.
     """
@@ -208,7 +208,7 @@ def _mitsuba_scene(
     scene = mitsuba_scene(mitsuba, plan, band, _DEPTH, half_width)
     del scene["sphere"], scene["sun"]
     scene["sky"]["bitmap"] = mitsuba.Bitmap(sky_with_sun(plan.column, band))
-    return {**scene, **things_in_mitsuba(mitsuba, plan, band, inner=inner)}
+    return {**scene, **objects_in_mitsuba(mitsuba, plan, band, inner=inner)}
 
 
 def sky_with_sun(column: WaterColumn, band: int) -> NDArray[np.float32]:
@@ -241,9 +241,9 @@ def places_seen(column: WaterColumn) -> NDArray[np.bool_]:
     touched = [_meets_ball(eye, ray, _where(number), 1.1) for number in range(3)]
     covered = np.any([*touched, _meets_pane(eye, ray, 1.2)], axis=0)
     to_sun = np.broadcast_to(-column.sun_direction, floor.shape)
-    shaded = _meets_pane(floor, to_sun, 0.85) & (ray[..., 2] < 0.0) & ~covered
+    occluded = _meets_pane(floor, to_sun, 0.85) & (ray[..., 2] < 0.0) & ~covered
     rest = ~(covered | _meets_pane(floor, to_sun, 1.4))
-    return np.stack([*seen, shaded, rest])
+    return np.stack([*seen, occluded, rest])
 
 
 def _meets_ball(
@@ -342,7 +342,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
     rows = []
     for one, other, places in (
         (CYCLES, MITSUBA, PLACES),
-        (STRAIGHT, MITSUBA, (SHADE,)),
+        (STRAIGHT, MITSUBA, (OCCLUSION,)),
         (CYCLES, INNER, (PLASTIC,)),
         (EEVEE, MITSUBA, PLACES),
     ):

@@ -155,7 +155,7 @@ def _medium(plan: RenderPlan, band: int) -> dict:
         s2 = (1.0 - np.linspace(-1.0, 1.0, _COSINES)) / 2.0
         values = bounded.per_steradian(s2)[:, band]
         described = {"type": "tabphase", "values": ",".join(f"{v:.8g}" for v in values)}
-        b *= float(bounded.shares[:, band].sum())
+        b *= float(bounded.fractions[:, band].sum())
     return {"type": "homogeneous", "sigma_t": a + b, "albedo": b / (a + b), "phase": described}
 
 

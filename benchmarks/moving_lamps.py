@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.engines import engines
-from ..scene.seen import cameras, lamps
-from ..scene.seen.ray_casting import Meshes
+from ..scene.readers import cameras, lamps
+from ..scene.readers.ray_casting import Meshes
 from ..scene.water import water_body
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene

@@ -1,8 +1,8 @@
-"""Things in the water: how bright EEVEE draws them, over Cycles.
+"""Objects in the water: how bright EEVEE draws them, over Cycles.
 
 Balls, cubes and plates, black, grey and white, seen level, from below and from above. Of each
-water, angular radius and distance one is drawn; what varies beside takes turns. A black thing shows
-nothing but the water before it, and what is scattered forward past it or blocked by it.
+water, angular radius and distance one is drawn; what varies beside takes turns. A black object
+shows nothing but the water before it, and what is scattered forward past it or blocked by it.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _VIEWS = {"level": (0.0, 1.0, 0.0), "up": (0.0, 0.05, 1.0), "down": (0.0, 0.05, 
 _DEPTHS = {"level": 5.0, "up": 13.0, "down": 3.0}
 _FLOORS = {"level": 14.0, "up": 14.0, "down": 18.0}
 _FLOOR = 0.3
-_INNER = 0.8  # of the thing's angular radius
+_INNER = 0.8  # of the object's angular radius
 
 
 @dataclass(frozen=True)
-class Thing:
+class LitObject:
     """What is drawn, and from where.
 
     ``angle`` is its angular radius in degrees, of cubes that of the face that is seen;
@@ -109,12 +109,12 @@ class Thing:
         bpy.context.object.data.materials.append(matt([_GREYS[self.grey]] * 3))
 
 
-def _things() -> Iterator[Thing]:
+def _objects() -> Iterator[LitObject]:
     """Return each of water, angle and distance, with what takes turns."""
     for (i, water), (j, angle), (k, distance) in itertools.product(
         enumerate(_WATERS), enumerate(_ANGLES), enumerate(_DISTANCES)
     ):
-        yield Thing(
+        yield LitObject(
             water, angle, distance,
             _SHAPES[(i + j + k) % 3], list(_GREYS)[(i + 2 * j) % 3],
             list(_VIEWS)[(2 * i + j // 2 + k) % 3],
@@ -122,18 +122,18 @@ def _things() -> Iterator[Thing]:
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
-    """Draw the things: |EEVEE over Cycles - 1| of the pixels well inside them, by band."""
+    """Draw the objects: |EEVEE over Cycles - 1| of the pixels well inside them, by band."""
     groups: dict[tuple[str, str], list[NDArray[np.float64]]] = defaultdict(list)
-    things = list(_things())[: ask.things]
-    for thing in things:
-        place, inner = thing.place(ask.samples), thing.inner()
+    objects = list(_objects())[: ask.objects]
+    for item in objects:
+        place, inner = item.place(ask.samples), item.inner()
         camera = place.open()
-        cycles = ask.kept(str(thing), lambda p=place, c=camera: p.by_cycles(c, [1]))[0]
+        cycles = ask.kept(str(item), lambda p=place, c=camera: p.by_cycles(c, [1]))[0]
         eevee = place.by_eevee(camera)
         off = np.abs(eevee[inner].mean(axis=0) / cycles[inner].mean(axis=0) - 1.0)
         groups["all", ""].append(off)
         for name in ("view", "water", "angle", "distance"):
-            groups[name, str(getattr(thing, name))].append(off)
+            groups[name, str(getattr(item, name))].append(off)
     found = {key: 100 * np.concatenate(off) for key, off in sorted(groups.items())}
     rows = [
         [*key, *(f"{x:.1f}%" for x in np.quantile(off, (0.5, 0.95, 1.0)))]
@@ -141,22 +141,22 @@ def measure(ask: Ask) -> Mapping[str, object]:
     ]
     median, most = np.quantile(found["all", ""], (0.5, 0.95))
     return {"rows": table(("things", "", "median", "95 %", "worst"), rows),
-            "count": len(things), "median": float(median), "most": float(most)}  # fmt: skip
+            "count": len(objects), "median": float(median), "most": float(most)}  # fmt: skip
 
 
 PAGE = Page(
-    "Things in the light",
+    "Objects in the light",
     """
 {count} balls, cubes and plates (albedo 0, .2, .8) in Jerlov waters, sun at 30°, clear sky, three
 bands: the light of the pixels well inside them, EEVEE over Cycles of {samples} samples. Missed for
-things of 30° and for those seen from below.
+objects of 30° and for those seen from below.
 
 {rows}
 
 ## What differs
-- Things of 30° seen from below keep the sun off the camera: within its shadow, which has the grid's
-  cells for an edge, a few thousandths of the light around the sun are left, and what is black there
-  is up to 2.4 × too bright.
+- Objects of 30° seen from below keep the sun off the camera: within its shadow, which has the
+  grid's cells for an edge, a few thousandths of the light around the sun are left, and what is
+  black there is up to 2.4 × too bright.
 - Large black plates and cubes in 3C are up to 1.4 × too bright.
 """,
     (Target("median, %", "median", 10.0), Target("95 %, %", "most", 25.0)),

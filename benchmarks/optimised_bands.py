@@ -63,8 +63,8 @@ def _spectra(view: Viewpoint, lengths: NDArray[np.float64]) -> NDArray[np.float6
             depth = max(view.depth - w[2] * length, 0.0)
             P = (view.depth - depth) / w[2] if w[2] else length
             patches = _patches(view.column.bands) * view.field.Ed(depth) / math.pi
-            left = np.exp(-view.attenuation * P)
-            spectra.append(background + left * (patches - view.field.radiance(depth, w)))
+            transmittance = np.exp(-view.attenuation * P)
+            spectra.append(background + transmittance * (patches - view.field.radiance(depth, w)))
     return np.vstack(spectra)
 
 

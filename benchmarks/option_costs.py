@@ -18,11 +18,11 @@ from typing import Any
 
 import bpy
 
-from ..quality.costs import COLUMNS, COSTED, USUAL
+from ..quality.costs import COLUMNS, COSTED, TYPICAL
 from ..quality.methods import DRAWN, METHODS, REALTIME, REFERENCE, Method
 from ..quality.terms import Options, settings_of, with_and_without
 from ..scene.engines import engines
-from ..scene.seen import cameras
+from ..scene.readers import cameras
 from ..scene.water.water_body import floor_plane, water_extent
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
@@ -58,7 +58,7 @@ def main(arguments: Sequence[str]) -> None:
         ratio = water_seconds(method, options) / plain
         rows.append((_number(method), *_terms(options), 0, ratio))
         print(*(f"{value:.4g}" for value in rows[-1]), flush=True)
-    rows.append((_number(REFERENCE), *_terms(USUAL), 0, cycles_seconds() / plain))
+    rows.append((_number(REFERENCE), *_terms(TYPICAL), 0, cycles_seconds() / plain))
     rows += [(*[0] * (len(COLUMNS) - 2), maps, s) for maps, s in enumerate((plain, shadowed))]
     without = water_seconds(REALTIME, frozenset()) / plain
     width, height = _RESOLUTION
@@ -70,7 +70,7 @@ def main(arguments: Sequence[str]) -> None:
 
 def configurations() -> list[tuple[Method, Options]]:
     """Return methods and terms to measure: the usual ones, and with each term alone."""
-    options = [USUAL, *(o for term in COSTED for o in with_and_without(term, USUAL))]
+    options = [TYPICAL, *(o for term in COSTED for o in with_and_without(term, TYPICAL))]
     return [(method, o) for method in DRAWN for o in dict.fromkeys(options)]
 
 
@@ -84,7 +84,7 @@ def _terms(options: Options) -> list[int]:
 
 def plain_seconds() -> tuple[float, float]:
     """Return what a sample takes without water, without shadow maps and with them."""
-    settings = _scene(USUAL)
+    settings = _scene(TYPICAL)
     scene = bpy.context.scene
     column = render_plan.make_plan(settings).column
     floor = floor_plane(water_extent(scene, column, _DEPTH), bpy.data.materials.new("plain floor"))
@@ -131,7 +131,7 @@ def _seconds(drawn: Drawing, *, shadows: bool) -> float:
 
 def cycles_seconds() -> float:
     """Return CPU seconds per megapixel and sample of a pass of Cycles."""
-    plan = render_plan.make_plan(_scene(USUAL))
+    plan = render_plan.make_plan(_scene(TYPICAL))
     scene, camera = bpy.context.scene, cameras.find_camera(bpy.context.scene, None)
     extent = water_extent(scene, plan.column, _DEPTH)
     with (

@@ -44,9 +44,9 @@ def _range(values: object, form: str = ".2f") -> str:
 def _tyler(rows: Rows) -> Mapping[str, Any]:
     """Radiance distributions of Lake Pend Oreille."""
     at = tyler.lake()
-    share, lines, fits = at.sky_share(), [], {}
+    fraction, lines, fits = at.sky_fraction(), [], {}
     for name in tyler.PHASES:
-        fits[name] = [tyler.misfit(x) for x in tyler.modelled(name, share)]
+        fits[name] = [tyler.misfit(x) for x in tyler.modelled(name, fraction)]
         cells = [
             cell
             for x in fits[name]
@@ -75,7 +75,7 @@ def _tyler(rows: Rows) -> Mapping[str, Any]:
     heads = ("phase function", "solved: one factor", "each depth", "closed form: one", "each depth")
     return {
         "tyler": table(heads, lines), "directions": count, "c": at.c, "a": at.mean_absorption(),
-        "sky": 100 * share, "shallow": ff[0].by_depth[0], "deep": ff[0].by_depth[-1],
+        "sky": 100 * fraction, "shallow": ff[0].by_depth[0], "deep": ff[0].by_depth[-1],
     }  # fmt: skip
 
 
@@ -184,7 +184,7 @@ def _raman(rows: Rows) -> Mapping[str, Any]:
         three = [x[_SHOWN] for x in (100 * ours, 100 * theirs, older[-1])]
         cells = [f"{x:.1f}/{y:.1f} ({then:.2f})" for x, y, then in zip(*three, strict=True)]
         lines.append([f"{C:g}", *cells])
-    deep = [f"{100 * raman_at_sea.share(0.1, 650.0, y):.0f} %" for y in (0.0, 5.0, 10.0, 20.0)]
+    deep = [f"{100 * raman_at_sea.fraction(0.1, 650.0, y):.0f} %" for y in (0.0, 5.0, 10.0, 20.0)]
     ratios, older = np.array(ratios), np.array(older)
     lee = "Lee et al. 2013"
     rows += [

@@ -4,7 +4,7 @@
 
 Milliseconds of CPU time of this thread, median and worst of the repetitions after one
 warm-up, of Blender's new file or of a scene: in haste, as while a slider moves, and
-when it has come to rest, with all bands and the shade.
+when it has come to rest, with all bands and the occlusion.
 """
 
 from __future__ import annotations

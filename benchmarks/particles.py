@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..scene.engines import engines
 from ..scene.engines.band_engine import BandEngine
-from ..scene.seen import lamps
+from ..scene.readers import lamps
 from ..scene.water import lamp_rigs, water_body
 from ..scene.water.particles import particles_of
 from ..settings import render_plan
@@ -30,7 +30,7 @@ from ..uw_spectral.water.particles import (
     SLOPES,
     number_of_scattering,
     particle_scattering,
-    scattering_share,
+    scattering_fraction,
 )
 from ._denoised import denoised
 from ._places import ball, camera_at, sheet
@@ -55,7 +55,7 @@ class Look:
 
     def plan(self, samples: int) -> render_plan.RenderPlan:
         """Return what is rendered."""
-        usual: dict[str, Any] = {
+        typical: dict[str, Any] = {
             "water": "jerlov:II",
             "bands": 3 if self.night else 6,
             "phase": "hg:0.9",
@@ -65,7 +65,7 @@ class Look:
             "particle_slope": 4.0,
             "samples": samples * (1 if self.engine == "realtime" else _CYCLES),
         }
-        return render_plan.make_plan(SceneSettings(**{**usual, **self.changes}))
+        return render_plan.make_plan(SceneSettings(**{**typical, **self.changes}))
 
 
 _DAY: dict[str, float | str] = {"snow_of_water": 4.0, "plankton": 10.0}
@@ -188,7 +188,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         pictures[look.title] = [kept[:-3].reshape(-1, ask.width, 3)]
         costs.append([look.title, int(count), f"{full / plain:.2f}"])
     sheet(ask.shown("particles.jpg"), pictures, ("",), size=4.0)
-    shares = (f"{100 * scattering_share(x):.2g} % for {x:g}" for x in (4.0, 3.6, SLOPES[0]))
+    fractions = (f"{100 * scattering_fraction(x):.2g} % for {x:g}" for x in (4.0, 3.6, SLOPES[0]))
     kinds = [
         [kind.name, f"{1e3 * kind.smallest:g} to {1e3 * kind.largest:g}",
          f"{kind.reflectance[1]:g}", f"{1e3 * float(kind.rise(5e-4)):+.3g}"]
@@ -197,7 +197,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
     heads = ("water", "particles' b at 550 nm, 1/m", "slope 4", "slope 3.6", "slope 3",
              "above 0.5 mm, slope 3.6")  # fmt: skip
     return {
-        "shares": ", ".join(shares),
+        "shares": ", ".join(fractions),
         "waters": table(heads, _waters()),
         "kinds": table(("kind", "diameter, mm", "reflectance", "rise at 0.5 mm, mm/s"), kinds),
         "costs": table(("", "particles around the camera", "ratio"), costs),

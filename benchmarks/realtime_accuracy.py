@@ -181,7 +181,7 @@ bands, clear sky, sun at 30°, no surface; pictures of 90 × 54 against two Cycl
 samples, their noise taken off the squares but not off single blocks. sRGB RMSE of squares of 3 × 3
 pixels, ΔE2000 of blocks of 9 × 9. The paper's forms get the Kd of Solonenko & Mobley (2015).
 EEVEE's worst blocks are the sphere's shadow on the floor and the water above the sphere
-([shade.md](shade.md)).
+([occlusion.md](occlusion.md)).
 
 EEVEE as it ships is off by ΔE2000 {middle:.2f} in the median of the pictures and {worst:.2f} at
 worst ({where}); 0.8 is what half of all observers see (ISO/TR 28642:2016). Blocks are those of
@@ -190,7 +190,7 @@ and at worst.
 
 {rows}
 
-The shade that EEVEE draws is too bright in the **far red**: in IB it equals the tables to 0.1 %
+The occlusion that EEVEE draws is too bright in the **far red**: in IB it equals the tables to 0.1 %
 without it, and is 2 % (531 nm), 17 % (606 nm) and 38 % (681 nm) brighter with it.
 
 ![Every method, every combination](realtime_accuracy.jpg)

@@ -97,10 +97,10 @@ def _photons() -> list[str]:
         w = np.array([across * np.cos(turn), across * np.sin(turn), -cosine])
         entered = sea.trace(w, above=True)
         entered = entered[:, entered[2] < 0]
-        spread, share = photons(sea, entered, **_WATER), entered.shape[1] / _PHOTONS
+        spread, fraction = photons(sea, entered, **_WATER), entered.shape[1] / _PHOTONS
         if zenith is None:
             sun = np.array([0.0, 0.0, -1.0])
-            flat, waves = (_at(_field(each, sun, 0.0, 1.0 / share), 1.0) for each in (0.0, s))
+            flat, waves = (_at(_field(each, sun, 0.0, 1.0 / fraction), 1.0) for each in (0.0, s))
             straight = spread
         else:
             above = sun_travel_direction(zenith, 0, 1.0)

@@ -34,7 +34,7 @@ SCENES = (
     *(Scene(*each, sun=sun) for sun in (30.0, 70.0) for each in _EACH),
     Scene("III", 1.0, sun=70.0),
     *(Scene(*each, sky="overcast") for each in (_EACH[3], _EACH[5])),
-    *(Scene(*each, things=True) for each in (_EACH[2], _EACH[3], _EACH[5])),
+    *(Scene(*each, objects=True) for each in (_EACH[2], _EACH[3], _EACH[5])),
     *(Scene(*each, forward_peak=EXACT) for each in (_EACH[1], _EACH[2])),
     *(Scene(*each, phase=_SMOOTH) for each in (_EACH[3], _EACH[5])),
 )
@@ -112,13 +112,13 @@ def _compared(ask: Ask) -> list[Comparison]:
 
 def _summary(comparisons: list[Comparison]) -> list[list[str]]:
     rows = []
-    for name, phase, things in (
-        (f"{DEFAULT_PHASE}, no things", DEFAULT_PHASE, False),
-        (f"{DEFAULT_PHASE}, things", DEFAULT_PHASE, True),
+    for name, phase, objects in (
+        (f"{DEFAULT_PHASE}, no objects", DEFAULT_PHASE, False),
+        (f"{DEFAULT_PHASE}, objects", DEFAULT_PHASE, True),
         (f"{_SMOOTH}, all", _SMOOTH, None),
     ):
         some = [c for c in comparisons
-                if c.scene.phase == phase and things in (None, c.scene.things)]  # fmt: skip
+                if c.scene.phase == phase and objects in (None, c.scene.objects)]  # fmt: skip
         if some:
             solved = [c.delta_e("solved") for c in some]
             green, error = max((c.luminance("solved") for c in some), key=lambda pair: abs(pair[0]))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.engines import engines
-from ..scene.seen.ray_casting import Meshes
+from ..scene.readers.ray_casting import Meshes
 from ..scene.water import water_body
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.spectra.reflectance import emission_basis
@@ -29,12 +29,12 @@ _WHITE = 0.995  # quantile of Cycles' picture that is shown white
 
 
 def _place(
-    title: str, things: Callable[[], object], at: Array, turn: float, *, wind: float | None,
+    title: str, objects: Callable[[], object], at: Array, turn: float, *, wind: float | None,
     floor: float = 8.0, angle: float = _WIDE, size: tuple[int, int] = (96, 54), drawn: int = 8,
     **more: object,
 ) -> Place:  # fmt: skip
     def build() -> bpy.types.Object:
-        things()
+        objects()
         return camera_at(at, (math.radians(turn), 0.0, 0.0), angle)
 
     sea = {"surface": "flat" if wind is None else "waves", "wind_speed": wind or 0.0}
@@ -42,10 +42,10 @@ def _place(
     return Place(title, build, sun=35.0, settings=settings, size=size, drawn=drawn)
 
 
-def _below(title: str, up: float, wind: float | None, things: Callable[[], object]) -> Place:
+def _below(title: str, up: float, wind: float | None, objects: Callable[[], object]) -> Place:
     sea = "flat" if wind is None else f"wind {wind:g} m/s"
     at = (0.0, 0.0, -1.5)
-    return _place(f"{title}, {sea}", things, at, 90.0 + up, wind=wind, size=(120, 66))
+    return _place(f"{title}, {sea}", objects, at, 90.0 + up, wind=wind, size=(120, 66))
 
 
 def _posts() -> None:
@@ -113,28 +113,30 @@ def _mound_and_post() -> None:
     post((1.4, 3.5, -1.5), 0.2, 5.0, (0.55, 0.35, 0.2))
 
 
-def _above(title: str, height: float, turn: float, *, floor: bool = True, things: bool = True,
+def _above(title: str, height: float, turn: float, *, floor: bool = True, objects: bool = True,
            wind: float | None = None, coarser: int = 1, drawn: int = 16) -> Place:  # fmt: skip
     return _place(
-        title, _mound_and_post if things else lambda: None, (0.0, 0.0, height), turn, wind=wind,
+        title, _mound_and_post if objects else lambda: None, (0.0, 0.0, height), turn, wind=wind,
         floor=4.0 if floor else 0.0, angle=math.radians(65.0), drawn=drawn,
         size=(96 // coarser, 54 // coarser), diffuse_shadows=False,
     )  # fmt: skip
 
 
 WATERLINE = (
-    _above("straight down, deep water", 2.0, 0.0, floor=False, things=False),
-    _above("45°, deep water", 2.0, 45.0, floor=False, things=False),
-    _above("45°, floor and things", 2.0, 45.0),
-    _above("75°, floor, things and horizon", 1.5, 75.0),
-    _above("75°, floor, waves", 1.5, 75.0, things=False, wind=4.0, drawn=2, coarser=2),
+    _above("straight down, deep water", 2.0, 0.0, floor=False, objects=False),
+    _above("45°, deep water", 2.0, 45.0, floor=False, objects=False),
+    _above("45°, floor and objects", 2.0, 45.0),
+    _above("75°, floor, objects and horizon", 1.5, 75.0),
+    _above("75°, floor, waves", 1.5, 75.0, objects=False, wind=4.0, drawn=2, coarser=2),
     _above("half under water, level", 0.005, 88.0),
 )
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
     """Render the scenes of a page."""
-    places = {"mirrored": MIRRORED, "window_things": WINDOW, "waterline": WATERLINE}[ask.name]
+    places = {"planar_reflection": MIRRORED, "planar_refraction": WINDOW, "waterline": WATERLINE}[
+        ask.name
+    ]
     rows, pictures, means, edges = [], {}, [], []
     for place in places[: ask.cases]:
         place = replace(place, samples=ask.samples)
@@ -155,7 +157,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
 
 
 def _mirrored(place: Place, ask: Ask) -> tuple[Compared, list[str], float, list[float]]:
-    forms = {"without": {"mirrored_things": False}, "bands": {}}
+    forms = {"without": {"planar_reflections": False}, "bands": {}}
     found = place.compared(place.open(), _BLOCK, ask.kept, forms=forms, clock=time.process_time)
     off = [found.delta_e(name) for name in ("without", "bands", "real time")]
     numbers = (*(x.mean() for x in off), np.quantile(off[1], 0.95), found.noise.mean())
@@ -165,7 +167,7 @@ def _mirrored(place: Place, ask: Ask) -> tuple[Compared, list[str], float, list[
 
 
 def window_errors(place: Place, kept: Callable[..., Array]) -> tuple[Compared, Array, Array]:
-    """Render things in the air; ΔE2000 and noise of the blocks in Snell's window."""
+    """Render objects in the air; ΔE2000 and noise of the blocks in Snell's window."""
     camera = place.open()
     found = place.compared(camera, _BLOCK, kept, fast=False, clock=time.process_time)
     within = is_in_window(_directions(place, camera)[..., 2:], _index(place))
@@ -204,9 +206,9 @@ def _directions(place: Place, camera: bpy.types.Object, finer: int = 1) -> Array
 
 
 def edge_errors(place: Place) -> tuple[float, float]:
-    """Mean and 95 % of how far edges of things in the air are off under a flat surface, degrees.
+    """Mean and 95 % of how far edges of objects in the air are off under a flat surface, degrees.
 
-    The things glow; what a pixel has of them is compared with rays that are refracted one by one.
+    The objects glow; what a pixel has of them is compared with rays that are refracted one by one.
     """
     fine = replace(place, size=tuple(_FINE * n for n in place.size), drawn=32)
     camera = fine.open()
@@ -236,7 +238,7 @@ def edge_errors(place: Place) -> tuple[float, float]:
 def _traced(
     place: Place, camera: bpy.types.Object, depth: float
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Share of each pixel that things in the air cover, and whether nothing in it is wet."""
+    """Fraction of each pixel that objects in the air cover, and whether nothing in it is wet."""
     w = _directions(place, camera, _RAYS)
     shape, index = w.shape[:2], _index(place)
     w = w.reshape(-1, 3)
@@ -257,15 +259,23 @@ def _traced(
     return covered, in_water == 0.0
 
 
-_OF = {"mirrored": _mirrored, "window_things": _in_window, "waterline": _above_water}
+_OF = {"planar_reflection": _mirrored, "planar_refraction": _in_window, "waterline": _above_water}
 _HEADS = {
-    "mirrored": ("scene", "without", "bands", "real time", "bands, 95 %", "noise", "seconds"),
-    "window_things": ("scene", "ΔE mean", "95 %", "noise", "edges, 95 %", "CPU s"),
+    "planar_reflection": (
+        "scene",
+        "without",
+        "bands",
+        "real time",
+        "bands, 95 %",
+        "noise",
+        "seconds",
+    ),
+    "planar_refraction": ("scene", "ΔE mean", "95 %", "noise", "edges, 95 %", "CPU s"),
     "waterline": ("view", "EEVEE, bands: ΔE mean", "real time", "bands, 95 %", "Cycles' noise"),
 }
 PAGES = {
-    "mirrored": Page(
-        "Things mirrored in the surface",
+    "planar_reflection": Page(
+        "Objects mirrored in the surface",
         """
 Cycles traces what the surface mirrors; EEVEE draws it in a second picture, from the mirror image of
 the camera, and follows rays that waves turn in a few steps. Jerlov IB (HG 0.9), clear sky, sun at
@@ -274,15 +284,15 @@ of 6 × 6 of 120 × 66 pixels; CPU seconds of one pass.
 
 {rows}
 
-![Cycles and EEVEE](mirrored.jpg)
+![Cycles and EEVEE](planar_reflection.jpg)
 
 Not drawn: [limits](../limits.md#surface).
 """,
         (Target("largest mean ΔE2000 of a scene", "worst", 2.0),),
         {"samples": 128, "cases": 99},
     ),
-    "window_things": Page(
-        "Things in the air, seen from below",
+    "planar_refraction": Page(
+        "Objects in the air, seen from below",
         """
 Cycles traces what is seen in Snell's window; EEVEE draws it in a second picture, where refraction
 at a flat surface puts it, and follows rays that waves turn in a few steps.
@@ -294,9 +304,9 @@ shaders compiled.
 
 {rows}
 
-![Cycles and EEVEE](window_things.jpg)
+![Cycles and EEVEE](planar_refraction.jpg)
 
-What is left of the posts in the wind is mostly a mirror image, which *Mirrored things* draws.
+What is left of the posts in the wind is mostly a mirror image, which *Planar reflections* draws.
 Without the second picture hull and pier took 3.5 and 3.7 CPU seconds; the pier took 10.5 instead of
 16.8 once what is hidden threw whole shadows. The surface mirrors the sun onto undersides in EEVEE
 (2 to 3 % of its light), not in Cycles. Not drawn: [limits](../limits.md#surface).
@@ -314,7 +324,7 @@ EEVEE moves the vertices of what lies under water to where refraction makes them
 each pixel works out its ray in the water from there; Cycles traces rays. Where the waterline is on
 the glass of the port EEVEE draws both worlds; a meniscus of 3.1 mm stands at the line.
 
-Jerlov IB (HG 0.9), clear sky, sun at 35°, no shade. Cycles: two pictures of {samples} samples,
+Jerlov IB (HG 0.9), clear sky, sun at 35°, no occlusion. Cycles: two pictures of {samples} samples,
 noise half their difference. ΔE2000 of 6 × 6 of 96 × 54 pixels; angles from straight down.
 
 {rows}

@@ -1,14 +1,14 @@
 """What the real-time water costs over plain fog, in one run on one machine.
 
     python3 dev.py run -m benchmarks water_cost [--scene materials PATH.blend ...]
-        [--bands 6 30 80] [--terms alone shade ...] [--against "fog kept"] [--repeats N]
+        [--bands 6 30 80] [--terms alone occlusion ...] [--against "fog kept"] [--repeats N]
 
 CPU time per sample (the difference of two counts of samples), CPU time of the first frame, and
-peak memory: of a scene without water, of fog, and of water of so many bands, alone and with shade
-of things, lamps, waves and shafts. Each case has a process of its own with an empty shader cache;
-cases are repeated in turn and the least counts. A table of each scene, as ratios to fog, and which
-targets are met; Ctrl-C ends a scene with what is known. Without a GPU EEVEE runs on the CPU: read
-the ratios.
+peak memory: of a scene without water, of fog, and of water of so many bands, alone and with
+occlusion of objects, lamps, waves and shafts. Each case has a process of its own with an empty
+shader cache; cases are repeated in turn and the least counts. A table of each scene, as ratios to
+fog, and which targets are met; Ctrl-C ends a scene with what is known. Without a GPU EEVEE runs on
+the CPU: read the ratios.
 
 Fog is what artists use: the light of each surface times e^(-c P), plus a colour. *fog* takes the
 light by Shader to RGB, *fog kept* mixes the shader with an emission and so keeps its closures. Both
@@ -42,12 +42,12 @@ _MATERIALS = "materials"
 _FOG, _FOG_KEPT = "fog", "fog kept"
 _TERMS = {
     "alone": (),
-    "shade": ("shade",),
+    "occlusion": ("occlusion",),
     "lamps": ("lamps",),
     "waves": ("waves",),
     "shafts": ("shafts",),
-    "shade, lamps, waves": ("shade", "lamps", "waves"),
-    "all": ("shade", "lamps", "waves", "shafts"),
+    "occlusion, lamps, waves": ("occlusion", "lamps", "waves"),
+    "all": ("occlusion", "lamps", "waves", "shafts"),
 }
 _LAMPS = "strobes"  # two spots
 _SHADOW = 0.01  # m, of the sun's shadow, as in the water
@@ -72,7 +72,7 @@ class _Case:
         return SceneSettings(
             bands=self.bands,
             surface="waves" if "waves" in self.terms else "flat",
-            diffuse_shadows="shade" in self.terms,
+            diffuse_shadows="occlusion" in self.terms,
             shafts="shafts" in self.terms,
             samples=1,
         )

@@ -27,7 +27,7 @@ from .set_files import Shape
 from .view import DataSetView, SeenInstance, check_views
 
 _MILLIMETRES = 1e3  # in a metre
-_TARGET = 0.1  # share of a thing that is seen, from which BOP asks for it
+_TARGET = 0.1  # fraction of an object that is seen, from which BOP asks for it
 _MANY, _DIRECTIONS = 2000, 2000
 _FORMATS = (".png", ".jpg", ".tif")
 

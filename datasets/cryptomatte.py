@@ -1,4 +1,4 @@
-"""Cryptomatte: names of things as hashes, ranked by coverage in each pixel.
+"""Cryptomatte: names of objects as hashes, ranked by coverage in each pixel.
 
 References
 ----------
@@ -82,7 +82,7 @@ def read_manifest(texts: Mapping[str, str], typename: str) -> dict[str, int]:
 
 
 def coverage(ranks: ArrayLike, bits: int) -> NDArray[np.float32]:
-    """Return the share of each pixel that something covers.
+    """Return the fraction of each pixel that something covers.
 
     Parameters
     ----------

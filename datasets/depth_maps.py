@@ -1,4 +1,4 @@
-"""How far things are: Euclidean range along the ray, and planar depth along the optical axis.
+"""How far objects are: Euclidean range along the ray, and planar depth along the optical axis.
 
 Every file says which of the two it holds. Where nothing is seen both are 0 in a PNG, which
 readers take for *not measured*, and infinite in an EXR.

@@ -106,7 +106,7 @@ def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> lis
     Raises
     ------
     InputError
-        If there are too many, a camera is not in the water or inside a thing, or no random pose
+        If there are too many, a camera is not in the water or inside an object, or no random pose
         fits.
     """
     poses = list(_poses(spec, scene))
@@ -177,7 +177,7 @@ def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[_Pose]:
                     x, y, z = pose[:3, 3]
                     raise InputError(
                         f"{pose_set.name}: camera {number}, at ({x:g}, {y:g}, {z:g}), is inside a "
-                        "thing or below the ground; move the poses, or hide what is around all of "
+                        "object or below the ground; move the poses, or hide what is around all of "
                         "them in the viewport"
                     )
                 told_by = (float(time),) if isinstance(pose_set, GivenPoses) else ()
@@ -270,9 +270,9 @@ def _digests(spec: DataSetSpec) -> dict[str, str]:
 
 
 def _splits(count: int, spec: DataSetSpec) -> list[Split]:
-    """Split of each pose: drawn without replacement, so that the shares are kept."""
+    """Split of each pose: drawn without replacement, so that the fractions are kept."""
     order = generator(spec.seed, "splits").permutation(count)
-    ends = np.round(np.cumsum(spec.shares) * count)
+    ends = np.round(np.cumsum(spec.fractions) * count)
     places = np.searchsorted(ends, np.arange(count), side="right")
     found = np.empty(count, dtype=int)
     found[order] = np.minimum(places, len(SPLITS) - 1)

@@ -22,7 +22,7 @@ from .card import DataCard, Source, write_card
 from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
 from .files import make_folder, place_file, read_codes
 from .formats import FORMATS, conventions
-from .index import Index, IndexedView, SceneThing
+from .index import Index, IndexedView, SceneObject
 from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, camera_of, read_layers
 from .outputs import Outputs
@@ -38,7 +38,7 @@ IMAGE, INSTANCE = "I", "instance"
 
 
 Silhouettes = Callable[[IndexedView, Sequence[str]], Mapping[str, NDArray[np.bool_]]]
-"""Returns where things of these names would be seen if nothing hid them."""
+"""Returns where objects of these names would be seen if nothing hid them."""
 
 
 def needed_layers(spec: DataSetSpec) -> tuple[str, ...]:
@@ -81,8 +81,11 @@ def export_set(
     there = [view for view in index.views.values() if found[view.name].record is not None]
     if not there:
         raise InputError(f"{folder}: no view is rendered; render with --dataset, or --from")
-    things = {thing.name: (number, thing) for number, thing in enumerate(index.things, 1)}
-    views = [_view(folder, spec, view, found[view.name], things, silhouettes) for view in there]
+    objects = {
+        scene_object.name: (number, scene_object)
+        for number, scene_object in enumerate(index.objects, 1)
+    }
+    views = [_view(folder, spec, view, found[view.name], objects, silhouettes) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
     notes: list[str] = []
     files = SetFiles(
@@ -103,7 +106,7 @@ def _view(
     spec: DataSetSpec,
     view: IndexedView,
     files: RenderedView,
-    things: Mapping[str, tuple[int, SceneThing]],
+    objects: Mapping[str, tuple[int, SceneObject]],
     silhouettes: Silhouettes,
 ) -> DataSetView:
     """Write the files of one view."""
@@ -130,7 +133,7 @@ def _view(
     if outputs.depth_exr:
         write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], camera)
     numbers = _file(folder, "instances", name, "png")
-    instances = _instances(numbers, view, outputs, layers, things)
+    instances = _instances(numbers, view, outputs, layers, objects)
     if any(FORMATS[each].silhouettes for each in outputs.formats):
         instances = _with_silhouettes(folder, view, instances, numbers, silhouettes)
     metadata: dict[str, Any] = {
@@ -160,21 +163,25 @@ def _instances(
     view: IndexedView,
     outputs: Outputs,
     layers: FrameLayers,
-    things: Mapping[str, tuple[int, SceneThing]],
+    objects: Mapping[str, tuple[int, SceneObject]],
 ) -> dict[str, SeenInstance]:
-    """Write the numbers of the things that a view sees, and return these by name."""
+    """Write the numbers of the objects that a view sees, and return these by name."""
     rendered = np.asarray(layers[INSTANCE]).astype(np.int64)
     numbers, found = np.zeros_like(rendered), {}
     for shown in np.unique(rendered).tolist():
         name = layers.instances.get(shown, "")
-        if name not in things or things[name][1].category in outputs.leave_out:
+        if name not in objects or objects[name][1].category in outputs.leave_out:
             continue
-        number, thing = things[name]
+        number, scene_object = objects[name]
         numbers[rendered == shown] = number
-        pose = np.array(thing.object_to_world)
+        pose = np.array(scene_object.object_to_world)
         pose[2, 3] -= view.lowered
         found[name] = SeenInstance(
-            number, thing.category, pose, thing.model, category_id=thing.category_id
+            number,
+            scene_object.category,
+            pose,
+            scene_object.model,
+            category_id=scene_object.category_id,
         )
     write_instance_map(path, numbers)
     return found

@@ -163,19 +163,19 @@ def plain_names(
     >>> plain_names(["左", "右", "Left", "left"])
     {'左': 'unnamed', '右': 'unnamed_2', 'Left': 'Left', 'left': 'left_2'}
     """
-    found, used = {}, {_folded(name) for name in taken}
+    found, used = {}, {_projected(name) for name in taken}
     for name in dict.fromkeys(names):
         base = candidate = plain(name)
         count = 1
-        while _folded(candidate) in used:
+        while _projected(candidate) in used:
             count += 1
             candidate = f"{base}_{count}"
-        used.add(_folded(candidate))
+        used.add(_projected(candidate))
         found[name] = candidate
     return found
 
 
-def _folded(name: str) -> str:
+def _projected(name: str) -> str:
     """Return what is equal for names that some disk does not tell apart."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())
 

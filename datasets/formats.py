@@ -72,7 +72,7 @@ class Format:
         Coefficients of a lens that it holds, of k1, k2, p1, p2, k3.
     pixel_bytes : int
         That its own files take of a pixel, where these are no links.
-    usual : bool
+    default : bool
         Whether a set that names no formats has it.
     """
 
@@ -86,7 +86,7 @@ class Format:
     dry: bool = False
     distortion: int = 5
     pixel_bytes: int = 0
-    usual: bool = False
+    default: bool = False
 
     def require_lens(self, name: str, camera: str, coefficients: int) -> None:
         """Refuse a lens that the format has no place for.
@@ -189,11 +189,11 @@ FORMATS = {
     "nerfstudio": Format(
         _nerfstudio,
         "`transforms.json` (nerfstudio): camera to world, the camera looks along -z, y is up.",
-        usual=True,
+        default=True,
     ),
-    "colmap": Format(_colmap, _OPENCV, usual=True),
-    "bop": Format(_bop, _OPENCV, silhouettes=True, distortion=0, usual=True),
-    "coco": Format(_coco, usual=True),
+    "colmap": Format(_colmap, _OPENCV, default=True),
+    "bop": Format(_bop, _OPENCV, silhouettes=True, distortion=0, default=True),
+    "coco": Format(_coco, default=True),
     "yolo": Format(write_yolo_boxes),
     "yolo_segments": Format(write_yolo_segments),
     "tum": Format(write_tum_sequences, _WAYS, way=True, pixel_bytes=2),
@@ -213,7 +213,7 @@ FORMATS = {
 }
 """By the names that a specification gives them; a set without ``formats`` has the usual ones."""
 
-USUAL = tuple(name for name, each in FORMATS.items() if each.usual)
+DEFAULT = tuple(name for name, each in FORMATS.items() if each.default)
 
 
 def conventions(names: Collection[str]) -> tuple[str, ...]:

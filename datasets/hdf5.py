@@ -35,7 +35,7 @@ def write_hdf5s(files: SetFiles) -> None:
             "cam2world_matrix": view.camera_to_world.tolist(),
             **{key: view.metadata[key] for key in ("water", "camera") if key in view.metadata},
         }
-        things = [
+        objects = [
             {"idx": x.number, "name": x.category, "category_id": numbers[x.category]}
             for x in view.instances
         ]
@@ -46,5 +46,5 @@ def write_hdf5s(files: SetFiles) -> None:
             if view.instance_map is not None:
                 codes = read_codes(view.instance_map)
                 file.create_dataset("instance_segmaps", data=codes, compression="gzip")
-            for key, content in (("instance_attribute_maps", things), ("camera", camera)):
+            for key, content in (("instance_attribute_maps", objects), ("camera", camera)):
                 file.create_dataset(key, data=np.bytes_(json.dumps(content)))

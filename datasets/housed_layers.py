@@ -30,7 +30,7 @@ from .layer_file import SENSOR, FrameLayers, LayerImage, is_of_bands
 Array = NDArray[np.float64]
 
 _NUMBERS = ("instance", "material", "Crypto", "normal")
-USUAL_WAVELENGTH = 550.0
+TYPICAL_WAVELENGTH = 550.0
 """Of maps, which are the same for all light, nm."""
 
 
@@ -67,7 +67,7 @@ class PortView:
         return np.nan_to_num(np.stack(found, axis=-1)).astype(np.float32)
 
     def _at(self, wavelength: float) -> tuple[SeenPlaces, Array]:
-        """What each pixel sees, and the share of it that the port lets through."""
+        """What each pixel sees, and the fraction of it that the port lets through."""
         if wavelength not in self._known:
             passed = self.housing.transmittance(self.housing.camera.pixel_centres(), wavelength)
             places = seen_places(self.housing, self.view, self.depth, wavelength)
@@ -115,11 +115,11 @@ def _camera_header(
     name: str, port: PortView, camera_to_world: ArrayLike, wavelengths: Mapping[str, float]
 ) -> dict[str, Any]:
     """Return what the layers say of the camera: as calibrated in water, and all of its housing."""
-    housing, shown = port.housing, port.places(USUAL_WAVELENGTH)
+    housing, shown = port.housing, port.places(TYPICAL_WAVELENGTH)
     return {
         "camera": {
             "name": name,
-            **_calibrated(housing, USUAL_WAVELENGTH),
+            **_calibrated(housing, TYPICAL_WAVELENGTH),
             "camera_to_world": np.asarray(camera_to_world).tolist(),
         },
         "housing": {
@@ -148,7 +148,7 @@ def _calibrated(housing: Housing, wavelength: float) -> dict[str, Any]:
 
 
 def _map(name: str, image: LayerImage, port: PortView, camera_to_world: ArrayLike) -> NDArray[Any]:
-    shown = port.places(USUAL_WAVELENGTH)
+    shown = port.places(TYPICAL_WAVELENGTH)
     offsets = shown.points - np.array(port.view.position)
     if name == RANGE:
         return _far(np.linalg.norm(offsets, axis=-1))[..., None]
@@ -169,7 +169,7 @@ def _motion(values: NDArray[Any], port: PortView, shown: SeenPlaces) -> Array:
     parts = []
     for first in (0, 2):
         flow = values[..., first : first + 2] * (1.0, -1.0)
-        moved = warped_flow(shown, flow, port.depth, port.housing, port.view, USUAL_WAVELENGTH)
+        moved = warped_flow(shown, flow, port.depth, port.housing, port.view, TYPICAL_WAVELENGTH)
         parts.append(np.nan_to_num(moved) * (1.0, -1.0))
     return np.concatenate(parts, axis=-1)
 

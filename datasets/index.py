@@ -58,10 +58,10 @@ class IndexedView:
 
 
 @dataclass(frozen=True)
-class SceneThing:
+class SceneObject:
     """An object of the scene, as it is before the scene is lowered.
 
-    ``category_id`` numbers its category where the scene says how; ``model`` numbers shapes: things
+    ``category_id`` numbers its category where the scene says how; ``model`` numbers shapes: objects
     of one mesh and size share it.
     """
 
@@ -95,7 +95,7 @@ class Index:
     rendered: Mapping[str, Any]
     jobs: tuple[str, ...]
     views: Mapping[str, IndexedView]
-    things: tuple[SceneThing, ...]
+    objects: tuple[SceneObject, ...]
 
     def manifest(self, job: str) -> Path:
         """Return the manifest of a job."""
@@ -140,7 +140,7 @@ def write_index(path: Path, index: Index) -> None:
         for view in index.views.values()
     ]
     parts = [f"{json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
-    parts += [f'"views": {_lines(rows)}', f'"things": {_lines(map(asdict, index.things))}']
+    parts += [f'"views": {_lines(rows)}', f'"things": {_lines(map(asdict, index.objects))}']
     with replacing(path) as temporary:
         temporary.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
 
@@ -182,8 +182,8 @@ def read_index(path: Path) -> Index:
             )
             for row in content["views"]
         ]
-        things = tuple(
-            SceneThing(
+        objects = tuple(
+            SceneObject(
                 row["name"],
                 row["category"],
                 row.get("category_id"),
@@ -200,7 +200,7 @@ def read_index(path: Path) -> Index:
             content["rendered"],
             tuple(content["jobs"]),
             {view.name: view for view in views},
-            things,
+            objects,
         )
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(

@@ -45,7 +45,7 @@ def extinction_to(
 def transmittance(
     optics: ResolvedOptics, camera: PinholeCamera, camera_to_world: ArrayLike, distances: ArrayLike
 ) -> Array:
-    """Return the share exp(-c z) of light that arrives unscattered, shape (height, width, n).
+    """Return the fraction exp(-c z) of light that arrives unscattered, shape (height, width, n).
 
     Arguments as of :func:`extinction_to`.
     """

@@ -13,7 +13,7 @@ from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, 
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from .camera import PinholeCamera
-from .formats import FORMATS, USUAL
+from .formats import DEFAULT, FORMATS
 from .tables import SpecTable
 
 PICTURES = ("png", "jpg")
@@ -43,7 +43,7 @@ class Outputs:
     """
 
     picture: str = "png"
-    formats: tuple[str, ...] = USUAL
+    formats: tuple[str, ...] = DEFAULT
     linear: bool = True
     depth_exr: bool = True
     layers: tuple[str, ...] = ()
@@ -60,8 +60,8 @@ class RawOutputs:
     Parameters
     ----------
     white : float
-        Share of the counts that what is developed to white fills in its brightest channel, at any
-        ISO: a higher one is for less light.
+        Fraction of the counts that what is developed to white fills in its brightest channel, at
+        any ISO: a higher one is for less light.
     exposure_time : float
         s.
     file : str
@@ -141,11 +141,11 @@ def read_outputs(table: SpecTable) -> Outputs:
     InputError
         If a format is unknown.
     """
-    usual = Outputs()
-    picture = table.text("picture", usual.picture)
+    defaults = Outputs()
+    picture = table.text("picture", defaults.picture)
     if picture not in PICTURES:
         raise unknown_name(table.place("picture"), picture, PICTURES)
-    formats = table.texts("formats", usual.formats)
+    formats = table.texts("formats", defaults.formats)
     for name in formats:
         if name not in FORMATS:
             raise unknown_name(table.place("formats"), name, FORMATS)
@@ -153,13 +153,13 @@ def read_outputs(table: SpecTable) -> Outputs:
     found = Outputs(
         picture,
         formats,
-        table.switch("linear", usual.linear),
-        table.switch("depth_exr", usual.depth_exr),
+        table.switch("linear", defaults.linear),
+        table.switch("depth_exr", defaults.depth_exr),
         parse_layers(table.text("layers", NONE)),
-        table.whole("points", usual.points),
+        table.whole("points", defaults.points),
         table.texts("leave_out", ()),
-        table.text("version", usual.version),
-        table.text("description", usual.description),
+        table.text("version", defaults.version),
+        table.text("description", defaults.description),
     )
     table.close()
     return found
@@ -175,7 +175,7 @@ def read_raw(table: SpecTable | None) -> RawOutputs | None:
     """
     if table is None:
         return None
-    usual = RawOutputs()
+    defaults = RawOutputs()
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Detector):
         default = field.default
@@ -189,14 +189,14 @@ def read_raw(table: SpecTable | None) -> RawOutputs | None:
     pattern = table.get("pattern")
     if pattern is not None and pattern not in PATTERNS:
         raise unknown_name(table.place("pattern"), str(pattern), PATTERNS)
-    file = table.text("file", "dng" if pattern else usual.file)
+    file = table.text("file", "dng" if pattern else defaults.file)
     if file not in RAW_FILES:
         raise unknown_name(table.place("file"), file, RAW_FILES)
     if file == "dng" and pattern is None:
         raise InputError(f"{table.place('file')}: a DNG holds a mosaic; give pattern = 'RGGB'")
     white, time = (
-        table.number("white", usual.white),
-        table.number("exposure_time", usual.exposure_time),
+        table.number("white", defaults.white),
+        table.number("exposure_time", defaults.exposure_time),
     )
     if not white > 0 or time < 0:
         raise InputError(f"{table.where}: white is above 0, and exposure_time 0 s or more")

@@ -16,7 +16,7 @@ from .view import AIR, DataSetView
 
 IMAGE, UNATTENUATED = "I", "J"
 """Layers that the two pictures of a pair are made of."""
-_BRIGHT = 0.995  # share of the channels of both that stay below white
+_BRIGHT = 0.995  # fraction of the channels of both that stay below white
 _SAME = ("pose_set", "pose", "camera", "lowered_m", "rig", "repeat")
 
 

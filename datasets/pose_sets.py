@@ -1,4 +1,4 @@
-"""Where cameras go: around a thing, along a line, a way that is given, or anywhere they fit.
+"""Where cameras go: around an object, along a line, a way that is given, or anywhere they fit.
 
 Poses are in the axes of Blender, before the scene is lowered; angles in degrees.
 """
@@ -32,11 +32,11 @@ class RoomForPoses(Protocol):
     """What random poses must know of a scene."""
 
     def clearance(self, point: ArrayLike) -> float:
-        """Distance of a point from the nearest thing, m; negative inside one."""
+        """Distance of a point from the nearest object, m; negative inside one."""
         ...
 
-    def seen_share(self, camera_to_world: Array, camera: PinholeCamera) -> float:
-        """Share of the picture in which something is seen, not open water."""
+    def seen_fraction(self, camera_to_world: Array, camera: PinholeCamera) -> float:
+        """Fraction of the picture in which something is seen, not open water."""
         ...
 
 
@@ -93,15 +93,15 @@ class Transect:
         heading = (
             np.degrees(np.arctan2(along[1], along[0])) if self.heading is None else self.heading
         )
-        for share in np.linspace(0.0, 1.0, self.count):
-            yield heading_pose(self.start + share * along, heading, self.pitch, self.roll)
+        for fraction in np.linspace(0.0, 1.0, self.count):
+            yield heading_pose(self.start + fraction * along, heading, self.pitch, self.roll)
 
 
 @dataclass(frozen=True)
 class RandomPoses:
     """Cameras anywhere in a box, looking at points of another.
 
-    Those nearer to a thing than ``clearance`` (m), or that see things in less than ``in_view``
+    Those nearer to an object than ``clearance`` (m), or that see objects in less than ``in_view``
     of the picture, are drawn again.
     """
 
@@ -153,14 +153,14 @@ class RandomPoses:
                 return pose
             if self.clearance > 0 and scene.clearance(eye) < self.clearance:
                 inside += 1
-            elif self.in_view > 0 and scene.seen_share(pose, camera) < self.in_view:
+            elif self.in_view > 0 and scene.seen_fraction(pose, camera) < self.in_view:
                 hidden += 1
             else:
                 return pose
         raise InputError(
-            f"{self.name}: of {_TRIES} cameras none fits: {inside} are inside things or nearer "
+            f"{self.name}: of {_TRIES} cameras none fits: {inside} are inside objects or nearer "
             f"than clearance = {self.clearance:g} m, {hidden} have less than in_view = "
-            f"{self.in_view:g} of things in view; change the box from {self.low} to {self.high}, "
+            f"{self.in_view:g} of objects in view; change the box from {self.low} to {self.high}, "
             "its targets, or the constraints, or hide what is around all of them in the viewport"
         )
 
@@ -325,7 +325,7 @@ def _random(table: SpecTable, name: str) -> RandomPoses:
     target_low, target_high = _box(table, "target_low", "target_high")
     in_view, clearance = table.number("in_view", 0.0), table.number("clearance", 0.0)
     if not 0 <= in_view <= 1:
-        raise InputError(f"{table.place('in_view')}: a share is 0 to 1, not {in_view:g}")
+        raise InputError(f"{table.place('in_view')}: a fraction is 0 to 1, not {in_view:g}")
     roll = table.number("roll", 0.0)
     return RandomPoses(name, low, high, target_low, target_high, count, roll, clearance, in_view)
 

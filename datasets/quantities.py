@@ -40,11 +40,11 @@ class Quantity:
         if self.drawn is None:
             return value
         low, high = self.drawn
-        share = float(generator(*key).random())
+        fraction = float(generator(*key).random())
         if self.log:
-            found = math.exp(math.log(low) + share * (math.log(high) - math.log(low)))
+            found = math.exp(math.log(low) + fraction * (math.log(high) - math.log(low)))
         else:
-            found = low + share * (high - low)
+            found = low + fraction * (high - low)
         # Where logarithms differ in their last digit, views are still named alike.
         return float(f"{found:.{_DIGITS}g}")
 

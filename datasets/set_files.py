@@ -58,14 +58,14 @@ class RenderedView:
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """The surface of a thing in its own axes, m: vertices (v, 3) and triangles (t, 3) of them."""
+    """The surface of an object in its own axes, m: vertices (v, 3) and triangles (t, 3) of them."""
 
     vertices: NDArray[np.floating]
     triangles: NDArray[np.integer]
 
 
 Shapes = Callable[[Collection[int]], Mapping[int, Shape]]
-"""Returns the shapes of models, by their numbers; those of things that have no mesh are missing."""
+"""Returns the shapes of models, by their numbers; those of objects without a mesh are missing."""
 
 
 def no_shapes(_: Collection[int]) -> Mapping[int, Shape]:
@@ -138,5 +138,5 @@ def camera_of_view(view: DataSetView) -> str:
 
 def shown_pixels(view: DataSetView) -> NDArray[np.uint8]:
     """Return the 8-bit codes of a view's picture, shape (height, width, 3)."""
-    pixels = read_exr(view.image)[0]  # any picture, as shares
+    pixels = read_exr(view.image)[0]  # any picture, as fractions
     return np.round(pixels[..., :3] * 255).astype(np.uint8)

@@ -35,7 +35,7 @@ from .view import AIR, SPLITS
 CONSTITUENTS = "constituents"
 AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 MOST_VIEWS = 100_000
-_SPLIT_SHARES = (0.8, 0.1, 0.1)
+_SPLIT_FRACTIONS = (0.8, 0.1, 0.1)
 _FACTORS = ("absorption_factor", "scattering_factor")
 
 
@@ -108,7 +108,7 @@ class DataSetSpec:
         Metres that the scene and its cameras are lowered by.
     repeats : int
         Pictures of a view that differ by their noise.
-    shares : tuple of 3 floats
+    fractions : tuple of 3 floats
         Of train, val and test.
     most : int
         Views that are not exceeded by mistake.
@@ -131,7 +131,7 @@ class DataSetSpec:
     poses: tuple[PoseSet, ...]
     rigs: tuple[CameraRig, ...]
     repeats: int
-    shares: tuple[float, ...]
+    fractions: tuple[float, ...]
     most: int
     scene: Path | None = None
     frame: int | None = None
@@ -210,7 +210,7 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
         poses,
         rigs,
         top.whole("repeats", 1, least=1),
-        _shares(top.table("splits")),
+        _fractions(top.table("splits")),
         top.whole("most_views", MOST_VIEWS, least=1),
         blend,
         frame,
@@ -429,15 +429,15 @@ def _seed(table: SpecTable) -> int:
     return seed
 
 
-def _shares(table: SpecTable) -> tuple[float, ...]:
-    shares = tuple(
+def _fractions(table: SpecTable) -> tuple[float, ...]:
+    fractions = tuple(
         table.number(split, 0.0 if any(s in table for s in SPLITS) else default)
-        for split, default in zip(SPLITS, _SPLIT_SHARES, strict=True)
+        for split, default in zip(SPLITS, _SPLIT_FRACTIONS, strict=True)
     )
     table.close()
-    if min(shares) < 0 or abs(sum(shares) - 1) > 1e-6:
-        raise InputError(f"splits: the shares {shares} must not be negative and add up to 1")
-    return shares
+    if min(fractions) < 0 or abs(sum(fractions) - 1) > 1e-6:
+        raise InputError(f"splits: the fractions {fractions} must not be negative and add up to 1")
+    return fractions
 
 
 def _positive(table: SpecTable, key: str) -> Quantity:

@@ -1,4 +1,4 @@
-"""Labels of YOLO as Ultralytics reads them: boxes, or outlines, as shares of the picture."""
+"""Labels of YOLO as Ultralytics reads them: boxes, or outlines, as fractions of the picture."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def write_yolo_segments(files: SetFiles) -> None:
 
 
 def box_label(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return centre and size of the box around a mask, as shares of width and height.
+    """Return centre and size of the box around a mask, as fractions of width and height.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def box_label(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
 
 
 def segment_label(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return the corners of the outline of a mask, as shares of width and height."""
+    """Return the corners of the outline of a mask, as fractions of width and height."""
     return (outline(mask) / np.array(mask.shape[::-1], dtype=np.float64)).ravel()
 
 

@@ -69,8 +69,8 @@ def build(scene_path: Path) -> None:
         camera.location, camera.rotation_euler = (0.0, 0.0, -depth), (np.radians(tilt), 0.0, 0.0)
         camera.keyframe_insert("location", frame=frame)
         camera.keyframe_insert("rotation_euler", frame=frame)
-        scene.underwater.second_water_share = float(frame == FRAMES)
-        scene.underwater.keyframe_insert("second_water_share", frame=frame)
+        scene.underwater.second_water_fraction = float(frame == FRAMES)
+        scene.underwater.keyframe_insert("second_water_fraction", frame=frame)
     bpy.ops.wm.save_as_mainfile(filepath=str(scene_path))
 
 

@@ -17,7 +17,7 @@ import bpy
 from ..quality.terms import SHAFTS
 from ..scene import colour_space, scripts, stored_settings
 from ..scene.blender_prints import without_file_lines
-from ..scene.seen import picture_size
+from ..scene.readers import picture_size
 from ..scene.session import is_live, select_scene
 from ..scene.viewport import live
 from ..settings.scene_settings import SceneSettings
@@ -201,10 +201,10 @@ def _open_file(blend: Path | None, inside_blender: bool, trust_scripts: bool) ->
 
 def _runs_scripts(trusted: bool) -> bool:
     """Whether Blender runs Python of a file that it opens: as -y, -Y or preferences say."""
-    usual = bpy.app.autoexec_override
-    if usual is None:
-        usual = bpy.context.preferences.filepaths.use_scripts_auto_execute
-    return trusted or usual
+    default = bpy.app.autoexec_override
+    if default is None:
+        default = bpy.context.preferences.filepaths.use_scripts_auto_execute
+    return trusted or default
 
 
 @contextlib.contextmanager

@@ -7,11 +7,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import NoReturn, get_args
+from typing import Any, NoReturn, get_args
 
 from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
 from ..scene.scripts import TRUST
+from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import (
     BANDS,
     CONSTITUENTS,
@@ -146,7 +147,7 @@ def _add_work(result: argparse.ArgumentParser) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="cycles: render each pass N times with a share of the samples, rounded up, and "
+        help="cycles: render each pass N times with a fraction of the samples, rounded up, and "
         "another seed; their mean is the pass, and the record holds their variance",
     )
 
@@ -217,17 +218,17 @@ def _add_settings(group: argparse._ArgumentGroup, section: str) -> None:
         text = _help(setting)
         if setting.name == RANGE[0]:
             group.add_argument("--range", nargs=2, type=float, metavar=("START", "END"), help=text)
-        elif isinstance(setting.default, bool):
-            group.add_argument(flag(setting.name), action=argparse.BooleanOptionalAction, help=text)
-        else:
-            group.add_argument(
-                flag(setting.name),
-                dest=setting.name,
-                type=type(setting.default),
-                choices=tuple(setting.choices) or None,
-                metavar=None if setting.choices else _METAVARS[type(setting.default)],
-                help=text,
-            )
+            continue
+        facts: dict[str, Any] = {"action": argparse.BooleanOptionalAction}
+        if not isinstance(setting.default, bool):
+            facts = {
+                "type": type(setting.default),
+                "choices": tuple(setting.choices) or None,
+                "metavar": None if setting.choices else _METAVARS[type(setting.default)],
+            }
+        group.add_argument(flag(setting.name), dest=setting.name, help=text, **facts)
+        for name in (was for was, now in FORMER_NAMES.items() if now == setting.name):
+            group.add_argument(flag(name), dest=setting.name, help=argparse.SUPPRESS, **facts)
 
 
 def _help(setting: Setting) -> str:
@@ -282,8 +283,8 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
         values["range_start"], values["range_end"] = given["range"]
     if "bands" in given and "wavelengths" not in given:
         values["wavelengths"] = ""
-    if given.get("second_water_share") and not values["second_water"]:
-        raise InputError("--second-water-share needs a --second-water to mix in")
+    if given.get("second_water_fraction") and not values["second_water"]:
+        raise InputError("--second-water-fraction needs a --second-water to mix in")
     amounts = [flag(name) for name in _AMOUNTS if name in given]
     if amounts and values["water"] != CONSTITUENTS:
         raise InputError(f"{amounts[0]} needs --water {CONSTITUENTS}, not {values['water']!r}")
@@ -293,10 +294,10 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
 def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
     quality = getattr(options, "quality", None)
-    usual = METHODS[QUALITIES[quality].method if quality else "reference"]
-    engine: Engine = getattr(options, "engine", usual.engine)
+    default = METHODS[QUALITIES[quality].method if quality else "reference"]
+    engine: Engine = getattr(options, "engine", default.engine)
     # A method's mode belongs to its engine.
-    mode: Mode = getattr(options, "mode", usual.mode if engine == usual.engine else BANDS)
+    mode: Mode = getattr(options, "mode", default.mode if engine == default.engine else BANDS)
     drawn = any(method.engine == engine for method in DRAWN)
     if not drawn and (mode == REALTIME or getattr(options, "shafts", False)):
         raise InputError("--mode realtime and --shafts need --engine eevee")
@@ -351,11 +352,11 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
         settled = [flag(name) for name in SETTINGS if name in vars(options) and name not in free]
         settled += [flag(name) for name in decided if name in vars(options)]
         others = ("seed", "denoise", "resolution", "device", "parts", "resume", "scene")
-        usual = vars(parser().parse_args([]))
+        default = vars(parser().parse_args([]))
         settled += [
             flag(name)
             for name in others
-            if getattr(options, name) != usual[name] and name not in free
+            if getattr(options, name) != default[name] and name not in free
         ]
         if settled:
             raise InputError(

@@ -79,7 +79,7 @@ def request_of(options: argparse.Namespace) -> DataSetRequest | None:
     if wrong:
         raise InputError(
             f"{', '.join(wrong)}: not with a data set, whose specification names cameras, poses "
-            "and seed; --dataset-plan plans, and --from OUT/dataset.json renders a share"
+            "and seed; --dataset-plan plans, and --from OUT/dataset.json renders a fraction"
         )
     return DataSetRequest(spec, export, options.dataset_plan)
 

@@ -13,8 +13,8 @@ from ..datasets.exporting import export_set
 from ..datasets.index import Index, IndexedView
 from ..datasets.set_files import Development, RenderedView, Shape
 from ..datasets.specification import DataSetSpec
-from ..scene.seen.mesh_shapes import mesh_shape
-from ..scene.seen.silhouettes import silhouettes
+from ..scene.readers.mesh_shapes import mesh_shape
+from ..scene.readers.silhouettes import silhouettes
 from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
 from . import picture_layers, pictures
 from .frame_plans import FramePlans
@@ -77,7 +77,7 @@ def export(
         return silhouettes(opened(), names, view.camera, pose)
 
     def shapes(models: Collection[int]) -> Mapping[int, Shape]:
-        first = {thing.model: thing.name for thing in reversed(index.things)}
+        first = {scene_object.model: scene_object.name for scene_object in reversed(index.objects)}
         made = {model: mesh_shape(opened(), first[model]) for model in models}
         return {model: shape for model, shape in made.items() if shape is not None}
 

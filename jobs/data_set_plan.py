@@ -18,7 +18,7 @@ from ..datasets.grouping import ViewJob, group_views
 from ..datasets.index import (
     NAME,
     Index,
-    SceneThing,
+    SceneObject,
     indexed,
     job_folder,
     read_index,
@@ -29,10 +29,11 @@ from ..datasets.specification import DataSetCamera, DataSetSpec
 from ..datasets.trajectory_files import TimedPoses
 from ..quality.methods import method_of
 from ..scene.as_rendered import as_rendered
+from ..scene.readers.cameras import camera_of
+from ..scene.readers.pinhole import pose_of
+from ..scene.readers.room import Room
 from ..scene.rendered import in_rendered_collections, rendered_layer
-from ..scene.seen.cameras import camera_of
-from ..scene.seen.pinhole import pose_of
-from ..scene.seen.room import Room
+from ..settings.former_names import in_present_names
 from ..settings.render_plan import quiet
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError, unknown_name
@@ -55,10 +56,10 @@ _IN_AIR = {
     "surface": "none",
     "inelastic": "",
     "second_water": "",
-    "second_water_share": 0.0,
+    "second_water_fraction": 0.0,
 }
 """Water that neither absorbs nor scatters nor refracts."""
-_MOST_THINGS = 65535  # of 16 bits
+_MOST_OBJECTS = 65535  # of 16 bits
 _CATEGORY, _CATEGORY_ID = "category", "category_id"  # custom properties of an object
 _COPY = re.compile(r"\.\d{3,}$")
 
@@ -98,15 +99,16 @@ def plan_data_set(
         raise InputError(
             "--noise: the views of a data set have the same samples; set it to 0 and give --samples"
         )
-    things = tuple(things_of(scene, held))
-    categories = sorted({thing.category for thing in things})
+    objects = tuple(objects_of(scene, held))
+    categories = sorted({scene_object.category for scene_object in objects})
     for name in spec.outputs.leave_out:
         if name not in categories:
             raise unknown_name("category of output.leave_out", name, categories)
-    if len(things) > _MOST_THINGS:
+    if len(objects) > _MOST_OBJECTS:
         raise InputError(
-            f"the scene shows {len(things)} objects, and pictures of instances number no more than "
-            f"{_MOST_THINGS}; hide some in renders, or join them"
+            f"the scene shows {len(objects)} objects, and pictures of instances number no more "
+            f"than "
+            f"{_MOST_OBJECTS}; hide some in renders, or join them"
         )
     views = enumerate_views(with_scene_paths(spec, scene), _room(scene, held))
     make_folder(job.out)
@@ -137,7 +139,7 @@ def plan_data_set(
     names = (*(earlier.jobs if earlier else ()), *(item.name for item in new))
     index = Index(
         job.out.absolute(), spec_path.absolute(), blend.absolute(), digest, rendered, names, found,
-        things,
+        objects,
     )  # fmt: skip
     write_index(path, index)
     return index
@@ -237,7 +239,8 @@ def _rendered(job: Job, settings: SceneSettings, held: int) -> dict[str, Any]:
 
 def _require_same(earlier: Index, digest: str, rendered: Mapping[str, Any], out: Path) -> None:
     changed = [] if earlier.scene_sha256 == digest else ["the scene"]
-    changed += [n for n, value in rendered.items() if earlier.rendered.get(n) != value]
+    before = in_present_names(earlier.rendered)
+    changed += [n for n, value in rendered.items() if before.get(n) != value]
     if changed:
         raise InputError(
             f"{out} holds a data set with other values of {', '.join(changed)}; use the same ones, "
@@ -313,7 +316,7 @@ def stage_of_views(item: ViewJob, held: int) -> Stage:
     return Stage(camera, held, tuple(lamps), places)
 
 
-def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
+def objects_of(scene: bpy.types.Scene, held: int) -> list[SceneObject]:
     """Return the objects of a scene that can be seen, at a frame.
 
     Their category is their custom property ``category``, else the name of their collection (their
@@ -345,7 +348,7 @@ def things_of(scene: bpy.types.Scene, held: int) -> list[SceneThing]:
         pose.translation = place
         rows = tuple(tuple(float(x) for x in row) for row in pose)
         number = models.setdefault(key, len(models) + 1)
-        found.append(SceneThing(item.name, *categories[item], number, rows))
+        found.append(SceneObject(item.name, *categories[item], number, rows))
     return found
 
 

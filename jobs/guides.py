@@ -64,6 +64,6 @@ def mean_guides(
         counts[list(bands)] += samples
         normal += samples * layers[NORMAL]
     size = np.abs(weights)
-    shares = size / np.maximum(size.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    fractions = size / np.maximum(size.sum(axis=1, keepdims=True), np.finfo(float).tiny)
     total = sum(samples for _, _, samples in found)
-    return Guides(albedo / counts @ shares.T, normal / total)
+    return Guides(albedo / counts @ fractions.T, normal / total)

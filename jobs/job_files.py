@@ -11,8 +11,8 @@ from typing import Any
 import bpy
 
 from ..scene import sources
-from ..scene.seen.external_files import is_dispensable, is_read, is_shown_only
-from ..scene.seen.lamp_files import lamp_files
+from ..scene.readers.external_files import is_dispensable, is_read, is_shown_only
+from ..scene.readers.lamp_files import lamp_files
 from ..scene.stored_materials import fluorophore_files
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location

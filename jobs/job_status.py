@@ -122,9 +122,9 @@ def status_of(manifest: Manifest) -> JobStatus:
     )
 
 
-def _left(seconds: list[list[float]], left: list[int], usual: float) -> float:
+def _left(seconds: list[list[float]], left: list[int], default: float) -> float:
     """Return the seconds that passes take which are left; the first of a worker is slower."""
     return sum(
-        count * (sorted(took)[len(took) // 2] if took else usual)
+        count * (sorted(took)[len(took) // 2] if took else default)
         for took, count in zip(seconds, left, strict=True)
     )

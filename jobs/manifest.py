@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from ..datasets.files import joined, no_device, plain_names, relative
 from ..quality.methods import Device, Engine, Method, Mode, method_of
-from ..scene.seen.picture_size import rendered_size
+from ..scene.readers.picture_size import rendered_size
+from ..settings.former_names import in_present_names
 from ..settings.scene_settings import SETTINGS, SceneSettings, flag
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import drawn_for
@@ -229,7 +230,9 @@ class Manifest:
 
     def settings_of(self, frame: int) -> SceneSettings:
         """Return the settings of a frame."""
-        return SceneSettings(**{**self.settings, **self.changes.get(frame, {})})
+        # The names that it was written with stay in it: keys of passes depend on them.
+        values = {**self.settings, **self.changes.get(frame, {})}
+        return SceneSettings(**in_present_names(values))
 
     def has_layers(self, number: int) -> bool:
         """Whether a pass has layers: what is asked for, and alpha with the first."""
@@ -321,7 +324,7 @@ class Manifest:
 
     @functools.cached_property
     def _paths(self) -> dict[str, list[tuple[float, ...]]]:
-        """Where each camera is in all frames, which EEVEE's shade is computed for."""
+        """Where each camera is in all frames, which EEVEE's occlusion is computed for."""
         if self._method.traced:
             return {}
         found: dict[str, set[tuple[float, ...]]] = {}

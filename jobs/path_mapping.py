@@ -9,7 +9,7 @@ from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 
 import bpy
 
-from ..scene.seen.lamp_files import lamp_files
+from ..scene.readers.lamp_files import lamp_files
 from ..scene.stored_materials import fluorophore_files
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectrum import split_location

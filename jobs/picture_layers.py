@@ -29,7 +29,7 @@ from ..scene.engines.cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
 from ..scene.water.cycles_phase import cycles_phases
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.layer_sums import backscatter, share_left, unscattered
+from ..uw_spectral.imaging.layer_sums import backscatter, transmittance_ratio, unscattered
 from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_layers
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
@@ -168,12 +168,12 @@ def _of_sensor(
     for name in of_light(parse_layers("all")):
         about, bands = layer(name), found.get(bands_name(name))
         units = plan.radiance_units if about.kind == "radiance" else plan.irradiance_units
-        if bands is not None and about.kind != "share":
+        if bands is not None and about.kind != "fraction":
             text = bands.text
             made[bands_name(name)] = LayerImage(bands.values, bands.channels, units, text)
             sensor = bands.values.astype(np.float64) @ response.T
             made[name] = LayerImage(sensor, SENSOR, "", f"{text}; {_FROM_BANDS}")
-        if about.kind != "share" and (name in made or name in found):
+        if about.kind != "fraction" and (name in made or name in found):
             image = made.get(name) or found[name]
             units = _SENSOR.format(sensor=plan.sensor.name, units=units)
             made[name] = LayerImage(image.values, SENSOR, units, image.text)
@@ -191,8 +191,8 @@ def _derived(found: dict[str, LayerImage]) -> dict[str, LayerImage]:
             text = f"{layer('B').text}: {' + '.join(parts)}"
             made[name_of("B")] = LayerImage(total, one.channels, one.units, text)
     if "D" in found and "J" in found:
-        share = share_left(found["D"].values, found["J"].values)
-        made["T"] = LayerImage(share, SENSOR, layer("T").units, f"{layer('T').text}: D / J")
+        fraction = transmittance_ratio(found["D"].values, found["J"].values)
+        made["T"] = LayerImage(fraction, SENSOR, layer("T").units, f"{layer('T').text}: D / J")
     return made
 
 
@@ -218,9 +218,9 @@ def _way(distances: LayerImage, header: Mapping[str, Any]) -> NDArray[Any]:
 
 def _transmittance(plan: RenderPlan, seen: DataSetView, way: NDArray[Any]) -> LayerImage:
     about = layer("T")
-    share = transmittance(plan, seen.camera, seen.camera_to_world, way)
+    fraction = transmittance(plan, seen.camera, seen.camera_to_world, way)
     text = f"{about.text}; at the centre of the pixel"
-    return LayerImage(share, tuple(band_labels(plan.bands)), about.units, text)
+    return LayerImage(fraction, tuple(band_labels(plan.bands)), about.units, text)
 
 
 def _unscattered(
@@ -231,13 +231,13 @@ def _unscattered(
         return {}
     drawn = found[UNTOUCHED]
     c, way = extinction_to(plan, seen.camera, seen.camera_to_world, distances)
-    shares = np.sum(cycles_phases(plan)[0].shares, axis=0)
-    parts = unscattered(drawn.values, c, c - plan.column.scattering * (1.0 - shares), way)
+    fractions = np.sum(cycles_phases(plan)[0].fractions, axis=0)
+    parts = unscattered(drawn.values, c, c - plan.column.scattering * (1.0 - fractions), way)
     notes = (
         "unscattered light over exp(-c' z), c' as Cycles draws it: exact but for noise and for "
         "edges, where a pixel has several ranges",
         "J T",
-        "of the bounded forward peak, as if things filled their surroundings; the rest is in "
+        "of the bounded forward peak, as if objects filled their surroundings; the rest is in "
         "B_multiple",
         "at the centre of the pixel",
     )

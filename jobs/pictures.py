@@ -246,9 +246,9 @@ def mean_of_parts(
     >>> float(mean.squeeze()), float(variance.squeeze())
     (2.0, 1.0)
     """
-    share = (samples / samples.sum()).reshape(-1, 1, 1, 1)
-    mean = (images * share).sum(axis=0)
-    apart = (share * (images - mean) ** 2).sum(axis=0)
+    fraction = (samples / samples.sum()).reshape(-1, 1, 1, 1)
+    mean = (images * fraction).sum(axis=0)
+    apart = (fraction * (images - mean) ** 2).sum(axis=0)
     return mean, apart / (len(samples) - 1)
 
 

@@ -23,8 +23,8 @@ from ..scene.engines.band_engine import Engine
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
 from ..scene.materials import own_water
-from ..scene.seen import cameras, clouds, lamps, picture_size, stereo
-from ..scene.seen.pinhole import require_pinhole
+from ..scene.readers import cameras, clouds, lamps, picture_size, stereo
+from ..scene.readers.pinhole import require_pinhole
 from ..scene.water import metering
 from ..scene.water.water_body import SceneReach, WaterExtent, extent_around, reach_of, scene_reach
 from ..settings.render_plan import RenderPlan, make_plan
@@ -240,7 +240,7 @@ def _frames(
 
 
 class _ReachNow:
-    """How far the things of a scene reach, computed again where a frame has changed one."""
+    """How far the objects of a scene reach, computed again where a frame has changed one."""
 
     def __init__(self, scene: bpy.types.Scene) -> None:
         self._scene = scene
@@ -309,8 +309,8 @@ def _passes(engine: Engine, plan: RenderPlan, job: Job) -> tuple[Pass, ...]:
     if plan.settings.noise and engine.method.traced:
         if parts > 1:
             raise InputError("--parts: --noise has parts of its own; leave one of them out")
-        parts, share = parts_of(samples)
-        return _parts(engine, plan, job.seed, parts, share)
+        parts, fraction = parts_of(samples)
+        return _parts(engine, plan, job.seed, parts, fraction)
     if parts > samples:
         raise InputError(
             f"--parts: {parts} parts of {samples} samples; take fewer, or more samples"

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.seen.picture_size import rendered_size
+from ..scene.readers.picture_size import rendered_size
 from ..uw_spectral.errors import InputError
 
 _SIDES = ("border_min_x", "border_min_y", "border_max_x", "border_max_y")

@@ -16,15 +16,15 @@ from ..quality.requirements import Requirements, decide
 from ..quality.seen_points import SeenPoints
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
-from ..scene.seen import clouds
-from ..scene.seen.cameras import camera_depth
-from ..scene.seen.picture_size import rendered_size
-from ..scene.seen.view_tracing import trace_from_above, trace_view
-from ..scene.seen.volume_grids import KeptGrids
+from ..scene.readers import clouds
+from ..scene.readers.cameras import camera_depth
+from ..scene.readers.picture_size import rendered_size
+from ..scene.readers.view_tracing import trace_from_above, trace_view
+from ..scene.readers.volume_grids import GridCache
 from ..scene.water import moving_surface
 from ..scene.water.eevee_water import Eye, eevee_water
 from ..scene.water.frame_water import RealtimeWater
-from ..scene.water.shade import Kept
+from ..scene.water.occlusion import Cache
 from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
 from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
 from ..uw_spectral.errors import InputError
@@ -38,8 +38,8 @@ BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
 
 _FRAMES = 5
 _WAVE_RESOLUTION = 64
-_SHADED = {"diffuse_shadows": True, "shafts": False}
-_WITHOUT_THINGS = {"diffuse_shadows": False, "scene_floor": False}
+_OCCLUDED = {"diffuse_shadows": True, "shafts": False}
+_WITHOUT_OBJECTS = {"diffuse_shadows": False, "scene_floor": False}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ def choose(
     """Decide what a job needs.
 
     From above the water, what rays meet in it is weighed as it is seen from just below the
-    surface, by the share that is let out; sky, things in the air and waves are not weighed.
+    surface, by the fraction that is let out; sky, objects in the air and waves are not weighed.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def choose(
                 frames,
                 plan.column,
                 everything.view.field,
-                None if method.traced else replace(plan, settings=replace(chosen, **_SHADED)),
+                None if method.traced else replace(plan, settings=replace(chosen, **_OCCLUDED)),
             )
     finally:
         scene.frame_set(before)
@@ -131,9 +131,9 @@ def choose(
         views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
     shaft_end = 0.0
     if shafts:
-        shaded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_THINGS))
+        occluded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_OBJECTS))
         drawn = eevee_water(
-            shaded, scene, Eye(camera, views[0].depth), np.ones((3, len(plan.bands)))
+            occluded, scene, Eye(camera, views[0].depth), np.ones((3, len(plan.bands)))
         )
         shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
     render = scene.render
@@ -173,25 +173,27 @@ def _traced(
     frames: Sequence[int],
     column: WaterColumn,
     field: SolvedField,
-    shade: RenderPlan | None,
+    occlusion: RenderPlan | None,
 ) -> tuple[list[SeenPoints], bool]:
     """Return what cameras see of the water at frames, and whether any looks from above it.
 
-    ``shade`` is what EEVEE draws the shade of things with, if it does.
+    ``occlusion`` is what EEVEE draws the occlusion of objects with, if it does.
     """
     views: list[SeenPoints] = []
     from_above = False
     rays = RAYS // (len(frames) * len(eyes))
-    kept = Kept()
+    cache = Cache()
     for frame in frames:
         scene.frame_set(frame)
         for eye in eyes:
             depth = camera_depth(eye, column.floor_depth)
             if depth > 0.0:
                 seen = trace_view(scene, eye, column, field, rays=rays)
-                if shade is not None:
-                    every = np.ones((3, len(shade.bands)))
-                    seen = _in_shade(seen, eevee_water(shade, scene, Eye(eye, depth), every, kept))
+                if occlusion is not None:
+                    every = np.ones((3, len(occlusion.bands)))
+                    seen = _with_occlusion(
+                        seen, eevee_water(occlusion, scene, Eye(eye, depth), every, cache)
+                    )
                 views.append(seen)
                 continue
             from_above = True
@@ -201,10 +203,10 @@ def _traced(
     return views, from_above
 
 
-def _in_shade(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
-    """What is seen, with what things keep of the light as EEVEE draws it."""
-    table, cover = water.seen.shade, water.seen.cover
-    if table is None or cover is None:
+def _with_occlusion(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
+    """What is seen, with what objects keep of the light as EEVEE draws it."""
+    table, buffer = water.inputs.occlusion, water.inputs.buffer
+    if table is None or buffer is None:
         return seen
     hit, rate = np.isfinite(seen.distance), float(water.field.extinction.mean())
     P = np.where(hit, seen.distance, table.box.reach)
@@ -213,7 +215,7 @@ def _in_shade(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
         table.on_patches(points, seen.normal)[:, 0],
         table.along(seen.origin, seen.direction, P, rate)[:, 0],
     )
-    return replace(seen, openness=np.where(hit, on_it, 1.0), path_openness=on_way, cover=cover)
+    return replace(seen, openness=np.where(hit, on_it, 1.0), path_openness=on_way, buffer=buffer)
 
 
 def _sampled(frames: Sequence[int]) -> list[int]:
@@ -232,8 +234,8 @@ def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
     plan = plan_of(many)
     floating = clouds.clouds_of(scene, plan.bands.centres)
-    grids, _ = KeptGrids().of(scene, floating.grids)
-    found = replace(_optics(plan), caustics=chosen.caustics, clouds=(*floating.puffs, *grids))
+    grids, _ = GridCache().of(scene, floating.grids)
+    found = replace(_optics(plan), caustics=chosen.caustics, clouds=(*floating.blobs, *grids))
     if chosen.surface != moving_surface.WAVES:
         return found
     coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
@@ -262,11 +264,11 @@ def _choices(
         placements = {EQUAL: BAND_COUNTS}
     if "band_placement" in keep:
         placements = {chosen.band_placement: placements[chosen.band_placement]}
-    usual: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
-    free = replace(plain, **usual).in_mode(method.mode)
-    if method.draws_colours and EQUAL in placements and free.bands == method.usual_bands:
+    default: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
+    free = replace(plain, **default).in_mode(method.mode)
+    if method.draws_colours and EQUAL in placements and free.bands == method.default_bands:
         name = f"{free.bands}, which cost nothing"
-        return [BandChoice(name, _optics(plan_of(free)), usual)]
+        return [BandChoice(name, _optics(plan_of(free)), default)]
     found = []
     for placement, counts in placements.items():
         for count in counts:

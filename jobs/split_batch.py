@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..datasets.index import is_index, read_index
-from ..scene.seen.missing_data import require_data
+from ..scene.readers.missing_data import require_data
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from . import data_set_batch, job_files, job_status, render_job, same_job, work

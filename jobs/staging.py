@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..scene.animation import curves_of
-from ..scene.seen.pinhole import set_pinhole
+from ..scene.readers.pinhole import set_pinhole
 from ..scene.stored_lamps import PROPERTY
 from ..scene.temporary import render_settings
 from ..uw_spectral.errors import InputError
@@ -50,12 +50,12 @@ def staged(scene: bpy.types.Scene, stage: Stage | None) -> Iterator[None]:
 
 
 def notes(scene: bpy.types.Scene, stage: Stage | None) -> list[str]:
-    """Return what a scene asks for that is not heeded with a stage."""
+    """Return what a scene asks for that is not supported with a stage."""
     if stage is None:
         return []
     render = scene.render
     asked = {"render region": render.use_border, "transparent film": render.film_transparent}
-    said = "is not heeded: pictures of a data set are whole and opaque"
+    said = "is not supported: pictures of a data set are whole and opaque"
     return [f"the {name} {said}" for name, is_on in asked.items() if is_on]
 
 
@@ -114,7 +114,7 @@ def _curves() -> Iterator[bpy.types.FCurve]:
 
 @contextlib.contextmanager
 def _lowered(scene: bpy.types.Scene, stage: Stage) -> Iterator[None]:
-    """Let everything hang on a thing that goes down."""
+    """Let everything hang on an object that goes down."""
     roots = [item for item in scene.objects if item.parent is None]
     linked = next((item.name for item in roots if not item.is_editable), None)
     if linked is not None:

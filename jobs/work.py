@@ -19,14 +19,14 @@ from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
 from ..scene.marks import require_no_water
 from ..scene.materials import own_water
-from ..scene.seen import cameras, picture_size, stereo, unusable_places
-from ..scene.seen.missing_data import missing_notes
-from ..scene.seen.own_seabed import floor_note
-from ..scene.seen.surroundings import has_things
+from ..scene.readers import cameras, picture_size, stereo, unusable_places
+from ..scene.readers.missing_data import missing_notes
+from ..scene.readers.own_seabed import floor_note
+from ..scene.readers.surroundings import has_objects
 from ..scene.session import other_scenes
 from ..scene.temporary import held
-from ..scene.unheeded import unheeded, unheeded_of_camera
-from ..scene.water.shade import Kept
+from ..scene.unsupported import unsupported, unsupported_of_camera
+from ..scene.water.occlusion import Cache
 from ..uw_spectral.errors import InputError
 from . import band_passes, render_region, staging
 from .claims import claimed
@@ -176,7 +176,7 @@ def _said(scene: bpy.types.Scene, manifest: Manifest) -> tuple[str, ...]:
     hidden = manifest.output.hidden
     said = (
         *missing_notes(scene, manifest.frames),
-        *(*scripts.notes(), *unheeded(scene), *unlit_scans.notes(scene), other_scenes(scene)),
+        *(*scripts.notes(), *unsupported(scene), *unlit_scans.notes(scene), other_scenes(scene)),
         *staging.notes(scene, manifest.stage),
         own_water.hidden_note(hidden) if hidden else "",
     )
@@ -273,9 +273,9 @@ class _Water:
         scene.frame_set(first.frame)
         plan, output = self._plans.of(first.frame), manifest.output
         eyes = tuple(view.eye for view in of_camera if view.eye)
-        kept, ground = Kept(of_job=True), None
-        if math.isfinite(plan.column.floor_depth) and has_things(scene):
-            ground = kept.look(scene, camera, plan.column, eyes).ground
+        cache, ground = Cache(of_job=True), None
+        if math.isfinite(plan.column.floor_depth) and has_objects(scene):
+            ground = cache.look(scene, camera, plan.column, eyes).ground
         opening = Opening(
             plan=plan,
             extent=extent_of(manifest),
@@ -286,13 +286,13 @@ class _Water:
             froxels=output.froxels,
             device=output.device,
             eyes=eyes,
-            kept=kept,
+            cache=cache,
         )
         # Before the water is there.
         traced = _engine(manifest).method.traced
         said = (
             *self._said,
-            *unheeded_of_camera(scene, camera, traced=traced),
+            *unsupported_of_camera(scene, camera, traced=traced),
             "" if output.transparent else transparent_film.note(scene, camera, plan.settings, eyes),
             floor_note(plan, ground),
             *unusable_places.notes(),

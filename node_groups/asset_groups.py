@@ -30,7 +30,7 @@ _SOCKETS = {
     EXTINCTION: Socket("Vector", "Absorption and scattering together, 1/m", (0.4, 0.1, 0.08), 0.0),
     KIND: Socket("Float", "0 to 9: Jerlov I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C", 2.0, 0.0),
     STRENGTH: Socket("Float", "Contrast; 1 as the surface makes it, 0 none", 1.0, 0.0),
-    TRANSMITTANCE: Socket("Vector", "Share of the light that arrives unscattered"),
+    TRANSMITTANCE: Socket("Vector", "Fraction of the light that arrives unscattered"),
     COLOUR: Socket("Color", "Linear colour of the open water"),
     SUNLIGHT: Socket("Float", "Factor on the sunlight at the shaded point"),
 }
@@ -40,7 +40,7 @@ def build_transmittance(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group of the light that passes water of a given extinction."""
     asset = _group(
         name, (DISTANCE, EXTINCTION), (TRANSMITTANCE,),
-        "Share of light that arrives unscattered after a way through water",
+        "Fraction of light that arrives unscattered after a way through water",
     )  # fmt: skip
     passed = transmittance(asset.given[EXTINCTION], asset.given[DISTANCE], NODES)
     return asset.finished({TRANSMITTANCE: passed})
@@ -60,7 +60,7 @@ def build_jerlov_colour(name: str, colours: Sequence[Sequence[float]]) -> bpy.ty
 def build_caustics(
     name: str, shape: Shape, numbers: Numbers, images: WaveImages
 ) -> bpy.types.ShaderNodeTree:
-    """Build the group of the sunlight that waves focus on things, at one moment."""
+    """Build the group of the sunlight that waves focus on objects, at one moment."""
     asset = _group(
         name, (STRENGTH,), (SUNLIGHT,),
         "Sunlight under waves at the shaded point, relative to a flat surface at z = 0",

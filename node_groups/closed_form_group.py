@@ -3,7 +3,7 @@
 Drop it into a material, behind Shader to RGB, or into a world: every number is an input that can
 be keyframed, and what follows from them is computed in the nodes, for each pixel. There is no
 table, driver or handler. It knows one homogeneous water under a flat surface at z = 0 and a
-uniform sky; no thing shades it, and no lamp lights it.
+uniform sky; no object shades it, and no lamp lights it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from ..uw_spectral.closed_form.one_lobe import plain_water
 from ..uw_spectral.closed_form.pixel import surface_light
-from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
+from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.transfer.path_integral import transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -54,7 +54,7 @@ _INPUTS = {
     EMISSION: Socket("Color", "Radiance that the surface emits", _BLACK),
     COVERAGE: Socket(
         "Float",
-        "Share of the surface that is not transparent; the colours above hold it already",
+        "Fraction of the surface that is not transparent; the colours above hold it already",
         1.0, 0.0, 1.0,
     ),
     NORMAL: Socket("Vector", "Unit normal of the surface; 0, 0, 0 is the geometry's", (0.0,) * 3),
@@ -98,7 +98,7 @@ _WAY = {
     DIRECTION: Socket("Vector", "Unit vector away from the camera, z up", (0.0, 1.0, 0.0)),
 }
 _FOUND = {
-    TRANSMITTANCE: Socket("Vector", "Share of the light that arrives unscattered"),
+    TRANSMITTANCE: Socket("Vector", "Fraction of the light that arrives unscattered"),
     PATH_RADIANCE: Socket(
         "Vector",
         "Light that the water scatters into the view, per steradian, relative to the sun's "
@@ -172,7 +172,7 @@ def build_water(
 
 def _water(
     given: dict[str, NodeValue], sun: tuple[NodeValue, ...], y_o: Operand
-) -> UndisturbedWater:
+) -> UnoccludedWater:
     return plain_water(
         given[ABSORPTION], given[SCATTERING], given[ASYMMETRY], given[SECOND_MOMENT],
         E=given[SUN_IRRADIANCE], L_sky=given[SKY_RADIANCE], sun=sun, y_o=y_o,

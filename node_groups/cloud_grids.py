@@ -18,7 +18,7 @@ from ..uw_spectral.clouds.density_grid import (
 )
 from ..uw_spectral.mathematics import Operand
 from .node_mathematics import NODES, Graph, NodeValue
-from .texels import closest, number_image, texel
+from .texture_atlas import closest, number_image, texel
 
 NAME, LAMPS_NAME = "UW Cloud Grids", "UW Cloud Lamps"
 _WIDTH, _HIGH = BLOCK

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..uw_spectral.clouds.puff import Puff
+from ..uw_spectral.clouds.gaussian_blob import GaussianBlob
 from . import attributes, water_volume
 from .node_mathematics import NODES, Graph, NodeValue
 from .water_volume import ScatteringLobe
@@ -13,12 +13,12 @@ from .water_volume import ScatteringLobe
 NAME = "UW Cloud"
 
 
-def build_puff(lobes: tuple[ScatteringLobe, ...], index: int, outline: float) -> bpy.types.Material:
-    """Build the material of a puff, whose outline is a sphere in its object's own space."""
-    puff = Puff.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
+def build_blob(lobes: tuple[ScatteringLobe, ...], index: int, outline: float) -> bpy.types.Material:
+    """Build the material of a blob, whose outline is a sphere in its object's own space."""
+    blob = GaussianBlob.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
 
     def density(graph: Graph) -> NodeValue:
-        return puff.density(_own_place(graph), NODES) * _wet(graph)
+        return blob.density(_own_place(graph), NODES) * _wet(graph)
 
     return _named(water_volume.build(lobes, attributes.cloud(index), density))
 

@@ -20,7 +20,7 @@ from ..uw_spectral.lamps.profile import LampProfile
 from ..uw_spectral.lamps.scattered_irradiance import TERMS
 from ..uw_spectral.lamps.scattered_source import AZIMUTHS, BENDS, TURNS
 from .node_mathematics import NODES, Graph, NodeValue
-from .texels import number_image, texel
+from .texture_atlas import number_image, texel
 
 _NAME = "UW Lamp Sources"
 _MARGIN = 1
@@ -43,7 +43,7 @@ def new_image(places: int) -> bpy.types.Image:
 def write(
     image: bpy.types.Image,
     in_water: LampField,
-    on_things: LampField,
+    on_surfaces: LampField,
     profiles: Sequence[LampProfile],
 ) -> None:
     """Put the scattered light of lamps into an image, unless it has that.
@@ -52,12 +52,12 @@ def write(
     ----------
     image : Image
         Of :func:`new_image`.
-    in_water, on_things : LampField
+    in_water, on_surfaces : LampField
         Of three bands.
     profiles : sequence of LampProfile
         Of the lamps; no more than the image has places.
     """
-    places = [(in_water.source(one).values, on_things.arriving(one).values) for one in profiles]
+    places = [(in_water.source(one).values, on_surfaces.arriving(one).values) for one in profiles]
     key = hashlib.sha256(b"".join(np.ascontiguousarray(x).data for x in sum(places, ())))
     if image.get(_WRITTEN) == key.hexdigest():
         return

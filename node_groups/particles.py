@@ -18,7 +18,7 @@ from ..uw_spectral.water.particles import (
     PLANKTON,
     SILT,
     SNOW,
-    USUAL_SLOPE,
+    TYPICAL_SLOPE,
     ParticleCloud,
     diameter,
     drifted,
@@ -45,7 +45,7 @@ _INPUTS: dict[str, tuple[str, object, str]] = {
     SIDE: ("NodeSocketFloat", 2.0, "Side of the box around the camera, m"),
     SMALLEST: ("NodeSocketFloat", 5e-4, "Diameter, m"),
     LARGEST: ("NodeSocketFloat", 1e-3, "Diameter, m"),
-    SLOPE: ("NodeSocketFloat", USUAL_SLOPE, "Numbers fall with this power of the diameter"),
+    SLOPE: ("NodeSocketFloat", TYPICAL_SLOPE, "Numbers fall with this power of the diameter"),
     RISE: ("NodeSocketFloat", 0.0, "Speed upwards of the smallest, m/s; negative sinks"),
     RISE_LARGEST: ("NodeSocketFloat", 0.0, "Speed upwards of the largest, m/s"),
     DRIFT: ("NodeSocketVector", (0.0, 0.0, 0.0), "Velocity of the water, m/s"),
@@ -78,8 +78,8 @@ def build_class() -> bpy.types.GeometryNodeTree:
     chance = _Chance(graph, sockets[SEED])
     side = given[SIDE]
     start = graph.components(chance.vector(0) * side)
-    share = chance.number(1)
-    size = diameter(share, given[SMALLEST], given[LARGEST], given[SLOPE], NODES)
+    fraction = chance.number(1)
+    size = diameter(fraction, given[SMALLEST], given[LARGEST], given[SLOPE], NODES)
     # Between the ends the speed follows a power law, as it does over an octave.
     along = NODES.log(size / given[SMALLEST]) / NODES.log(given[LARGEST] / given[SMALLEST])
     rise = given[RISE] + (given[RISE_LARGEST] - given[RISE]) * along

@@ -39,20 +39,21 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         ahead = slope_ahead(graph, sources.values, sources.waves, eye, w)
     P = distance_in_water(y_o, -w[2], water.values[FLOOR_DEPTH], NODES)
     found = {}
-    shade = water.shade()
-    if shade is not None:
-        found = shade.on_path(eye, w, P)
+    occlusion = water.occlusion()
+    if occlusion is not None:
+        found = occlusion.on_path(eye, w, P)
     ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
-    path_shade = water.path_shade(found, ray.falling_off(y_e, w), P)
+    path_occlusion = water.path_occlusion(found, ray.falling_off(y_e, w), P)
     floating = {}
     if shape.floating:
         group = realtime_clouds.build(shape, sources, ahead=True)
         rate = ray.falling_off(y_e, w)[1]
         floating = in_group(graph, group, {realtime_clouds.RATE: rate})
-        path_shade = realtime_clouds.shadowed(path_shade, floating)
+        path_occlusion = realtime_clouds.shadowed(path_occlusion, floating)
     end = [e + along * P for e, along in zip(eye, w, strict=True)]
     pixel = ray.open_water(
-        y_o, w, water.sky, water.index, ripples=water.ripples(ahead.get(SLOPE)), shade=path_shade,
+        y_o, w, water.sky, water.index,
+        ripples=water.ripples(ahead.get(SLOPE)), occlusion=path_occlusion,
         picture=water.picture(end), foam=water.foam(ahead.get(FOAM)), window=water.window(end, w),
     )  # fmt: skip
     if sources.lamps is not None:
@@ -63,14 +64,14 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         lit = in_group(graph, path, {FLOOR_DEPTH: water.values[FLOOR_DEPTH]})
         pixel = replace(pixel, lamps=lit[realtime_lamps.LIGHT])
     if "B_single" in shape.layers:
-        once = ray.single_scattering(y_o, y_e, w, P) * path_shade.once
-        pixel = replace(pixel, single_scattering=once)
+        single = ray.single_scattering(y_o, y_e, w, P) * path_occlusion.single
+        pixel = replace(pixel, single_scattering=single)
     if floating:
         pixel = veiled(pixel, realtime_clouds.veil_of(floating), ray, y_o, w)
     seen: Operand = water.seen(pixel.total)
     if shape.shafts:
         # The volume has shadows of its own.
-        drawn = shaft(ray, y_o, w, water.values[SHAFT_END]) * path_shade.once
+        drawn = shaft(ray, y_o, w, water.values[SHAFT_END]) * path_occlusion.single
         seen = seen - NODES.maximum(drawn, 0.0)
     graph.assign(seen, graph.node("NodeGroupOutput").inputs[0])
     realtime_layers.write(graph, shape.layers, pixel_layers(pixel))

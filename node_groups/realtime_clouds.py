@@ -18,9 +18,9 @@ from ..uw_spectral.clouds.cloud_light import (
     Together,
     Veil,
 )
-from ..uw_spectral.clouds.cloud_shadow import daylit_shares
+from ..uw_spectral.clouds.cloud_shadow import daylit_fractions
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.transfer.channel_pixel import LightLeft, ShadeOnPath
+from ..uw_spectral.transfer.channel_pixel import OcclusionFactor, OcclusionOnPath
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
@@ -32,7 +32,7 @@ from .realtime_lamps import CloudsOf
 from .realtime_rays import camera_place, place_here, view_direction, view_distance
 from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Shape, Values
 from .realtime_water import Sources
-from .texels import closest, number_image
+from .texture_atlas import closest, number_image
 
 NAME = "UW Clouds"
 UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
@@ -55,15 +55,15 @@ _WIDTH = _ESCAPES + ESCAPES
 
 
 def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNodeTree:
-    """Build the group of clouds before a thing, or up to the boundary.
+    """Build the group of clouds before an object, or up to the boundary.
 
-    Its input :data:`RATE` is that of :func:`.daylit_shares`.
+    Its input :data:`RATE` is that of :func:`.daylit_fractions`.
 
     Parameters
     ----------
     ahead : bool
         Whether the path goes to the boundary. Else there are the outputs :data:`SUNLIGHT` and
-        :data:`SKYLIGHT`: shares of the sun's and of other light that clouds leave on the thing.
+        :data:`SKYLIGHT`: fractions of the sun's and of other light that clouds leave on the object.
     """
     tree = new_group(NAME)
     tree.interface.new_socket(RATE, in_out="INPUT", socket_type="NodeSocketFloat")
@@ -84,7 +84,7 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
 
     follow = functools.partial(followed, graph)
     rate = graph.term(graph.node("NodeGroupInput").outputs[RATE])
-    daylit = daylit_shares(clouds, origin, w, P, rate, chance(graph, w)[0], add_up)
+    daylit = daylit_fractions(clouds, origin, w, P, rate, chance(graph, w)[0], add_up)
     veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up, follow)
     results: dict[str, Operand] = {
         UNSCATTERED: veil.unscattered,
@@ -96,8 +96,8 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
         DAYLIT: daylit[1],
     }
     if not ahead:
-        results[SUNLIGHT] = clouds.sunlight_left(place_here(graph))
-        results[SKYLIGHT] = clouds.skylight_left(place_here(graph))
+        results[SUNLIGHT] = clouds.sunlight_transmittance(place_here(graph))
+        results[SKYLIGHT] = clouds.skylight_transmittance(place_here(graph))
     for name in results:
         kind = "NodeSocketFloat" if name == MIDDLE else "NodeSocketVector"
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
@@ -112,13 +112,15 @@ def veil_of(found: dict[str, NodeValue]) -> Veil:
     return Veil(*(found[name] for name in _OUTPUTS))
 
 
-def shadowed(shade: ShadeOnPath, found: dict[str, NodeValue]) -> ShadeOnPath:
+def shadowed(occlusion: OcclusionOnPath, found: dict[str, NodeValue]) -> OcclusionOnPath:
     """Return what is left of a path's light in the shadows of clouds, if there are any."""
     if not found:
-        return shade
-    left, here = shade.scattered, found[DAYLIT]
-    scattered = LightLeft(left.mean * here, None if left.share is None else left.share * here)
-    return ShadeOnPath(scattered, shade.once * found[SUNLIT])
+        return occlusion
+    factor, here = occlusion.scattered, found[DAYLIT]
+    scattered = OcclusionFactor(
+        factor.mean * here, None if factor.fraction is None else factor.fraction * here
+    )
+    return OcclusionOnPath(scattered, occlusion.single * found[SUNLIT])
 
 
 def new_image(shape: Shape) -> bpy.types.Image:
@@ -247,7 +249,7 @@ def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
     sun = Values(graph, sources.values, shape).of(*SUN)
     group = None if sources.clouds is None else CloudTable(graph, sources.clouds)
     if sources.grids is not None:
-        lamps = shape.lamps - shape.thrown
+        lamps = shape.lamps - shape.virtual
         group = Together(group, grids_in(graph, sources.grids, sources.grid_lamps, lamps))
     assert group is not None, "there are clouds"
     return Clouds(group, kinds(shape.floating), sun, NODES)

@@ -1,4 +1,4 @@
-"""Node group colour of what is clear → share of each channel that it lets through.
+"""Node group colour of what is clear → fraction of each channel that it lets through.
 
 Channels are sums over bands: what a colour takes of one depends on the light behind, for which that
 of level open water at the camera stands.
@@ -19,7 +19,7 @@ def build(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNod
     """Build the group; it is one of those that stand before the user's inputs."""
     tree = new_group(NAME)
     tree[uplift.KIND] = uplift.FILTER
-    for label, way in ((uplift.COLOR_INPUT, "INPUT"), ("Share", "OUTPUT")):
+    for label, way in ((uplift.COLOR_INPUT, "INPUT"), ("Fraction", "OUTPUT")):
         tree.interface.new_socket(label, in_out=way, socket_type="NodeSocketVector")
     graph = Graph(tree)
     rgb = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))

@@ -2,9 +2,9 @@
 
 The first row of the image holds the places of the quadratures and the numbers of the water; then
 come, with a margin of one texel, the tables of the spread of scattered light; and a block for each
-lamp, and each that stands for things that throw light back: its numbers, its profile, its tables
+lamp, and each that stands for objects that throw light back: its numbers, its profile, its tables
 over the length of a path (:mod:`..uw_spectral.lamps.lamp_channels`), its blurred profiles and a map
-of how far it shines into the water. All light is in three channels. Shadows on things are EEVEE's
+of how far it shines into the water. All light is in three channels. Shadows on objects are EEVEE's
 own: a lamp of one colour stands for each, so faint beside the sun that it is not seen on the
 scene's own materials, and a white surface reads it.
 """
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.clouds.cloud_light import Clouds
-from ..uw_spectral.clouds.lamp_lit_cloud import LampAndClouds, left_on_thing
+from ..uw_spectral.clouds.lamp_lit_cloud import LampAndClouds, transmittance_to_surface
 from ..uw_spectral.lamps.angular_spread import (
     ANGLES,
     LENGTHS,
@@ -37,10 +37,10 @@ from ..uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
 from ..uw_spectral.lamps.lamp_channels import (
     COLOURS,
     FLOATING,
+    ChannelLamp,
     ChannelLight,
-    FoldedLamp,
     LampChannels,
-    ThingLight,
+    SurfaceLight,
     matte_part,
     of_colour,
     place_of_length,
@@ -52,9 +52,9 @@ from ..uw_spectral.lamps.lamp_shadow import DISTANCES, PART_SIDE, SIDE, SOFT_SID
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField, LampWater
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile, sample_place
+from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
 from ..uw_spectral.lamps.soft_shadow import SoftMap
-from ..uw_spectral.lamps.three_bands import COUNT as BANDS
-from ..uw_spectral.lamps.thrown_back import COUNT as PARTS
+from ..uw_spectral.lamps.virtual_point_lights import COUNT as PARTS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
@@ -64,7 +64,7 @@ from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
-from .texels import closest, number_image, texel
+from .texture_atlas import closest, number_image, texel
 
 NAME = "UW Lamps"
 NORMAL, VISIBILITY, COLOR, MEASURED = "Normal", "Lamp Visibility", "Color", "Measured"
@@ -78,7 +78,7 @@ FACETS: tuple[dict[str, str], ...] = (
     {MIRROR: _RGB, EDGE: _RGB, CLEAR: _RGB, ROUGHNESS: _FLOAT, CLEAR_INDEX: _FLOAT},
     {COAT: _FLOAT, COAT_ROUGHNESS: _FLOAT, COAT_INDEX: _FLOAT, COAT_NORMAL: "NodeSocketVector"},
 )
-"""Inputs of the facets of things and of those of coats over them: see :class:`.Facets`."""
+"""Inputs of the facets of objects and of those of coats over them: see :class:`.Facets`."""
 SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE, EXCITING = "Seen", "D", "F", "J", "E", "Exciting"
 """Outputs of :func:`build_patch`."""
 SUNLIT, CODE = "lamps beside the sun", "lamp code"
@@ -87,17 +87,17 @@ NUMBERS = (SUNLIT, CODE)
 CODES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 """Colours of the lamps that cast shadows; the first is the sun's where it shines."""
 NO_SHADOW = (0.0, 0.0, 0.0)
-"""In place of the colour of what stands for things, and of lamps that cast no shadow."""
+"""In place of the colour of what stands for objects, and of lamps that cast no shadow."""
 CloudsOf = Callable[[Graph], Clouds]
 """Makes the clouds of a scene in a node tree."""
 # Custom properties of the image.
 _PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
-_THROWN, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
+_VIRTUAL, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
 _QUADRATURES = (PATH_NODES, MORE_NODES)
 _NUMBERS = sum(_QUADRATURES)  # first column after them
-_EXTENT, _IN_WATER, _ON_THINGS, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
+_EXTENT, _IN_WATER, _ON_SURFACES, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY, _FIRST_PART = range(8)
-_PROFILE, _FOLDED = 1, 2  # rows of a block; its numbers are in the first
+_PROFILE, _PROJECTED = 1, 2  # rows of a block; its numbers are in the first
 _MARGIN = 1
 _SPREAD, _SPREAD_ROWS = 1, LENGTHS + 2 * _MARGIN
 _PATCHES = ANGLES + 2 * _MARGIN  # first column of the irradiance on patches
@@ -107,7 +107,7 @@ _PART_COLUMNS = PART_SIDE + 2 * _MARGIN
 _SOFT = _SHADOW + SIDE + 2 * _MARGIN  # that of the maps of scattered light, side by side
 _SOFT_COLUMNS = SOFT_SIDE + 2 * _MARGIN
 _FLOATING_ROWS = FLOATING + 2 * _MARGIN
-_BESIDE = 3  # maps of parts of lit things, in rows below those of scattered light
+_BESIDE = 3  # maps of parts of lit objects, in rows below those of scattered light
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * _MARGIN
 _WIDTH = max(
     SAMPLES,
@@ -158,7 +158,7 @@ class _Rows:
 
     @property
     def unscattered(self) -> int:
-        return _FOLDED + self.parts
+        return _PROJECTED + self.parts
 
     @property
     def in_water(self) -> int:
@@ -190,7 +190,7 @@ def new_images(
     profiles: int,
     parts: int,
     measured: int = 0,
-    thrown: int = 0,
+    virtual: int = 0,
     *,
     from_air: bool = False,
     exciting: bool = False,
@@ -201,15 +201,15 @@ def new_images(
     Parameters
     ----------
     lamps : int
-        Those that stand for things included.
+        Those that stand for objects included.
     profiles : int
         That these may have.
     parts : int
         Of the phase function.
     measured : int
-        Measured reflectances of things.
-    thrown : int
-        How many of the lamps stand for things; they come last.
+        Measured reflectances of objects.
+    virtual : int
+        How many of the lamps stand for objects; they come last.
     from_air : bool
         Whether some may shine into the water from above.
     exciting : bool
@@ -222,12 +222,12 @@ def new_images(
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[_MEASURED], image[_FROM_AIR] = parts, measured, from_air
-    image[_THROWN], image[_EXCITING], image[_FLOATING] = thrown, excited, floating
+    image[_VIRTUAL], image[_EXCITING], image[_FLOATING] = virtual, excited, floating
     return LampImages(image, lamp_sources.new_image(profiles))
 
 
 def write_lamps(
-    images: LampImages, folded: LampChannels, colours: Sequence[Sequence[float]]
+    images: LampImages, projected: LampChannels, colours: Sequence[Sequence[float]]
 ) -> None:
     """Put lamps and their water into images of their size.
 
@@ -236,16 +236,16 @@ def write_lamps(
     colours : sequence of 3
         Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
     """
-    profiles = list(dict.fromkeys(lamp.profile for lamp in folded.lamps))
-    lamp_sources.write(images.sources, *_fields(folded), profiles)
+    profiles = list(dict.fromkeys(lamp.profile for lamp in projected.lamps))
+    lamp_sources.write(images.sources, *_fields(projected), profiles)
     image = images.numbers
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, folded, colours, profiles)))
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, projected, colours, profiles)))
     image.update()
 
 
 def _pixels(
     size: Sequence[int],
-    folded: LampChannels,
+    projected: LampChannels,
     colours: Sequence[Sequence[float]],
     profiles: Sequence[LampProfile],
 ) -> NDArray[np.float32]:
@@ -253,28 +253,28 @@ def _pixels(
     out = np.zeros((height, width, 4), np.float32)
     out[..., 3] = 1.0
     row = np.concatenate([np.transpose(gauss(count)) for count in _QUADRATURES])
-    in_water, on_things = folded.in_water, folded.on_things
+    in_water, on_surfaces = projected.in_water, projected.on_surfaces
     out[0, : len(row), :2] = row
-    out[0, _EXTENT, :2] = folded.stretch, in_water.reach
-    out[0, _SCALES, :2] = [field.harmonics.scale for field in _fields(folded)]
-    out[0, _IN_WATER, :3], out[0, _ON_THINGS, :3] = in_water.b, on_things.b
+    out[0, _EXTENT, :2] = projected.stretch, in_water.reach
+    out[0, _SCALES, :2] = [field.harmonics.scale for field in _fields(projected)]
+    out[0, _IN_WATER, :3], out[0, _ON_SURFACES, :3] = in_water.b, on_surfaces.b
     out[0, _WIDE, :3] = in_water.wide
-    in_spread, on_spread = in_water.spread, on_things.spread
+    in_spread, on_spread = in_water.spread, on_surfaces.spread
     assert isinstance(in_spread, WaterSpread)
     assert isinstance(on_spread, WaterSpread)
     _put(out[_SPREAD:], 0, in_spread.narrow.values)
     _put(out[_SPREAD:], _PATCHES, on_spread.on_patches.values)
     first = _SPREAD + _SPREAD_ROWS
-    floating = _FLOATING_ROWS * folded.floats
-    rows = _Rows(folded.parts, folded.measured, BANDS * folded.excites, floating)
-    for index, (lamp, tables) in enumerate(zip(folded.lamps, folded.folded, strict=True)):
+    floating = _FLOATING_ROWS * projected.floats
+    rows = _Rows(projected.parts, projected.measured, BANDS * projected.excites, floating)
+    for index, (lamp, tables) in enumerate(zip(projected.lamps, projected.projected, strict=True)):
         block = out[first + rows.all * index :][: rows.all]
         _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
         _put(block[rows.tables :], 0, on_spread.profile(lamp.profile).values)
         if lamp.shadow is not None:
             assert isinstance(lamp.shadow, ValueGrid)
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
-        if folded.floats:
+        if projected.floats:
             _put(block[rows.floats :], 0, tables.floating)
         for place, part in enumerate(lamp.parts):
             if part.shadow is not None:
@@ -290,17 +290,17 @@ def _pixels(
     return out
 
 
-def _fields(folded: LampChannels) -> tuple[LampField, LampField]:
-    in_water, on_things = folded.in_water.field, folded.on_things.field
+def _fields(projected: LampChannels) -> tuple[LampField, LampField]:
+    in_water, on_surfaces = projected.in_water.field, projected.on_surfaces.field
     assert isinstance(in_water, LampField)
-    assert isinstance(on_things, LampField)
-    return in_water, on_things
+    assert isinstance(on_surfaces, LampField)
+    return in_water, on_surfaces
 
 
 def _put_lamp(
     block: NDArray[np.float32],
     lamp: Lamp,
-    folded: FoldedLamp,
+    projected: ChannelLamp,
     colour: Sequence[float],
     source: int,
 ) -> None:
@@ -308,21 +308,22 @@ def _put_lamp(
     numbers = block[0]
     numbers[_POSITION, :3], numbers[_AXIS, :3] = lamp.position, lamp.axis
     numbers[_FORM, :3] = lamp.radius, edge, source
-    unblocked = max(lamp.thrown, lamp.unblocked)
-    numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.thrown, unblocked)
+    unblocked = max(lamp.virtual, lamp.unblocked)
+    numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.virtual, unblocked)
     numbers[_STANDS, :3], numbers[_DRY, 0] = lamp.own_place, lamp.dry
     for index, part in enumerate(lamp.parts):
         place = _FIRST_PART + 3 * index
-        numbers[place, :3], numbers[place + 2, :3] = part.position, part.share
+        numbers[place, :3], numbers[place + 2, :3] = part.position, part.fraction
         # One texel has both: a direction has no length.
         numbers[place + 1, :3] = np.array(part.axis) * max(float(part.radius), _LEAST_RADIUS)
     block[_PROFILE, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
-    coloured = folded.coloured.reshape(-1, SAMPLES, 3)
+    coloured = projected.coloured.reshape(-1, SAMPLES, 3)
     tables = [
-        folded.scattered, folded.unscattered[None], folded.in_water, coloured, folded.exciting,
+        projected.scattered, projected.unscattered[None], projected.in_water, coloured,
+        projected.exciting,
     ]  # fmt: skip
     rows = np.concatenate(tables)
-    block[_FOLDED : _FOLDED + len(rows), :SAMPLES, :3] = rows
+    block[_PROJECTED : _PROJECTED + len(rows), :SAMPLES, :3] = rows
 
 
 def _put(out: NDArray[np.float32], column: int, values: NDArray[np.float64]) -> None:
@@ -481,23 +482,23 @@ class LampTable:
         return (self.image.size[1] - _SPREAD - _SPREAD_ROWS) // self.rows.all
 
     @property
-    def thrown(self) -> int:
-        """How many of them stand for things; these come last."""
-        return int(self.image[_THROWN])
+    def virtual(self) -> int:
+        """How many of them stand for objects; these come last."""
+        return int(self.image[_VIRTUAL])
 
     def parts(self, index: NodeValue) -> list[LitPart]:
         """Return the parts of what a lamp stands for."""
         row, found = self._row(index), []
         for number in range(PARTS):
             place = _FIRST_PART + 3 * number
-            position, turned, share = (self._at(place + i, row) for i in range(3))
+            position, turned, fraction = (self._at(place + i, row) for i in range(3))
             radius = NODES.sqrt(turned.dot(turned))
             axis = self.graph.components(turned * (1.0 / radius))
             down, across = (float(_PART_COLUMNS * x) for x in divmod(number, _BESIDE))
             tables = row + (self.rows.tables + _SOFT_COLUMNS + down)
             shadow = _ImageShadow(self.graph, self.image, _SOFT + across, tables)
             at = self.graph.components(position)
-            found.append(LitPart(at, axis, share, radius, shadow))
+            found.append(LitPart(at, axis, fraction, radius, shadow))
         return found
 
     def colour(self, index: NodeValue) -> NodeValue:
@@ -514,10 +515,10 @@ class LampTable:
         tables = row + float(self.rows.tables)
         shadow = _ImageShadow(self.graph, self.image, float(_SHADOW), tables)
         profile = _ImageProfile(self.graph, self.image, row + float(_PROFILE), edge, source, tables)
-        seen, thrown, unblocked = self.graph.components(self._at(_SEEN, row))
+        seen, virtual, unblocked = self.graph.components(self._at(_SEEN, row))
         soft = _ImageSoft(self.graph, self.image, tables)
         lamp = Lamp(
-            position, axis, 1.0, profile, radius, seen, shadow, thrown, unblocked, soft=soft
+            position, axis, 1.0, profile, radius, seen, shadow, virtual, unblocked, soft=soft
         )
         if not self.image[_FROM_AIR]:
             return lamp
@@ -529,19 +530,19 @@ class LampTable:
         return ChannelLight(
             self._water(_IN_WATER),
             components,
-            self._folded(index, _FOLDED, self.rows.parts),
-            self._folded(index, self.rows.unscattered, 1)[0],
-            self._folded(index, self.rows.in_water, BANDS),
+            self._projected(index, _PROJECTED, self.rows.parts),
+            self._projected(index, self.rows.unscattered, 1)[0],
+            self._projected(index, self.rows.in_water, BANDS),
             self.graph.components,
             _ImageGrid(self.graph, self.image, 0.0, self._row(index) + float(self.rows.floats)),
         )
 
-    def on_things(self, index: NodeValue) -> ThingLight:
-        """Return the light of a lamp on things."""
-        rows = self._folded(index, self.rows.coloured, BANDS * COLOURS)
+    def on_surfaces(self, index: NodeValue) -> SurfaceLight:
+        """Return the light of a lamp on objects."""
+        rows = self._projected(index, self.rows.coloured, BANDS * COLOURS)
         coloured = [rows[BANDS * colour :][:BANDS] for colour in range(COLOURS)]
-        water = self._water(_ON_THINGS)
-        return ThingLight(water, coloured, self.graph.components)
+        water = self._water(_ON_SURFACES)
+        return SurfaceLight(water, coloured, self.graph.components)
 
     def of_measured(self, index: NodeValue, number: NodeValue, length: NodeValue) -> list[Operand]:
         """Look up the tables of a measured reflectance; the first has the number 1."""
@@ -552,7 +553,7 @@ class LampTable:
 
     def exciting(self, index: NodeValue, length: NodeValue) -> list[Operand]:
         """Look up the tables of what excites fluorophores."""
-        return [row.at(length) for row in self._folded(index, self.rows.excited, BANDS)]
+        return [row.at(length) for row in self._projected(index, self.rows.excited, BANDS)]
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
@@ -561,20 +562,20 @@ class LampTable:
         first = float(sum(_QUADRATURES[: _QUADRATURES.index(count)]))
 
         def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
-            place, share, _ = self.graph.components(self._at(index + first, 0.0))
-            return term(place, share)
+            place, fraction, _ = self.graph.components(self._at(index + first, 0.0))
+            return term(place, fraction)
 
         return summed(self.graph, count, of_place)
 
     def _water(self, column: int) -> LampWater:
         b, wide, nothing = self._at(column, 0.0), self._at(_WIDE, 0.0), Mixture((), ())
         reach = self._extent[1]
-        scale = self.graph.components(self._at(_SCALES, 0.0))[column == _ON_THINGS]
+        scale = self.graph.components(self._at(_SCALES, 0.0))[column == _ON_SURFACES]
         field = _ImageField(self.graph, self.images.sources, scale)
         spread = _ImageSpread(self.graph, self.image)
         return LampWater(0.0, b, b, nothing, spread, field, wide, reach)
 
-    def _folded(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
+    def _projected(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
         return self._rows(self._row(index) + float(row), count)
 
     def _rows(self, first: NodeValue, count: int) -> list[_ImageRow]:
@@ -600,7 +601,7 @@ def build_path(
     rays: bpy.types.ShaderNodeTree | None = None,
     clouds: CloudsOf | None = None,
 ) -> bpy.types.ShaderNodeTree:
-    """Build the group of the light of lamps in the water before a thing, or up to the boundary.
+    """Build the group of the light of lamps in the water before an object, or up to the boundary.
 
     Parameters
     ----------
@@ -640,7 +641,7 @@ def build_path(
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue]:
         lamp = table.lamp(index)
-        ray = ray_past_lamp(lamp, origin, w, P, NODES, before_thing=not ahead)
+        ray = ray_past_lamp(lamp, origin, w, P, NODES, before_surface=not ahead)
         light = table.in_water(index, components)
         if floating is None:
             return (light.along(lamp, ray, NODES, table.integrate),)
@@ -657,7 +658,7 @@ def build_patch(
     facets: int = 0,
     clouds: CloudsOf | None = None,
 ) -> bpy.types.ShaderNodeTree:
-    """Build the group of the light of lamps on a thing.
+    """Build the group of the light of lamps on an object.
 
     Inputs: ``Normal``; ``Lamp Visibility``, of :func:`visibility`; ``Color``, the reflectance;
     those of :data:`FACETS`; and, if the image has measured reflectances, ``Measured``: 0, or the
@@ -668,20 +669,20 @@ def build_patch(
     outputs : collection of str
         Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
         of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
-        at the thing; :data:`IRRADIANCE`, on it; :data:`EXCITING`, that as fluorophores weigh it.
+        at the object; :data:`IRRADIANCE`, on it; :data:`EXCITING`, that as fluorophores weigh it.
     rays : ShaderNodeTree, optional
         Of :mod:`.realtime_refraction`.
     facets : int
-        How many of :data:`FACETS` things may have.
+        How many of :data:`FACETS` objects may have.
     clouds : callable, optional
-        Which are between lamps and things.
+        Which are between lamps and objects.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
     for one in FACETS[:facets]:
         inputs |= one
     measured = bool(images.numbers[_MEASURED])
     inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
-    tree, graph, given = _group(f"{NAME} on Things", inputs, rays, slim=clouds is not None)
+    tree, graph, given = _group(f"{NAME} on Objects", inputs, rays, slim=clouds is not None)
     table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
     floating = None if clouds is None else clouds(graph)
@@ -695,27 +696,27 @@ def build_patch(
         found = found_of(index, lamp, visible)
         if floating is None:
             return found
-        # What things throw back comes from near by.
-        left = left_on_thing(floating, lamp, here, index)
-        return tuple(value * left for value in found)
+        # What objects throw back comes from near by.
+        transmittance = transmittance_to_surface(floating, lamp, here, index)
+        return tuple(value * transmittance for value in found)
 
-    def of_thrown(index: NodeValue) -> tuple[NodeValue, ...]:
-        at = index + float(table.count - table.thrown)
-        # Nothing hides it, so that what finds its way round things need not be looked up.
+    def of_virtual(index: NodeValue) -> tuple[NodeValue, ...]:
+        at = index + float(table.count - table.virtual)
+        # Nothing hides it, so that what finds its way round objects need not be looked up.
         lamp = dataclasses.replace(table.lamp(at), parts=table.parts(at), soft=None)
         return found_of(at, lamp, 1.0)
 
     def found_of(index: NodeValue, lamp: Lamp, visible: Operand) -> tuple[NodeValue, ...]:
-        light = table.on_things(index)
+        light = table.on_surfaces(index)
         patch = patch_past_lamp(lamp, here, normal, NODES)
         arriving = light.arriving_at(lamp, patch, visible, NODES)
         bands = light.on_patch(arriving, patch, NODES)
         to_lamp = [-part for part in lamp.towards(here, NODES)[1]]
-        thrown = [
+        virtual = [
             light.on_facets(arriving, lamp, patch, one, to_eye, to_lamp, NODES) for one in mirroring
         ]
 
-        def of_thing(tables: Sequence[Sequence[Operand]], length: NodeValue) -> list[Operand]:
+        def of_surface(tables: Sequence[Sequence[Operand]], length: NodeValue) -> list[Operand]:
             coloured = of_colour(tables, matte)
             if not measured:
                 return coloured
@@ -724,24 +725,24 @@ def build_patch(
             pairs = zip(known, coloured, strict=True)
             return [NODES.select(chosen, one, other) for one, other in pairs]
 
-        def reflected(length: NodeValue, shares: Mapping[str, Operand]) -> dict[str, NodeValue]:
+        def reflected(length: NodeValue, fractions: Mapping[str, Operand]) -> dict[str, NodeValue]:
             tables = light.tables(length)
-            parts = [(bands, of_thing(tables, length))]
-            parts += [(one, of_colour(tables, colour)) for one, colour in thrown]
+            parts = [(bands, of_surface(tables, length))]
+            parts += [(one, of_colour(tables, colour)) for one, colour in virtual]
             return {
                 name: functools.reduce(
                     operator.add,
-                    (light.arriving(one * (1.0 / math.pi) * share, seen) for one, seen in parts),
+                    (light.arriving(one * (1.0 / math.pi) * fraction, seen) for one, seen in parts),
                 )
-                for name, share in shares.items()
+                for name, fraction in fractions.items()
                 if name in outputs
             }
 
         found: dict[str, NodeValue] = {}
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
-            shares = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
-            shares[SEEN] = shares[UNSCATTERED] + shares[FORWARD]
-            found |= reflected(patch.length + P, shares)
+            fractions = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
+            fractions[SEEN] = fractions[UNSCATTERED] + fractions[FORWARD]
+            found |= reflected(patch.length + P, fractions)
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
             tables = light.tables(patch.length)
             found |= reflected(patch.length, {THERE: 1.0})
@@ -751,9 +752,9 @@ def build_patch(
             found[EXCITING] = light.arriving(bands, table.exciting(index, patch.length))
         return tuple(found[name] for name in outputs)
 
-    totals = summed(graph, table.count - table.thrown, of_lamp)
-    if table.thrown:
-        more = summed(graph, table.thrown, of_thrown)
+    totals = summed(graph, table.count - table.virtual, of_lamp)
+    if table.virtual:
+        more = summed(graph, table.virtual, of_virtual)
         totals = tuple(one + other for one, other in zip(totals, more, strict=True))
     return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
 
@@ -776,9 +777,9 @@ def _facets(graph: Graph, given: Mapping[str, NodeValue], count: int) -> list[Fa
 def visibility(
     graph: Graph, numbers: bpy.types.NodeOutputs, images: LampImages, normal: NodeValue
 ) -> NodeValue:
-    """Share of the lamps of each colour that the shaded point sees.
+    """Fraction of the lamps of each colour that the shaded point sees.
 
-    A white surface shows the faint lamps; without things in their way they would be as bright
+    A white surface shows the faint lamps; without objects in their way they would be as bright
     as their inverse squares of the distance.
     """
     sunlit, code = (graph.term(numbers[name]) for name in (SUNLIT, CODE))
@@ -791,7 +792,7 @@ def visibility(
         bright = NODES.maximum(patch.cosine, 0.0) / (patch.r * patch.r)
         return (table.colour(index) * bright,)
 
-    (expected,) = summed(graph, table.count - table.thrown, of_lamp)
+    (expected,) = summed(graph, table.count - table.virtual, of_lamp)
     seen = light_on_white(graph, normal)
     sun = graph.components(seen)[0] * sunlit
     found = (seen - sun) * (math.pi / code) / NODES.maximum(expected, _DARKEST)

@@ -51,8 +51,8 @@ def write(
     layers : iterable of str
         Those that are wanted; what has no value is 0.
     coverage : NodeValue or float
-        Share of the pixel that the surface fills, with which light and colours are multiplied.
-        EEVEE draws the surface in that share of the samples.
+        Fraction of the pixel that the surface fills, with which light and colours are multiplied.
+        EEVEE draws the surface in that fraction of the samples.
     """
     for output, held in output_names(layers).items():
         found = [values.get(name, 0.0) for name in held]

@@ -150,7 +150,7 @@ def is_at_rest(graph: Graph) -> NodeValue:
     """Whether a displacement is asked for a vertex, 0 or 1, not for the normal of what it moved.
 
     EEVEE turns the normals of what is displaced as those of a bump, and wrongly: it takes the
-    displacement along the normal for a height. It finds none where things have been moved.
+    displacement along the normal for a height. It finds none where objects have been moved.
     """
     given = graph.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name="position")
     world = graph.node(

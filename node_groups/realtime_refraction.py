@@ -1,9 +1,9 @@
-"""Node groups of views from the air: rays bent at the surface, and where things seem to lie.
+"""Node groups of views from the air: rays bent at the surface, and where objects seem to lie.
 
-EEVEE draws straight rays. So that a thing under water shows where refraction puts it, its vertices
-are moved straight up, to the line on which the bent ray reaches the camera. The pixel then works
-out from that line where the ray went in the water: on such a line, distances beyond the surface are
-those of the bent ray over the index.
+EEVEE draws straight rays. So that an object under water shows where refraction puts it, its
+vertices are moved straight up, to the line on which the bent ray reaches the camera. The pixel then
+works out from that line where the ray went in the water: on such a line, distances beyond the
+surface are those of the bent ray over the index.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import bpy
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.raised_waves import sunk_below_crests
 from ..uw_spectral.surface.refraction import apparent_depth, apparent_height, seen_from_air
-from ..uw_spectral.transfer.above_water import leaving_share
+from ..uw_spectral.transfer.above_water import leaving_fraction
 from ..uw_spectral.transfer.radiance_field import surface_normal
 from .node_mathematics import NODES, Graph, NodeValue, new_group
 from .realtime_raised import crossing
@@ -35,12 +35,12 @@ from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH, WAVES_HI
 from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, numbers_of, raised_at, water_level
 
 NAME = "UW Rays"
-APPARENT_NAME = "UW Apparent Place"
+DISPLACEMENT_NAME = "UW Apparent Place"
 MIRRORED_SKY, REFLECTANCE, LEAVING, DRY = "Mirrored", "Reflectance", "Leaving", "Dry"
 WATERLINE = 0.1
 """Distance in m of the glass at which the water may stand before a camera."""
 LOWEST = 1e-3
-"""Height in m, and downward share of a direction, that count as the least."""
+"""Height in m, and downward fraction of a direction, that count as the least."""
 
 
 def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.types.ShaderNodeTree:
@@ -49,7 +49,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     Outputs: direction, origin, distance and place of its part in the water, as of
     :mod:`.realtime_rays`; the direction in which it is mirrored, or goes on into the sky;
     reflectance of the surface, and what is left of radiance from below; whether the shaded
-    point lies in the air; slopes of the surface, and the share of foam, which hides what the
+    point lies in the air; slopes of the surface, and the fraction of foam, which hides what the
     surface mirrors and lets through. Without a camera in the air the ray is straight.
     """
     tree = new_group(NAME)
@@ -93,7 +93,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
         PLACE: pick((*drawn[:2], -depth), drawn),
         MIRRORED_SKY: graph.vector(*sky),
         REFLECTANCE: in_air * NODES.select(up, 1.0, R),
-        LEAVING: NODES.select(in_air, (1.0 - up) * leaving_share(R, n), 1.0),
+        LEAVING: NODES.select(in_air, (1.0 - up) * leaving_fraction(R, n), 1.0),
         DRY: dry,
     }
     if slopes is not None:
@@ -106,16 +106,16 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     return tree
 
 
-def build_apparent(
+def build_refraction_displacement(
     values: bpy.types.ShaderNodeTree, images: WaveImages | None, *, from_air: bool = True
 ) -> bpy.types.ShaderNodeTree:
     """Build the group that moves a vertex to where it seems to lie; output: the way it goes.
 
     The surface counts as level, where it has heights at that above or below the vertex. Seen from
-    the air, things in the water move; else those in the air, while the picture of these is drawn,
+    the air, objects in the water move; else those in the air, while the picture of these is drawn,
     and what is under them follows them.
     """
-    tree = new_group(APPARENT_NAME)
+    tree = new_group(DISPLACEMENT_NAME)
     graph = Graph(tree)
     number = numbers_of(graph, values)
     x, y, z = drawn_place(graph)

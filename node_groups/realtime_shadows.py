@@ -13,7 +13,7 @@ _GRAZING = 1e-3  # cosine to the sun
 def sun_visibility(
     graph: Graph, normal: NodeValue, sun: Sequence[NodeValue], gain: NodeValue
 ) -> NodeValue:
-    """Share of the direct sun that reaches the shaded point; 0 where it faces away.
+    """Fraction of the direct sun that reaches the shaded point; 0 where it faces away.
 
     Other lamps shine in other colours than red, or not at all beside the sun.
     """

@@ -17,21 +17,22 @@ from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.transfer.above_water import LightInAir, facing_mirrored, turned_sun
 from ..uw_spectral.transfer.channel_pixel import (
-    ALL_LEFT,
     COLOURS,
+    NO_OCCLUSION,
     ChannelPixel,
     ChannelWater,
-    LightLeft,
-    ShadeOnPath,
-    Thing,
+    OcclusionFactor,
+    OcclusionOnPath,
+    SurfaceMaterial,
 )
+from ..uw_spectral.transfer.channel_tables import ON_PATCH
 from ..uw_spectral.transfer.closures import BOTH_SIDES
 from ..uw_spectral.transfer.facets import Facets
-from ..uw_spectral.transfer.folded_light import ON_PATCH
 from ..uw_spectral.transfer.rough_mirror import mirrored_by_chance
 from . import realtime_clouds, realtime_lamps, realtime_layers
 from .chance import chance
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .realtime_occlusion import ON_IT
 from .realtime_rays import (
     camera_depth_behind,
     depth_here,
@@ -40,14 +41,13 @@ from .realtime_rays import (
     view_distance,
 )
 from .realtime_refraction import DRY, LEAVING
-from .realtime_shade import ON_IT
 from .realtime_shadows import sun_visibility
 from .realtime_values import (
     CAUSTIC_STRENGTH,
     DRAWN_SUN,
     GLOW_ABOVE,
     LEAST_PATTERN,
-    MIRRORED_SHARE,
+    MIRRORED_FRACTION,
     MIRRORED_SUN,
     REFLECTANCE,
     SHAFT_END,
@@ -61,10 +61,10 @@ from .realtime_values import (
 )
 from .realtime_water import PixelWater, Sources, in_group, pixel_layers
 from .realtime_waves import caustics_here
-from .uplift import COLUMNS, SHARE
+from .uplift import COLUMNS, FRACTION
 
-NAME, KEEPING = "UW Thing in Water", "UW Water before Thing"
-FLUORESCENT = "UW Fluorescent Thing in Water"
+NAME, NATIVE = "UW Surface in Water", "UW Water before Surface"
+FLUORESCENT = "UW Fluorescent Object in Water"
 
 LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
 MIRRORED, MIRROR_ROUGHNESS = "Mirrored", "Mirror Roughness"
@@ -81,8 +81,8 @@ _INPUTS = {
 }
 _MIRROR_INPUTS = {MIRRORED: "NodeSocketColor", MIRROR_ROUGHNESS: "NodeSocketFloat"}
 _MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
-_BEHIND_IT = "Shade behind It"
-_DARKEST = 1e-3  # reflectance below which a colour does not tell how a thing is lit
+_BEHIND_IT = "Occlusion behind It"
+_DARKEST = 1e-3  # reflectance below which a colour does not tell how an object is lit
 
 
 def build(
@@ -92,21 +92,21 @@ def build(
 
     With ``keeps`` the closures of the material stay: instead of the input ``Lit`` there are
     outputs, as of :mod:`.uplift`: the colours that the sun lights are seen by the channels in
-    these columns, and all closures with this share.
+    these columns, and all closures with this fraction.
 
     Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
-    emission included; ``Color``, its reflectance; if things glow, ``Emission``, its emitted
-    RGB radiance; ``Coverage``, the share that is not transparent, with which
-    the three are multiplied already; ``Normal``; if things filter, ``Covered``, the share of each
-    channel that is not transparent; if things mirror, ``Mirrored``, the part of the reflectance
-    that does, and ``Mirror Roughness``; if things are translucent, ``Behind``, the part that light
-    from behind shines through; if things are either, ``Closed``, 1 where there is a wall behind a
-    wall; if lamps shine on facets, :data:`.realtime_lamps.FACETS`; and if reflectances were
-    measured, ``Column``, where that of the material is found if it is not 0, and
+    emission included; ``Color``, its reflectance; if objects glow, ``Emission``, its emitted
+    RGB radiance; ``Coverage``, the fraction that is not transparent, with which
+    the three are multiplied already; ``Normal``; if objects filter, ``Covered``, the fraction of
+    each channel that is not transparent; if objects mirror, ``Mirrored``, the part of the
+    reflectance that does, and ``Mirror Roughness``; if objects are translucent, ``Behind``, the
+    part that light from behind shines through; if objects are either, ``Closed``, 1 where there is
+    a wall behind a wall; if lamps shine on facets, :data:`.realtime_lamps.FACETS`; and if
+    reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
     ``Measured``, its channels. With ``fluoresces`` there is ``Fluorescence``, the absorptance of up
     to three fluorophores.
     """
-    tree = new_group(FLUORESCENT if fluoresces else KEEPING if keeps else NAME)
+    tree = new_group(FLUORESCENT if fluoresces else NATIVE if keeps else NAME)
     left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
     own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
     kinds = own | (_MIRROR_INPUTS if shape.mirrors else {})
@@ -134,7 +134,7 @@ def build(
     tree.links.new(emission.outputs[0], end.inputs[0])
     if keeps:
         for name, value in surface.sunlit().items():
-            kind = "NodeSocketFloat" if name == SHARE else "NodeSocketVector"
+            kind = "NodeSocketFloat" if name == FRACTION else "NodeSocketVector"
             tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
             graph.assign(value, end.inputs[name])
     return tree
@@ -157,15 +157,15 @@ class _Surface:
         if sources.waves is not None:
             pattern = caustics_here(graph, sources.values, sources.waves.caustics)
             self._pattern = NODES.maximum(pattern, self._values[LEAST_PATTERN])
-        self._shade = {}
-        shade, here = self._water.shade(), place_here(graph)
-        if shade is not None:
+        self._occlusion = {}
+        occlusion, here = self._water.occlusion(), place_here(graph)
+        if occlusion is not None:
             camera = [x - along * self._P for x, along in zip(here, self._w, strict=True)]
-            self._shade = shade.on_patch(here, self._normal)
+            self._occlusion = occlusion.on_patch(here, self._normal)
             if self._shape.translucent:
-                back = shade.on_patch(here, [-part for part in self._normal])
-                self._shade[_BEHIND_IT] = back[ON_IT]
-            self._shade |= shade.on_path(camera, self._w, self._P)
+                back = occlusion.on_patch(here, [-part for part in self._normal])
+                self._occlusion[_BEHIND_IT] = back[ON_IT]
+            self._occlusion |= occlusion.on_path(camera, self._w, self._P)
         self._around = self._water.around(here)
         self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
         self._clouds = {}
@@ -173,11 +173,11 @@ class _Surface:
             group = realtime_clouds.build(shape, sources, ahead=False)
             rate = self._ray.falling_off(self._y, self._w)[1]
             self._clouds = in_group(graph, group, {realtime_clouds.RATE: rate})
-        self._thing = self._made_thing()
+        self._material = self._made_material()
         self._pixel = self._made_pixel()
 
     def _lit_by_lamps(self, sources: Sources) -> dict[str, Operand]:
-        """Light of lamps: on the thing, and in the water before it."""
+        """Light of lamps: on the object, and in the water before it."""
         graph, given, images = self._graph, self._given, sources.lamps
         layers, lamps = self._shape.layers, realtime_lamps
         outputs = [lamps.UNSCATTERED, lamps.FORWARD] if layers else [lamps.SEEN]
@@ -213,9 +213,9 @@ class _Surface:
         return seen
 
     def sunlit(self) -> dict[str, Operand]:
-        """What channels see of the white sun on colours, and the share of whole closures."""
+        """What channels see of the white sun on colours, and the fraction of whole closures."""
         ray, y, P = self._ray, self._y, self._P
-        factor = ray.kept_of_own(y, P, self._around) * self._turned(self._water.sun)
+        factor = ray.transmittance_of_own(y, P, self._around) * self._turned(self._water.sun)
         factor = (
             factor * self._values[SUN_GAIN] * self._clouds.get(realtime_clouds.UNSCATTERED, 1.0)
         )
@@ -223,7 +223,7 @@ class _Surface:
         wanted: dict[str, Operand] = dict(zip(COLUMNS, COLOURS, strict=True))
         if self._shape.measured:
             wanted[MEASURED] = self._given[COLUMN]
-        columns = [ray.sunlight(y, P, k, self._thing.pattern) * factor for k in wanted.values()]
+        columns = [ray.sunlight(y, P, k, self._material.pattern) * factor for k in wanted.values()]
         if self._shape.above:
             columns = [self._water.ray(LEAVING) * column for column in columns]
         pick = self._is_dry()
@@ -236,8 +236,8 @@ class _Surface:
             columns = [NODES.select(pick, a, b) for a, b in zip(dry, columns, strict=True)]
         white = columns[0] + columns[1] + columns[2]
         x, y, z = self._graph.components(white)
-        share = NODES.minimum(NODES.maximum(NODES.maximum(x, y), z), 1.0)
-        return dict(zip(wanted, columns, strict=True)) | {SHARE: share}
+        fraction = NODES.minimum(NODES.maximum(NODES.maximum(x, y), z), 1.0)
+        return dict(zip(wanted, columns, strict=True)) | {FRACTION: fraction}
 
     def layers(self) -> dict[str, Operand]:
         """What is written beside the picture."""
@@ -247,9 +247,9 @@ class _Surface:
         gain = self._values[SUN_GAIN]
         sun = sun_visibility(self._graph, self._given[NORMAL], self._water.sun, gain)
         if "B_single" in wanted:
-            once = self._ray.single_scattering(self._y_o, self._y, self._w, self._P)
-            sunlit = self._path_shade().once
-            here = replace(here, single_scattering=once * sunlit * self._given[COVERAGE])
+            single = self._ray.single_scattering(self._y_o, self._y, self._w, self._P)
+            sunlit = self._path_occlusion().single
+            here = replace(here, single_scattering=single * sunlit * self._given[COVERAGE])
         found = pixel_layers(here)
         found |= {"albedo": self._given[COLOR], "shadow": sun, "caustics": 1.0}
         if "reflectance" in wanted:
@@ -262,7 +262,7 @@ class _Surface:
         return found
 
     def _base(self) -> tuple[Sequence[Operand], Sequence[Operand]]:
-        """Columns of the thing's colours, and what it reflects of each."""
+        """Columns of the object's colours, and what it reflects of each."""
         base = self._graph.components(self._given[COLOR])
         if not self._shape.measured:
             return COLOURS, base
@@ -271,7 +271,7 @@ class _Surface:
         first = NODES.select(known, self._given[COVERAGE], base[0])
         return (column, 1, 2), (first, *((1.0 - known) * part for part in base[1:]))
 
-    def _made_thing(self) -> Thing:
+    def _made_material(self) -> SurfaceMaterial:
         graph, given = self._graph, self._given
         columns, base = self._base()
         response = ()
@@ -289,9 +289,9 @@ class _Surface:
             part, whole = (self._sum(given[name]) for name in (BEHIND, COLOR))
             behind = NODES.minimum(part / NODES.maximum(whole, _DARKEST), 1.0)
             behind = behind * NODES.select(given[CLOSED], BOTH_SIDES, 1.0)
-        return Thing(
-            columns, response, base, mirrored, L_mirrored, emitted, self._pattern, self._left(),
-            behind, self._left_behind(), self._fluorescing(),
+        return SurfaceMaterial(
+            columns, response, base, mirrored, L_mirrored, emitted, self._pattern,
+            self._occlusion_factor(), behind, self._occlusion_factor_behind(), self._fluorescing(),
         )  # fmt: skip
 
     def _fluorescing(self) -> Sequence[Operand]:
@@ -311,51 +311,53 @@ class _Surface:
         return x + y + z
 
     def _lit(self) -> Operand:
-        """Colour of the thing under the white sun, without what it emits."""
+        """Colour of the object under the white sun, without what it emits."""
         lit = self._given[LIT]
         return NODES.maximum(lit - self._given[EMITTED], 0.0) if self._shape.glows else lit
 
     def _in_columns(self, colour: NodeValue, base: Sequence[Operand]) -> list[Operand]:
-        """Return a colour that is part of the thing's own in the columns of that."""
+        """Return a colour that is part of the object's own in the columns of that."""
         parts = self._graph.components(colour)
         if not self._shape.measured:
             return list(parts)
         known = NODES.less(0.5, self._given[COLUMN])
         own = self._graph.components(self._given[COLOR])
-        share = (parts[0] + parts[1] + parts[2]) / NODES.maximum(own[0] + own[1] + own[2], _DARKEST)
-        first = NODES.select(known, share * base[0], parts[0])
+        fraction = (parts[0] + parts[1] + parts[2]) / NODES.maximum(
+            own[0] + own[1] + own[2], _DARKEST
+        )
+        first = NODES.select(known, fraction * base[0], parts[0])
         return [first, *((1.0 - known) * part for part in parts[1:])]
 
     def _mirrored_light(self) -> Operand:
-        """Radiance that comes to the thing along the mirrored view ray, one of many if rough."""
+        """Radiance that comes to the object along the mirrored view ray, one of many if rough."""
         here = place_here(self._graph)
         roughness = self._given[MIRROR_ROUGHNESS]
         r, weight = mirrored_by_chance(
             self._w, self._normal, roughness, chance(self._graph, here)[:2], NODES
         )
         ray = self._water.along(r)
-        M, once = ray.ahead(self._y, r)
-        L = M + once + ray.boundary(self._y, r)
+        M, single = ray.ahead(self._y, r)
+        L = M + single + ray.boundary(self._y, r)
         colour = NODES.maximum(self._sum(self._given[MIRRORED]) / 3.0, _DARKEST)
         facets = Facets(self._normal, roughness, [colour], [0.0])
         (brighter,) = facets.with_all_light([-x for x in self._w], NODES).even
-        return ray.shaded(L, self._left(), self._y) * weight * (brighter / colour)
+        return ray.occluded(L, self._occlusion_factor(), self._y) * weight * (brighter / colour)
 
-    def _left(self) -> LightLeft:
-        """What things leave of the light from all sides on this one."""
+    def _occlusion_factor(self) -> OcclusionFactor:
+        """What objects leave of the light from all sides on this one."""
         clouds = self._clouds.get(realtime_clouds.SKYLIGHT, 1.0)
-        if not self._shape.shade:
-            return LightLeft(clouds) if self._clouds else ALL_LEFT
-        mean, share, _ = self._graph.components(self._shade[ON_IT])
-        return LightLeft(clouds * mean, clouds * share)
+        if not self._shape.occlusion:
+            return OcclusionFactor(clouds) if self._clouds else NO_OCCLUSION
+        mean, fraction, _ = self._graph.components(self._occlusion[ON_IT])
+        return OcclusionFactor(clouds * mean, clouds * fraction)
 
-    def _left_behind(self) -> LightLeft:
+    def _occlusion_factor_behind(self) -> OcclusionFactor:
         """Return the same of the light on the other side; inside a body there is no probe."""
-        if _BEHIND_IT not in self._shade:
-            return self._left()
-        sides = self._shade[ON_IT], self._shade[_BEHIND_IT]
-        mean, share, _ = self._graph.components(NODES.select(self._given[CLOSED], *sides))
-        return LightLeft(mean, share)
+        if _BEHIND_IT not in self._occlusion:
+            return self._occlusion_factor()
+        sides = self._occlusion[ON_IT], self._occlusion[_BEHIND_IT]
+        mean, fraction, _ = self._graph.components(NODES.select(self._given[CLOSED], *sides))
+        return OcclusionFactor(mean, fraction)
 
     def _is_dry(self) -> NodeValue | None:
         """Return whether what is drawn lies in the air, 0 or 1; None if nothing can."""
@@ -370,23 +372,23 @@ class _Surface:
         drawn = self._values.of(*DRAWN_SUN)
         return turned_sun(-dot(self._normal, sun), -dot(self._normal, drawn), NODES)
 
-    def _path_shade(self) -> ShadeOnPath:
+    def _path_occlusion(self) -> OcclusionOnPath:
         rates = self._ray.falling_off(self._y, self._w)
-        shade = self._water.path_shade(self._shade, rates, self._P)
-        return realtime_clouds.shadowed(shade, self._clouds)
+        occlusion = self._water.path_occlusion(self._occlusion, rates, self._P)
+        return realtime_clouds.shadowed(occlusion, self._clouds)
 
     def _made_pixel(self) -> ChannelPixel:
         ray, y, n = self._ray, self._y, self._normal
-        leaving = ray.leaving(replace(self._thing, emitted=(), fluorescing=()), y, n, self._P)
+        leaving = ray.leaving(replace(self._material, emitted=(), fluorescing=()), y, n, self._P)
         coverage = self._given[COVERAGE]
         tint = self._tint() if self._shape.filters else None
         pixel = ray.surface(
-            self._y_o, y, self._w, self._P, leaving, shade=self._path_shade(),
+            self._y_o, y, self._w, self._P, leaving, occlusion=self._path_occlusion(),
             around=self._around, coverage=coverage, tint=tint,
-            glow=ray.glow(self._thing, y, self._P),
+            glow=ray.glow(self._material, y, self._P),
         )  # fmt: skip
         if not {"J", "I"}.isdisjoint(self._shape.layers):
-            pixel = replace(pixel, L_end=ray.leaving(self._thing, y, n, 0.0))
+            pixel = replace(pixel, L_end=ray.leaving(self._material, y, n, 0.0))
         pixel = self._with_lamps(pixel)
         if not self._clouds:
             return pixel
@@ -396,7 +398,7 @@ class _Surface:
         return veiled(pixel, veil, ray, y_o, w, around=around, coverage=coverage)
 
     def _under_clouds(self) -> Operand:
-        """Share of the sun's light on the thing that clouds leave."""
+        """Fraction of the sun's light on the object that clouds leave."""
         return self._clouds.get(realtime_clouds.SUNLIGHT, 1.0)
 
     def _tint(self) -> Operand:
@@ -423,12 +425,12 @@ class _Surface:
         )
 
     def _by_lamps(self) -> Operand:
-        """Light of lamps from the thing, but for what is scattered forward if that is apart."""
+        """Light of lamps from the object, but for what is scattered forward if that is apart."""
         found, lamps = self._lamps, realtime_lamps
         return found.get(lamps.SEEN, found.get(lamps.UNSCATTERED, 0.0))
 
     def _dry(self) -> Operand:
-        """Radiance of the thing where it lies in the air."""
+        """Radiance of the object where it lies in the air."""
         sun, up = self._values.of(*SUN_IN_AIR), self._normal[2]
         turned, facing = self._turned(sun), facing_mirrored(self._normal, sun, NODES)
         lit: Sequence[Operand] = (0.0, 0.0, 0.0)
@@ -440,21 +442,21 @@ class _Surface:
             light = LightInAir(
                 self._values[SUN_ABOVE[k]],
                 self._values[SKY_ABOVE[k]],
-                self._values[MIRRORED_SHARE],
+                self._values[MIRRORED_FRACTION],
                 sun_mirrored=self._values[MIRRORED_SUN],
                 leaving=self._values[WATER_ABOVE[k]],
             )
             total = light.reflected(lit[k], base[k], turned, up, facing) + total
-        for k, radiance in enumerate(self._thing.emitted):
+        for k, radiance in enumerate(self._material.emitted):
             total = radiance * self._values[GLOW_ABOVE[k]] + total
         return total
 
     def _drawn(self) -> Operand:
-        """Single scattering that the volume draws: up to its end, at most up to the thing."""
+        """Single scattering that the volume draws: up to its end, at most up to the object."""
         reach = NODES.minimum(self._P, self._values[SHAFT_END])
         drawn = shaft(self._ray, self._y_o, self._w, reach) * self._given[COVERAGE]
         # The volume has shadows of its own.
-        return drawn * self._path_shade().once
+        return drawn * self._path_occlusion().single
 
     def _reflectance(self) -> Operand:
         base = self._graph.components(self._given[COLOR])
@@ -467,7 +469,7 @@ class _Surface:
         return NODES.select(known, self._given[MEASURED], total)
 
     def _illumination(self, sun: Operand) -> Operand:
-        """Irradiance on the thing with its normal."""
+        """Irradiance on the object with its normal."""
         E = self._irradiance(self._ray, COLOURS, sun, self._pattern)
         return E + self._lamps.get(realtime_lamps.IRRADIANCE, 0.0)
 
@@ -480,7 +482,9 @@ class _Surface:
         for k in white:
             direct = ray.sunlight(self._y, 0.0, k, pattern) + direct
         around = ray.irradiance(self._y, self._normal)
-        return direct * (facing * sun) + ray.shaded(around, self._left(), self._y, ON_PATCH)
+        return direct * (facing * sun) + ray.occluded(
+            around, self._occlusion_factor(), self._y, ON_PATCH
+        )
 
 
 def shaft(ray: ChannelWater, y_o: Operand, w: Sequence[Operand], reach: Operand) -> Operand:

@@ -1,4 +1,4 @@
-"""Tables of the folded light as node groups read them: one image, and where in it.
+"""The channel tables as node groups read them: one image, and where in it.
 
 Every tile of the image is a table of two dimensions with a margin of one texel. From below: a row
 of tiles for each depth (light scattered, light scattered once ahead, irradiance on patches); the
@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.transfer.depth_scale import DepthScale
-from ..uw_spectral.transfer.folded_light import (
+from ..uw_spectral.transfer.channel_tables import (
     ALONG,
     ALONG_SUNLIGHT,
     LENGTHS,
     RATES,
-    FoldedLight,
+    ChannelTables,
     LengthScale,
 )
+from ..uw_spectral.transfer.depth_scale import DepthScale
 from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
 from .node_mathematics import NODES, Graph, NodeValue
-from .texels import number_image, texel
+from .texture_atlas import number_image, texel
 
 NAME = "UW Light"
 _LARGEST = 1e30
@@ -69,8 +69,8 @@ class Layout:
     emissions: int = 0
 
     @classmethod
-    def of(cls, light: FoldedLight) -> Layout:
-        """Return the rows of folded light."""
+    def of(cls, light: ChannelTables) -> Layout:
+        """Return the rows of the channel tables."""
         columns, parts = len(light.sunlit), len(light.components)
         waves = bool(len(light.caustics))
         emissions = len(light.glowing) - _COLOURS
@@ -121,13 +121,13 @@ def new_image(layout: Layout) -> bpy.types.Image:
     return image
 
 
-def write_light(image: bpy.types.Image, light: FoldedLight) -> None:
-    """Put folded light into an image of its size."""
+def write_light(image: bpy.types.Image, light: ChannelTables) -> None:
+    """Put the channel tables into an image of its size."""
     image.pixels.foreach_set(np.ravel(pixels(light)))
     image.update()
 
 
-def pixels(light: FoldedLight) -> NDArray[np.float32]:
+def pixels(light: ChannelTables) -> NDArray[np.float32]:
     """Return the texels, shape (rows, columns, 4); the first row is the lowest."""
     layout = Layout.of(light)
     out = np.ones((layout.height, _WIDTH, 4), np.float32)
@@ -161,7 +161,7 @@ def pixels(light: FoldedLight) -> NDArray[np.float32]:
     put(light.aureole, layout.row("aureole"))
     put(light.image, layout.row("image"))
     if light.layered:
-        put(np.moveaxis(light.once, 1, 0), layout.row("on path"))
+        put(np.moveaxis(light.single, 1, 0), layout.row("on path"))
     for name in (*ALONG, *(() if light.layered else ALONG_SUNLIGHT)):
         table = getattr(light, name)
         table = table.reshape(-1, *table.shape[-2:])
@@ -211,9 +211,9 @@ class ImageTables:
         """Look up the radiance of the boundary that is ahead."""
         return self._texel(h, v, self.layout.row("image"))
 
-    def image_left(self, up: Operand, P: Operand) -> NodeValue:
-        """Look up the share of that which is left, looking up (1) or down (0)."""
-        row = float(self.layout.row("image_left", 1)) - up * float(_ALONG)
+    def image_transmittance(self, up: Operand, P: Operand) -> NodeValue:
+        """Look up the fraction of that which is left, looking up (1) or down (0)."""
+        row = float(self.layout.row("image_transmittance", 1)) - up * float(_ALONG)
         return self._texel(self._place(P), 0.0, row)
 
     def aureole(self, y: Operand, t: Operand) -> NodeValue:
@@ -244,9 +244,9 @@ class ImageTables:
         """Look up what is left of light of colour k."""
         return self._deep(self.layout.row("glowing"), y, P, float(k))
 
-    def shading(self, kind: int, y: Operand) -> list[NodeValue]:
-        """Look up what the spectrum of the shade makes of light, per channel of it."""
-        rows = (self.layout.row("shading", 3 * kind + j) for j in range(3))
+    def occlusion_matrix(self, kind: int, y: Operand) -> list[NodeValue]:
+        """Look up what the spectrum of the occlusion makes of light, per channel of it."""
+        rows = (self.layout.row("occlusion_matrix", 3 * kind + j) for j in range(3))
         return [self._texel(self._slice(y), 0.0, row) for row in rows]
 
     def rate(self, name: str, y: Operand) -> NodeValue:
@@ -257,7 +257,7 @@ class ImageTables:
         """Look up a table over distance."""
         return self._texel(self._place(P), 0.0, self.layout.row(name, index or 0))
 
-    def once_on_path(self, part: int, v: Operand, P: Operand) -> NodeValue:
+    def single_on_path(self, part: int, v: Operand, P: Operand) -> NodeValue:
         """Look up layered water's sunlight scattered once."""
         return self._texel(self._place(P), v, self.layout.row("on path", part))
 
@@ -275,9 +275,9 @@ class ImageTables:
         """Look up a place of the tiles of depths."""
         z = NODES.minimum(self._slice(y), self.layout.slices - _BEFORE_LAST)
         above = NODES.floor(z)
-        share, row = z - above, float(_ROW) * above
+        fraction, row = z - above, float(_ROW) * above
         one, other = (self._texel(h, v, row + below, column) for below in (0.0, float(_ROW)))
-        return one + share * (other - one)
+        return one + fraction * (other - one)
 
     def _texel(self, h: Operand, v: Operand, row: Operand, column: int = 0) -> NodeValue:
         """Look up a place of a tile, from the middle of its first texel inside the margin."""

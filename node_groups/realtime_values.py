@@ -13,12 +13,18 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.transfer.channel_tables import RATES, ChannelNumbers, ChannelTables, LengthScale
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
-from ..uw_spectral.transfer.folded_light import RATES, FoldedLight, FoldedNumbers, LengthScale
 from ..uw_spectral.transfer.radiance_field import FARTHEST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
-from . import realtime_cover, realtime_lamps, realtime_mirror, realtime_shade, realtime_window
+from . import (
+    realtime_adjacency,
+    realtime_lamps,
+    realtime_occlusion,
+    realtime_reflected_view,
+    realtime_refracted_view,
+)
 from .node_mathematics import Graph, NodeValue, new_group
 
 NAME = "UW Values"
@@ -44,11 +50,11 @@ IN_AIR, RAY_INDEX = "camera in air", "index of rays"
 PORT = "port before the camera"
 CAMERA = ("camera x", "camera y", "camera z")
 DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
-MIRRORED_SHARE, MIRRORED_SUN = "mirrored sky", "mirrored sun"
-_ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_SHARE, MIRRORED_SUN)
+MIRRORED_FRACTION, MIRRORED_SUN = "mirrored sky", "mirrored sun"
+_ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_FRACTION, MIRRORED_SUN)
 THROUGH = "picture of the air"
 """1 while the picture is drawn that shows what lies above the water, else 0."""
-_WINDOW = (THROUGH, *CAMERA, MIRRORED_SHARE, MIRRORED_SUN, *realtime_window.FIELDS.names)
+_WINDOW = (THROUGH, *CAMERA, MIRRORED_FRACTION, MIRRORED_SUN, *realtime_refracted_view.FIELDS.names)
 WAVES_PER_METRE = "waves per metre"
 WAVES_HALF_CELL = "waves half cell"
 WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL = "long waves per metre", "long waves half cell"
@@ -68,7 +74,7 @@ FOAM_FIRST, FOAM_PER_CROWDING = "foam first", "foam per crowding"
 _FOAM = FOAM_FIRST, FOAM_PER_CROWDING
 FOAM_IN_SUN, FOAM_IN_SKY, FOAM_BELOW = "foam in sun", "foam in sky", "foam below"
 
-_OF_LIGHT = ("scale", "decay", *RATES, "once_decay")
+_OF_LIGHT = ("scale", "decay", *RATES, "single_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
 SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 WATER_ABOVE = tuple(f"light of water on {c}" for c in ("red", "green", "blue"))
@@ -104,44 +110,44 @@ class Shape:
         Distribution of the sky's radiance.
     layered : bool
         Whether the water differs with depth.
-    shade : bool
-        Whether things keep all kinds of light away, and throw some back.
-    covers : bool
-        Whether it is known which part of the view things fill.
-    lamps, thrown : int
-        Lamps in the water, and how many of them stand for what lit things throw back.
+    occlusion : bool
+        Whether objects keep all kinds of light away, and throw some back.
+    adjacency : bool
+        Whether it is known which part of the view objects fill.
+    lamps, virtual : int
+        Lamps in the water, and how many of them stand for what lit objects throw back.
     lamp_components : tuple of PhaseFunction
         Parts of the phase function of the water that they shine in.
     lamps_in_air : bool
         Whether some of them may shine into it from above.
     facets : int
-        How many of :data:`.realtime_lamps.FACETS` the light of lamps may meet on a thing.
+        How many of :data:`.realtime_lamps.FACETS` the light of lamps may meet on an object.
     layers : tuple of str
         What is written beside the picture, of :mod:`.realtime_layers`.
     above : bool
         Whether the camera may be above the water.
     mirrors : bool
-        Whether things mirror the water.
+        Whether objects mirror the water.
     translucent : bool
-        Whether light from behind things shines through them.
+        Whether light from behind objects shines through them.
     highlights : tuple of str
         Groups of :mod:`.realtime_highlights` that there are.
     filters : bool
-        Whether things let through more of one colour than of another.
+        Whether objects let through more of one colour than of another.
     glows : bool
-        Whether things emit light.
+        Whether objects emit light.
     measured : int
         Measured reflectances.
     clouds, grids : tuple of PhaseFunction
-        Of the matter of each cloud: of puffs, and of grids.
+        Of the matter of each cloud: of blobs, and of grids.
     port : bool
         Whether the camera looks through a port, where the water begins.
-    mirrored_things : bool
-        Whether a picture shows the things that the surface mirrors.
+    planar_reflections : bool
+        Whether a picture shows the objects that the surface mirrors.
     window : bool
-        Whether a picture shows the things in the air that are seen through the surface.
+        Whether a picture shows the objects in the air that are seen through the surface.
     fluorophores : int
-        Of things.
+        Of objects.
     fluorescent : tuple of str
         Names of the materials that have them.
     """
@@ -154,10 +160,10 @@ class Shape:
     waves: bool = False
     sky: str = UNIFORM
     layered: bool = False
-    shade: bool = False
-    covers: bool = False
+    occlusion: bool = False
+    adjacency: bool = False
     lamps: int = 0
-    thrown: int = 0
+    virtual: int = 0
     lamp_components: tuple[PhaseFunction, ...] = ()
     lamps_in_air: bool = False
     facets: int = 0
@@ -172,7 +178,7 @@ class Shape:
     clouds: tuple[PhaseFunction, ...] = ()
     grids: tuple[PhaseFunction, ...] = ()
     port: bool = False
-    mirrored_things: bool = False
+    planar_reflections: bool = False
     fluorophores: int = 0
     fluorescent: tuple[str, ...] = ()
     raised: bool = False
@@ -219,12 +225,12 @@ def single_names(shape: Shape) -> list[str]:
     names += _WAVES if shape.waves else ()
     names += _RAISED if shape.raised else ()
     names += _FOAM if shape.foam else ()
-    names += realtime_shade.FIELDS.names if shape.shade else ()
-    names += realtime_cover.FIELDS.names if shape.covers else ()
+    names += realtime_occlusion.FIELDS.names if shape.occlusion else ()
+    names += realtime_adjacency.FIELDS.names if shape.adjacency else ()
     names += _ABOVE if shape.above else ()
     names += _WINDOW if shape.window else ()
     names += (PORT,) if shape.port else ()
-    names += realtime_mirror.FIELDS.names if shape.mirrored_things else ()
+    names += realtime_reflected_view.FIELDS.names if shape.planar_reflections else ()
     names += realtime_lamps.NUMBERS if shape.lamps else ()
     return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]
 
@@ -233,8 +239,8 @@ def _of_zone(field: str, place: int) -> str:
     return f"zone {place} {field}"
 
 
-def of_light(light: FoldedLight, sun: tuple[float, ...]) -> Numbers:
-    """Return the numbers of folded light."""
+def of_light(light: ChannelTables, sun: tuple[float, ...]) -> Numbers:
+    """Return the numbers of the channel tables."""
     numbers = light.numbers
     single = {
         MU_S: float(numbers.mu_s),
@@ -296,17 +302,17 @@ class Values:
         return DepthScale(zones, self.shape.slices)
 
     @property
-    def numbers(self) -> FoldedNumbers:
-        """The numbers of folded light."""
+    def numbers(self) -> ChannelNumbers:
+        """The numbers of the channel tables."""
         return self._numbers({name: self[name] for name in _OF_LIGHT})
 
     @property
-    def exciting(self) -> FoldedNumbers:
+    def exciting(self) -> ChannelNumbers:
         """Those of the light that excites fluorophores."""
         return self._numbers({name: self[EXCITING[name]] for name in _OF_LIGHT})
 
-    def _numbers(self, light: dict[str, NodeValue]) -> FoldedNumbers:
-        return FoldedNumbers(**light, lengths=self.lengths, mu_s=self[MU_S], y_f=self[FLOOR_DEPTH])
+    def _numbers(self, light: dict[str, NodeValue]) -> ChannelNumbers:
+        return ChannelNumbers(**light, lengths=self.lengths, mu_s=self[MU_S], y_f=self[FLOOR_DEPTH])
 
 
 def build(shape: Shape) -> bpy.types.ShaderNodeTree:

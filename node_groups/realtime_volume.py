@@ -37,7 +37,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     graph = Graph(tree)
     water = PixelWater(graph, shape, sources)
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
-    per_metre = water.along(w).scattered_once_at(y, v)
+    per_metre = water.along(w).single_scattering_at(y, v)
     inside = NODES.less(v, water.values[SHAFT_END])
     sun = water.sun
     cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])

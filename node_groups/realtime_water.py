@@ -8,31 +8,31 @@ from dataclasses import dataclass, replace
 import bpy
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.shade.shade_table import along_ray
+from ..uw_spectral.occlusion.occlusion_table import along_ray
 from ..uw_spectral.surface.caustics import SUN_RADIUS
 from ..uw_spectral.transfer.above_water import glitter_from_above
 from ..uw_spectral.transfer.channel_pixel import (
-    UNSHADED,
+    UNOCCLUDED,
     Around,
     ChannelPixel,
     ChannelWater,
-    LightLeft,
-    MirroredPicture,
-    MirroredThings,
-    ShadeOnPath,
-    ThingsInAir,
-    WindowPicture,
+    OcclusionFactor,
+    OcclusionOnPath,
+    ReflectedRadiance,
+    ReflectionPicture,
+    RefractedRadiance,
+    RefractionPicture,
 )
 from ..uw_spectral.transfer.foam_light import FoamAhead, foam_from_above
 from ..uw_spectral.transfer.radiance_field import Ripples, surface_normal
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
-from . import realtime_cover, realtime_mirror, realtime_window
+from . import realtime_adjacency, realtime_reflected_view, realtime_refracted_view
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_lamps import LampImages
+from .realtime_occlusion import ON_PATH, REACH, Occlusion
 from .realtime_rays import straight_direction
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
-from .realtime_shade import ON_PATH, REACH, Shade
 from .realtime_tables import ImageTables, Layout
 from .realtime_values import (
     FASTEST,
@@ -68,9 +68,9 @@ class Sources:
         Of :mod:`.realtime_refraction`, if the camera may be in the air, or of
         :mod:`.realtime_rays`.
     mirrored, window : Image, optional
-        Of things that the surface mirrors, and of those in the air that are seen through it.
+        Of objects that the surface mirrors, and of those in the air that are seen through it.
     exciting : Image, optional
-        Of :mod:`.realtime_tables`, where things fluoresce: of the light that excites them.
+        Of :mod:`.realtime_tables`, where objects fluoresce: of the light that excites them.
     clouds : Image, optional
         Of :mod:`.realtime_clouds`.
     grids, grid_lamps : Image, optional
@@ -79,8 +79,8 @@ class Sources:
 
     values: bpy.types.ShaderNodeTree
     light: bpy.types.Image
-    shade: bpy.types.Image | None = None
-    cover: bpy.types.Image | None = None
+    occlusion: bpy.types.Image | None = None
+    buffer: bpy.types.Image | None = None
     lamps: LampImages | None = None
     waves: WaveImages | None = None
     rays: bpy.types.ShaderNodeTree | None = None
@@ -138,7 +138,7 @@ class PixelWater:
     def exciting(self, w: Sequence[NodeValue]) -> ChannelWater:
         """Return the same of the light that excites fluorophores, each a channel."""
         image, values = self._sources.exciting, self.values
-        assert image is not None, "things fluoresce"
+        assert image is not None, "objects fluoresce"
         layout = exciting_layout(self.shape)
         tables = ImageTables(self.graph, image, layout, values.depth_scale, values.lengths)
         return replace(self.along(w), tables=tables, numbers=values.exciting)
@@ -163,68 +163,74 @@ class PixelWater:
         width, strength = self.values.of(GLITTER_WIDTH, GLITTER)
         return Ripples(slopes, width, strength, self.values.of(*SUN_IN_AIR))
 
-    def foam(self, share: NodeValue | None) -> FoamAhead | None:
+    def foam(self, fraction: NodeValue | None) -> FoamAhead | None:
         """Return the foam where a ray meets the surface from below; None without foam."""
-        return None if share is None else FoamAhead(share, self.values[FOAM_BELOW])
+        return None if fraction is None else FoamAhead(fraction, self.values[FOAM_BELOW])
 
-    def shade(self) -> Shade | None:
-        """Return the look-ups of the shade, if there is any."""
-        if self._sources.shade is None:
+    def occlusion(self) -> Occlusion | None:
+        """Return the look-ups of the occlusion, if there is any."""
+        if self._sources.occlusion is None:
             return None
-        return Shade(self.graph, self.values.outputs, self._sources.shade)
+        return Occlusion(self.graph, self.values.outputs, self._sources.occlusion)
 
     def around(self, point: Sequence[NodeValue]) -> Around | None:
-        """Look up what things about a point in view do to light that is scattered forward."""
-        if self._sources.cover is None:
+        """Look up what objects about a point in view do to light that is scattered forward."""
+        if self._sources.buffer is None:
             return None
-        return realtime_cover.around(self.graph, self.values.outputs, self._sources.cover, point)
+        return realtime_adjacency.around(
+            self.graph, self.values.outputs, self._sources.buffer, point
+        )
 
-    def picture(self, place: Sequence[NodeValue]) -> MirroredPicture | None:
-        """Return the look-up of things that the surface mirrors at a place, if there is any."""
+    def picture(self, place: Sequence[NodeValue]) -> ReflectionPicture | None:
+        """Return the look-up of objects that the surface mirrors at a place, if there is any."""
         image = self._sources.mirrored
         if image is None:
             return None
 
-        def seen(down: Sequence[Operand]) -> MirroredThings:
+        def seen(down: Sequence[Operand]) -> ReflectedRadiance:
             values, waves = self.values.outputs, self.shape.waves
-            return realtime_mirror.seen_in(self.graph, values, image, place, down, waves=waves)
+            return realtime_reflected_view.seen_in(
+                self.graph, values, image, place, down, waves=waves
+            )
 
         return seen
 
-    def window(self, place: Sequence[NodeValue], w: Sequence[NodeValue]) -> WindowPicture | None:
-        """Return the look-up of things in the air, for a ray that leaves the water at a place."""
+    def window(
+        self, place: Sequence[NodeValue], w: Sequence[NodeValue]
+    ) -> RefractionPicture | None:
+        """Return the look-up of objects in the air, for a ray that leaves the water at a place."""
         image, index = self._sources.window, self.index
         if image is None or index is None:
             return None
 
-        def seen(up: Sequence[Operand]) -> ThingsInAir:
+        def seen(up: Sequence[Operand]) -> RefractedRadiance:
             values, waves = self.values.outputs, self.shape.waves
-            return realtime_window.seen_in(
+            return realtime_refracted_view.seen_in(
                 self.graph, values, image, place, w, up, index=index, waves=waves
             )
 
         return seen
 
-    def path_shade(
+    def path_occlusion(
         self,
         found: dict[str, NodeValue],
         rates: tuple[Operand, Operand],
         P: NodeValue,
-    ) -> ShadeOnPath:
-        """What things leave of the light of a path.
+    ) -> OcclusionOnPath:
+        """What objects leave of the light of a path.
 
         ``rates`` are those of :meth:`.ChannelWater.falling_off`.
         """
-        if not self.shape.shade:
-            return UNSHADED
+        if not self.shape.occlusion:
+            return UNOCCLUDED
         steps = [self.graph.components(found[name]) for name in ON_PATH]
-        often, once = rates
+        often, single = rates
         reach = P, self.values[REACH], NODES
         sunlit = [step[2] for step in steps]
-        mean, share = (along_ray([step[i] for step in steps], often, *reach) for i in range(2))
-        return ShadeOnPath(
-            LightLeft(mean, share),
-            along_ray(sunlit, once, *reach),
+        mean, fraction = (along_ray([step[i] for step in steps], often, *reach) for i in range(2))
+        return OcclusionOnPath(
+            OcclusionFactor(mean, fraction),
+            along_ray(sunlit, single, *reach),
         )
 
     def seen(self, pixel: Operand, coverage: Operand = 1.0) -> Operand:

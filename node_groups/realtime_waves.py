@@ -22,7 +22,7 @@ from ..uw_spectral.surface.wave_patterns import (
     pattern_at,
     under_waves,
 )
-from ..uw_spectral.surface.whitecaps import foam_share
+from ..uw_spectral.surface.whitecaps import foam_fraction
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import eye_place, place_here
 from .realtime_values import (
@@ -36,7 +36,7 @@ from .realtime_values import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
-from .texels import number_image, texel
+from .texture_atlas import number_image, texel
 
 SLOPE, FOAM = "Slope", "Foam"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
@@ -187,7 +187,7 @@ def foam_at(
     *,
     filtered: bool = False,
 ) -> NodeValue | None:
-    """Share of fresh foam at a place on the surface; None where waves leave none.
+    """Fraction of fresh foam at a place on the surface; None where waves leave none.
 
     Filtered where places never jump between pixels, see :func:`raised_at`.
     """
@@ -195,7 +195,7 @@ def foam_at(
         return None
     both = images.crowding, images.far_crowding
     total = graph.components(_added(graph, number, both, x, y, filtered=filtered))[0]
-    return foam_share(total, number(FOAM_FIRST), number(FOAM_PER_CROWDING), NODES)
+    return foam_fraction(total, number(FOAM_FIRST), number(FOAM_PER_CROWDING), NODES)
 
 
 def _added(

@@ -21,7 +21,7 @@ def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
     Parameters
     ----------
     gain_in_water : float
-        Factor that the sky's radiance holds for those in the water, and that cameras and things in
+        Factor that the sky's radiance holds for those in the water, and that cameras and objects in
         the air do not see; what the surface mirrors up loses it there.
     """
     world, graph, output = new_world(NAME)

@@ -51,7 +51,7 @@ MEASURED_INPUT = "Measured"
 ROUGHNESS = "Roughness"
 COLUMNS = ("Red", "Green", "Blue")
 """Inputs and outputs: what channels see of sunlight on a colour."""
-SHARE = "Share"
+FRACTION = "Fraction"
 """Input and output: the part of that with which whole closures are mixed in."""
 _LEAST = 1e-5
 _THICKNESS = 0.03  # m; a sheet of less shades itself from behind, by the texels of shadows
@@ -116,10 +116,10 @@ def build_measured() -> bpy.types.ShaderNodeTree:
 def _sunlit(name: str, *, measured: bool) -> bpy.types.ShaderNodeTree:
     """Build the group of a colour of a closure that the white sun lights.
 
-    The closure is mixed in with the share, which the colour is divided by.
+    The closure is mixed in with the fraction, which the colour is divided by.
     """
     tree = _group(name, COLOR_INPUT, *((MEASURED_INPUT,) if measured else COLUMNS))
-    tree.interface.new_socket(SHARE, in_out="INPUT", socket_type="NodeSocketFloat")
+    tree.interface.new_socket(FRACTION, in_out="INPUT", socket_type="NodeSocketFloat")
     graph = Graph(tree)
     given = {s.name: graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name}
     if measured:
@@ -128,7 +128,7 @@ def _sunlit(name: str, *, measured: bool) -> bpy.types.ShaderNodeTree:
         red, green, blue = (given[column] for column in COLUMNS)
         rgb = graph.components(NODES.maximum(given[COLOR_INPUT], 0.0))
         total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
-    total = total / NODES.maximum(given[SHARE], _LEAST)
+    total = total / NODES.maximum(given[FRACTION], _LEAST)
     graph.assign(total, graph.node("NodeGroupOutput").inputs[0])
     return tree
 
@@ -182,7 +182,7 @@ def build_sheen() -> bpy.types.ShaderNodeTree:
 
 
 def build_hair() -> bpy.types.ShaderNodeTree:
-    """Build the group colour of hair → what a matte thing throws back like it."""
+    """Build the group colour of hair → what a matte object throws back like it."""
     tree = _group(HAIR, COLOR_INPUT)
     graph = Graph(tree)
     colour = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
@@ -192,7 +192,7 @@ def build_hair() -> bpy.types.ShaderNodeTree:
 
 
 def build_wet() -> bpy.types.ShaderNodeTree:
-    """Build the group colour of a porous thing when dry → where it lies."""
+    """Build the group colour of a porous object when dry → where it lies."""
     tree = _group(WET, COLOR_INPUT)
     graph = Graph(tree)
     colour = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
@@ -222,7 +222,7 @@ def set_water_index(index: float) -> None:
 
 
 def set_wet_grains(index: float) -> None:
-    """Tell the groups of porous things the index of the water against air."""
+    """Tell the groups of porous objects the index of the water against air."""
     _set_water({WET}, mean_cosine_of_grains(max(GRAIN_INDEX / index, 1.0)))
 
 

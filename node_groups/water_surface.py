@@ -9,7 +9,7 @@ surface just where the pattern is defined, and its length tells the depth of the
 point that it lights. What follows, in surfaces and by scattering, is up to Cycles.
 
 Foam is matte from above; from below it glows with what it lets through. Only what is seen has it:
-the light that things and water get is that without.
+the light that objects and water get is that without.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def build(
     images : WaveImages, optional
         Of a surface with waves.
     from_air : bool
-        Whether the camera may be in the air. To one in the water, light that things in the air
+        Whether the camera may be in the air. To one in the water, light that objects in the air
         have from the water's side comes with the factor n² that it has there.
     """
     material = bpy.data.materials.new(NAME)

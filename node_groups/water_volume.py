@@ -56,16 +56,16 @@ def build(
         Makes the nodes of what the coefficients are multiplied with; 1 without.
     """
     material, graph, output = new_material(NAME)
-    share, total = density(graph) if density is not None else 1.0, None
+    fraction, total = density(graph) if density is not None else 1.0, None
     for index, lobe in enumerate(lobes):
         node = volume_coefficients(graph)
         if index == 0:
             graph.assign(
-                share * vector_of_view_layer(graph, attributes.absorption(layer)),
+                fraction * vector_of_view_layer(graph, attributes.absorption(layer)),
                 _input(node, "Absorption Coefficients"),
             )
         graph.assign(
-            share * vector_of_view_layer(graph, attributes.scattering(layer, index)),
+            fraction * vector_of_view_layer(graph, attributes.scattering(layer, index)),
             _input(node, "Scatter Coefficients"),
         )
         node.phase = lobe.phase

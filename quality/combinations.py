@@ -121,7 +121,7 @@ class ErrorEstimate:
         if reference.clouds:
             # Bands are compared without clouds, which have numbers of their own in each.
             whole = self._picture(replace(reference, clouds=()), column_of(calm))
-        lit = [view.unshaded() for view in few]
+        lit = [view.unoccluded() for view in few]
         self._bands = {}
         for choice in choices:
             found = self._picture(choice.optics, column_of(calm), seen=lit)

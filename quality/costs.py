@@ -13,7 +13,7 @@ from .terms import SURFACE, TERMS, Options, with_and_without
 COSTED = tuple(term for term in TERMS if term.costs)
 """Terms that cost something in EEVEE; the table holds no others."""
 
-USUAL: Options = frozenset([SURFACE])
+TYPICAL: Options = frozenset([SURFACE])
 """The water that what a term adds is measured on."""
 
 COLUMNS = ("method", *(term.name for term in COSTED), "shadow_maps", "ratio")
@@ -29,7 +29,7 @@ class Costs:
     Parameters
     ----------
     passes : mapping
-        Of a sample of one pass with the :data:`USUAL` terms, by the name of the method.
+        Of a sample of one pass with the :data:`TYPICAL` terms, by the name of the method.
     adds : mapping
         What each of :data:`COSTED` adds to a pass, by method and name; nothing in Cycles.
     seconds, shadow_seconds : float
@@ -55,12 +55,12 @@ class Costs:
         Examples
         --------
         >>> costs = read_costs()
-        >>> one, three = (costs.sample(METHODS["bands"], n, USUAL) for n in (1, 3))
+        >>> one, three = (costs.sample(METHODS["bands"], n, TYPICAL) for n in (1, 3))
         >>> three == 3 * one > 3
         True
         """
         adds = self.adds.get(method.name, {})
-        changed = ((name, (name in options) - (name in USUAL)) for name in adds)
+        changed = ((name, (name in options) - (name in TYPICAL)) for name in adds)
         return passes * (
             self.passes[method.name] + sum(adds[name] * sign for name, sign in changed)
         )
@@ -106,10 +106,10 @@ def read_costs() -> Costs:
     adds: dict[str, dict[str, float]] = {method.name: {} for method in DRAWN}
     for name, added in adds.items():
         for term in COSTED:
-            more, less = (water[name, priced(o)] for o in with_and_without(term, USUAL))
+            more, less = (water[name, priced(o)] for o in with_and_without(term, TYPICAL))
             added[term.name] = max(more - less, 0.0)
     return Costs(
-        passes={name: water[name, priced(USUAL)] for name in names},
+        passes={name: water[name, priced(TYPICAL)] for name in names},
         adds=adds,
         seconds=plain,
         shadow_seconds=shadowed - plain,

@@ -1,4 +1,4 @@
-"""How far things matter in a water: objects, shafts, orders of scattering, samples."""
+"""How far objects matter in a water: objects, shafts, orders of scattering, samples."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def shaft_range(view: Viewpoint, delta_e: float) -> float:
 
 
 def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np.float64]:
-    """Upper bound of the share of diffuse light that was scattered more than k times.
+    """Upper bound of the fraction of diffuse light that was scattered more than k times.
 
     With every scattering and every reflection of the floor counted s times
     (b → s b at the same extinction, r → s r), the light field is the

@@ -14,7 +14,7 @@ from ..uw_spectral.lamps.multiple_scattering import LampWater
 from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.surface.refraction import seen_from_air
-from ..uw_spectral.transfer.above_water import leaving_share
+from ..uw_spectral.transfer.above_water import leaving_fraction
 from .picture import Optics, picture
 from .seen_points import SeenPoints
 
@@ -27,7 +27,7 @@ def picture_stops(
 ) -> float:
     """Stops by which a camera that meters its picture exposes, from those of the optics on.
 
-    Light that lamps put on things counts; what they scatter into the water between does not.
+    Light that lamps put on objects counts; what they scatter into the water between does not.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def stops_from_above(
     lamps: Sequence[Lamp] = (),
     water: LampWater | None = None,
 ) -> float:
-    """Stops of a camera over the water that meters its picture; things in the air are left out.
+    """Stops of a camera over the water that meters its picture; objects in the air are left out.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def stops_from_above(
         v, n = tuple(directions[down].T[..., None]), relative_index[down, None]
         R, _, mirrored = seen_from_air(v, (0.0, 0.0, 1.0), n)
         below = _colours(optics, seen, lamps, water)
-        colours[down] = develop(R * sky.radiance(mirrored)) + leaving_share(R, n) * below
-    shares = np.full(len(directions), 1.0 / len(directions))
-    return metered_stops(np.maximum(luminance(colours), 0.0), shares)
+        colours[down] = develop(R * sky.radiance(mirrored)) + leaving_fraction(R, n) * below
+    fractions = np.full(len(directions), 1.0 / len(directions))
+    return metered_stops(np.maximum(luminance(colours), 0.0), fractions)
 
 
 def _colours(

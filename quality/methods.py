@@ -22,13 +22,13 @@ class Method:
         As options name them.
     label, text : str
         What a panel says of it.
-    usual_bands : int
+    default_bands : int
         Bands, where the settings leave their number open.
     draws_colours : bool
         Whether it draws the picture, all bands in one pass; else bands, which are developed.
     traced : bool
-        Whether light is traced: then noise and bounces are what cost, things cast their own
-        shade, and nothing of the water is left out.
+        Whether light is traced: then noise and bounces are what cost, objects cast their own
+        occlusion, and nothing of the water is left out.
     """
 
     name: str
@@ -36,7 +36,7 @@ class Method:
     mode: Mode
     label: str
     text: str
-    usual_bands: int = 8
+    default_bands: int = 8
     draws_colours: bool = False
     traced: bool = False
 
@@ -45,7 +45,7 @@ REALTIME = Method(
     "realtime", "eevee", "realtime", "Real-time",
     "EEVEE, all bands in one pass: animation, look development",
     # They cost a pixel nothing; more change a picture by a mean ΔE2000 below 0.1.
-    usual_bands=40, draws_colours=True,
+    default_bands=40, draws_colours=True,
 )  # fmt: skip
 BANDS = Method(
     "bands", "eevee", "bands", "Bands",

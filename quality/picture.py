@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.clouds.cloud_light import Veil
-from ..uw_spectral.clouds.cloud_shadow import daylit_shares
+from ..uw_spectral.clouds.cloud_shadow import daylit_fractions
 from ..uw_spectral.clouds.solved_cloud import Cloud, clouds_in
 from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.imaging.band_selection import FittedViewpoint
@@ -23,20 +23,20 @@ from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import WavePatterns, least_pattern, sunlight_factor
 from ..uw_spectral.transfer.channel_pixel import (
-    ALL_LEFT,
     COLOURS,
+    NO_OCCLUSION,
     Around,
     ChannelWater,
-    LightLeft,
-    ShadeOnPath,
-    Thing,
+    OcclusionFactor,
+    OcclusionOnPath,
+    SurfaceMaterial,
     along_rays,
 )
+from ..uw_spectral.transfer.channel_tables import ChannelTables, OcclusionSpectrum, project
 from ..uw_spectral.transfer.channels import Channels, channels_of
 from ..uw_spectral.transfer.foam_light import FoamAhead, foam_light
-from ..uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water
-from ..uw_spectral.transfer.radiance_table import SHADED_STREAMS, TABLE_STREAMS
+from ..uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
@@ -47,7 +47,7 @@ from .terms import DIFFUSE_SHADOWS, FLOOR_LIGHT, INELASTIC, SHAFTS, SINGLE
 Array = NDArray[np.float64]
 Changes = tuple[tuple[str, object], ...]
 
-_PLAIN, _SHADED, _CHANGED = "plain", "shaded", "changed wavelength"
+_PLAIN, _OCCLUDED, _CHANGED = "plain", "shaded", "changed wavelength"
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,12 +116,12 @@ def picture(
     water = functools.partial(_water, optics, seen.depth, tuple(column.items()), dark)
     drawn = water(_PLAIN)
     rays = _Rays(optics, seen, drawn.view.column.floor_depth)
-    plain, single = rays.radiance(drawn), rays.scattered_once(drawn)
+    plain, single = rays.radiance(drawn), rays.single_scattering(drawn)
     parts = {}
     if not seen.is_free:
         # In the shade other light counts as unscattered, which alone changes nothing.
-        split = water(_SHADED)
-        change = rays.radiance(split, shaded=True) - rays.radiance(split, sunlit=True)
+        split = water(_OCCLUDED)
+        change = rays.radiance(split, occluded=True) - rays.radiance(split, sunlit=True)
         parts[DIFFUSE_SHADOWS] = change - (plain - rays.radiance(drawn, sunlit=True))
     shadows = drawn.waves is not None or not seen.path_sunlit.all()
     if shadows and not drawn.field.layered:
@@ -141,7 +141,7 @@ class _Water:
     view: Viewpoint
     channels: Channels
     field: SolvedField
-    light: FoldedLight
+    light: ChannelTables
     waves: WavePatterns | None
     least: float
 
@@ -154,18 +154,18 @@ class _Water:
 # Views from one depth have the same.
 @functools.lru_cache(maxsize=8)
 def _water(optics: Optics, depth: float, changes: Changes, dark: bool, light: str) -> _Water:
-    """The water without things, as EEVEE looks it up; what is to be left out is dark."""
+    """The water without objects, as EEVEE looks it up; what is to be left out is dark."""
     view = _view(optics.view, depth, dict(changes))
     column, phase, bands = _lit(view.column, dark=dark), view.phase, view.column.bands
-    emission = shades = contrast = None
+    emission = occlusions = contrast = None
     if light == _CHANGED and optics.excitation is not None:
         exciting = replace(optics.excitation.column, **dict(changes))
         excitation = replace(optics.excitation, column=_lit(exciting, dark=dark))
         emission = excitation.emission(bands, TABLE_STREAMS)
     field = column.solved_field(phase, TABLE_STREAMS, emission)
-    if light == _SHADED:
-        straight = column.solved_field(phase, SHADED_STREAMS)
-        shades = Shades(np.zeros(len(bands)), np.ones((1, len(bands))), straight)
+    if light == _OCCLUDED:
+        straight = column.solved_field(phase, OCCLUSION_STREAMS)
+        occlusions = OcclusionSpectrum(np.zeros(len(bands)), np.ones((1, len(bands))), straight)
     waves, least = optics.waves if view.column.surface == "waves" else None, 0.0
     if waves is not None:
         above = column.mixed_above(view.depth).solved_field(phase, TABLE_STREAMS)
@@ -173,8 +173,10 @@ def _water(optics: Optics, depth: float, changes: Changes, dark: bool, light: st
         contrast, least = functools.partial(waves.contrast_at, knots), least_pattern(knots)
     channels = channels_of(bands, view.reduction.response)
     floor = [view.column.floor_reflectance]
-    folded = fold(field, channels, view.depth, column.skylight.level, floor, shades, contrast)
-    return _Water(view, channels, field, folded, waves, least)
+    projected = project(
+        field, channels, view.depth, column.skylight.level, floor, occlusions, contrast
+    )
+    return _Water(view, channels, field, projected, waves, least)
 
 
 def _lit(column: WaterColumn, *, dark: bool) -> WaterColumn:
@@ -194,7 +196,7 @@ def _view(view: Viewpoint, depth: float, changed: Mapping[str, object]) -> Viewp
 
 @dataclass(frozen=True, eq=False)
 class _CloudsBefore:
-    """What clouds do to rays, and shares of light that they leave where these end."""
+    """What clouds do to rays, and fractions of light that they leave where these end."""
 
     veil: Veil
     sunlight: Array
@@ -218,37 +220,42 @@ class _Rays:
     def _depths(self, P: Array) -> Array:
         return np.clip(self.y_o - self.w[2] * P, 0.0, self._floor)
 
-    def radiance(self, water: _Water, *, shaded: bool = False, sunlit: bool = False) -> Array:
+    def radiance(self, water: _Water, *, occluded: bool = False, sunlit: bool = False) -> Array:
         """Colours of the rays, shape (m, 3).
 
         Parameters
         ----------
-        shaded : bool
-            Whether things shade light from all sides.
+        occluded : bool
+            Whether objects occlude light from all sides.
         sunlit : bool
             Whether the sun shines on all of them.
         """
         seen, w, y_o, y, P = self.seen, self.w, self.y_o, self.y, self.P
         ray = along_rays(water.light, water.field.sun, w)
         sun = 1.0 * (seen.sunlit[:, None] | sunlit)
-        left, scattered, once, around = ALL_LEFT, ALL_LEFT, 1.0, None
-        if shaded:
-            left, scattered = (LightLeft(x[:, None]) for x in (seen.openness, seen.path_openness))
+        left, scattered, single, around = NO_OCCLUSION, NO_OCCLUSION, 1.0, None
+        if occluded:
+            left, scattered = (
+                OcclusionFactor(x[:, None]) for x in (seen.openness, seen.path_openness)
+            )
             blocked = seen.blocked(water.light.components, water.light.parts)
             around = None if blocked is None else Around(blocked)
         clouds = self._cloudy(water, ray)
         if clouds is not None:
             sun = sun * clouds.sunlight
-            left = LightLeft(left.mean * clouds.skylight)
-            scattered, once = LightLeft(scattered.mean * clouds.veil.daylit), clouds.veil.sunlit
-        shade, normal = ShadeOnPath(scattered, once), list(seen.normal.T[..., None])
-        leaving = ray.leaving(self._thing(water, sun, left), y, normal, P)
-        on_surface = ray.surface(y_o, y, w, P, leaving, shade=shade, around=around)
+            left = OcclusionFactor(left.mean * clouds.skylight)
+            scattered, single = (
+                OcclusionFactor(scattered.mean * clouds.veil.daylit),
+                clouds.veil.sunlit,
+            )
+        occlusion, normal = OcclusionOnPath(scattered, single), list(seen.normal.T[..., None])
+        leaving = ray.leaving(self._item(water, sun, left), y, normal, P)
+        on_surface = ray.surface(y_o, y, w, P, leaving, occlusion=occlusion, around=around)
         column = water.view.column
         in_open = ray.open_water(
             y_o, w, replace(column.skylight, level=1.0),
             column.refractive_index if column.reflects else None,
-            ripples=self._ripples(water), shade=shade, foam=self._foam(water),
+            ripples=self._ripples(water), occlusion=occlusion, foam=self._foam(water),
         )  # fmt: skip
         if clouds is not None:
             behind = surroundings(ray, y_o, y, w, P)
@@ -256,7 +263,7 @@ class _Rays:
             in_open = veiled(in_open, clouds.veil, ray, y_o, w)
         return water.developed(np.where(self.hit, on_surface.total, in_open.total))
 
-    def scattered_once(self, water: _Water, P: Array | None = None) -> Array:
+    def single_scattering(self, water: _Water, P: Array | None = None) -> Array:
         """Sunlight that is scattered once on the way, nothing in its way, (m, 3) or (m, k, 3).
 
         Parameters
@@ -271,7 +278,7 @@ class _Rays:
         found = water.developed(ray.single_scattering(self.y_o[..., None], y, w, ends))
         return found[:, 0] if P is None else found
 
-    def _thing(self, water: _Water, sun: Operand, left: LightLeft) -> Thing:
+    def _item(self, water: _Water, sun: Operand, left: OcclusionFactor) -> SurfaceMaterial:
         """What the rays meet: colours, or the floor's reflectance, which is measured."""
         seen, on_floor = self.seen, 1.0 * self.seen.on_floor[:, None]
         facing = np.maximum(-(seen.normal @ np.asarray(water.field.sun)), 0.0) / math.pi
@@ -280,13 +287,15 @@ class _Rays:
         if water.waves is not None:
             pattern = np.maximum(self._pattern(water, self.P), water.least)
         response = [part * facing[:, None] * sun for part in base]
-        return Thing((*COLOURS, len(COLOURS)), response, base, pattern=pattern, shade=left)
+        return SurfaceMaterial(
+            (*COLOURS, len(COLOURS)), response, base, pattern=pattern, occlusion=left
+        )
 
     def missing_light(self, water: _Water) -> Array:
         """Single scattering that shadows and waves take from the paths; negative: they add."""
         seen, steps = self.seen, self.seen.path_sunlit.shape[1]
         ends = seen.reached[:, None] * np.linspace(0.0, 1.0, steps + 1)
-        total = self.scattered_once(water, ends)
+        total = self.single_scattering(water, ends)
         light = 1.0 * seen.path_sunlit
         if water.waves is not None:
             pattern = self._pattern(water, (ends[:, 1:] + ends[:, :-1]) / 2.0)
@@ -319,8 +328,8 @@ class _Rays:
         raised = None if water.waves is None else water.waves.raised
         if raised is None or raised.foam is None:
             return None
-        radiance = water.channels.fold(foam_light(water.view.column).below)
-        return FoamAhead(raised.foam_share(*self._at_surface()), radiance)
+        radiance = water.channels.project(foam_light(water.view.column).below)
+        return FoamAhead(raised.foam_fraction(*self._at_surface()), radiance)
 
     def _cloudy(self, water: _Water, ray: ChannelWater) -> _CloudsBefore | None:
         if not self._clouds:
@@ -330,16 +339,16 @@ class _Rays:
         clouds = clouds_in(self._clouds, water.field, water.channels, place)
         points = [a + b * self.P for a, b in zip(self.origin, self.w, strict=True)]
         rate = np.mean(ray.falling_off(self._depths(P), self.w)[1], axis=-1, keepdims=True)
-        once, scattered = daylit_shares(clouds, self.origin, self.w, P, rate, 0.5)
+        single, scattered = daylit_fractions(clouds, self.origin, self.w, P, rate, 0.5)
         veil = clouds.veil(self.origin, self.w, P, half_angle2(self.w, sun))
         return _CloudsBefore(
-            replace(veil, sunlit=once, daylit=scattered),
-            clouds.sunlight_left(points),
-            clouds.skylight_left(points),
+            replace(veil, sunlit=single, daylit=scattered),
+            clouds.sunlight_transmittance(points),
+            clouds.skylight_transmittance(points),
         )
 
 
-def scattered_once(optics: Optics, seen: SeenPoints, distances: Array) -> Array:
+def single_scattering(optics: Optics, seen: SeenPoints, distances: Array) -> Array:
     """Colours of sunlight that is scattered once up to distances (m, k) along rays, (m, k, 3)."""
     water = _water(optics, seen.depth, (), False, _PLAIN)
-    return _Rays(optics, seen, water.view.column.floor_depth).scattered_once(water, distances)
+    return _Rays(optics, seen, water.view.column.floor_depth).single_scattering(water, distances)

@@ -28,14 +28,14 @@ from .light_reach import (
     visible_distance,
 )
 from .methods import REFERENCE
-from .picture import Optics, scattered_once
+from .picture import Optics, single_scattering
 from .seen_points import SeenPoints
 from .terms import LIGHTS, SHAFTS, TERMS, Options, Term, with_and_without
 
 SAFETY = 0.95
-"""Share of the target that the estimate may use up; chosen on the tuning cases of the benchmark."""
+"""Fraction of the target that the estimate may use up; chosen on the benchmark's tuning cases."""
 
-_MINOR = 0.1  # share of the target that what is not searched may add
+_MINOR = 0.1  # fraction of the target that what is not searched may add
 _DENOISED = 2.4  # ΔE of the noise over that after denoising; docs/measured/denoising.md
 # EEVEE's samples smooth edges, which no ΔE of the water sees: few from this target on.
 _FEW_SAMPLES, _MANY_SAMPLES, _COARSE = 16, 64, 2.0
@@ -52,10 +52,10 @@ class Decision:
     value : str
         The choice.
     effect_delta_e : float
-        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) that the thing is
+        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) that the object is
         worth: of leaving it out, or that the choice leaves.
     cost_ratio : float
-        Cost of the picture with the thing to that without, or with the choice
+        Cost of the picture with the object to that without, or with the choice
         to that with the best one.
     reason : str
         Why, in a few words.
@@ -282,10 +282,10 @@ class _About:
         if self.workload.method.traced:
             lost = lost_beyond(view)
             rgb = e.full.without()
-            errors = e.errors([rgb * (1.0 - share) for share in lost])
+            errors = e.errors([rgb * (1.0 - fraction) for fraction in lost])
             bounces, error = first_within(BOUNCES, errors, self.target * _MINOR)
-            share = lost[BOUNCES.index(bounces)]
-            reason = f"at most {share:.2%} of the light is scattered more often"
+            fraction = lost[BOUNCES.index(bounces)]
+            reason = f"at most {fraction:.2%} of the light is scattered more often"
             decisions.append(Decision("bounces", str(bounces), error, 1.0, reason))
         return bounces, froxels, decisions
 
@@ -297,8 +297,8 @@ class _About:
         for view in e.seen:
             P = np.minimum(view.distance, end)[:, None]
             nearer = np.hstack([P, np.maximum(P - steps, 0.0)])
-            once = scattered_once(e.reference, view, nearer)
-            short.append(once[:, :1] - once[:, 1:])
+            single = single_scattering(e.reference, view, nearer)
+            short.append(single[:, :1] - single[:, 1:])
         return e.errors([rgb - part for part in np.swapaxes(np.vstack(short), 0, 1)])
 
     def samples(self, samples: int, noise: float) -> Decision:
@@ -328,13 +328,13 @@ def _samples(
 
 
 def _seen_kinds(seen: Sequence[SeenPoints]) -> str:
-    """Name what counts, and its share of the pictures."""
-    shares = [
+    """Name what counts, and its fraction of the pictures."""
+    fractions = [
         np.mean([view.pixels[view.kind == kind].sum() for view in seen]) for kind in (2, 1, 0)
     ]
     names = ("objects", "floor", "open water")
     return ", ".join(
-        f"{name} ({share:.0%} of the picture)"
-        for name, share in zip(names, shares, strict=True)
-        if share
+        f"{name} ({fraction:.0%} of the picture)"
+        for name, fraction in zip(names, fractions, strict=True)
+        if fraction
     )

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.shade.forward_share import blocked_along
-from ..uw_spectral.shade.view_cover import ViewCover
+from ..uw_spectral.occlusion.point_spread import blocked_along
+from ..uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ..uw_spectral.water.phase import PhaseFunction
 
-_WHOLE = 0.01  # share of a picture from which on something counts as much as what fills it
+_WHOLE = 0.01  # fraction of a picture from which on something counts as much as what fills it
 _SEED = 1
 
 
@@ -43,15 +43,15 @@ class SeenPoints:
     on_floor : array of bool, shape (m,)
         Whether the point lies on the floor of the water column.
     openness : array, shape (m,)
-        Share of the light from above, the direct sun apart, that nothing keeps from the
+        Fraction of the light from above, the direct sun apart, that nothing keeps from the
         point: see :func:`openness`. 1 for open water.
     path_openness : array, shape (m,)
         The same of the light that the water along the ray scatters; may be more than 1 before
-        bright things.
+        bright objects.
     pixels : array, shape (m,)
-        Share of the picture that each ray stands for; they add up to 1.
-    cover : ViewCover, optional
-        What things fill of the view, where they keep light from it that is scattered forward.
+        Fraction of the picture that each ray stands for; they add up to 1.
+    buffer : VisibilityBuffer, optional
+        What objects fill of the view, where they keep light from it that is scattered forward.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class SeenPoints:
     openness: NDArray[np.float64]
     path_openness: NDArray[np.float64]
     pixels: NDArray[np.float64]
-    cover: ViewCover | None = None
+    buffer: VisibilityBuffer | None = None
 
     def __post_init__(self) -> None:
         count = len(self.direction)
@@ -105,26 +105,26 @@ class SeenPoints:
     def is_free(self) -> bool:
         """Whether nothing keeps light from what is seen, the direct sun's apart."""
         left = np.concatenate([self.openness, self.path_openness])
-        return self.cover is None and bool((left == 1.0).all())
+        return self.buffer is None and bool((left == 1.0).all())
 
     def blocked(
         self, components: Sequence[PhaseFunction], parts: NDArray[np.float64]
     ) -> NDArray[np.float64] | None:
-        """Share of scattering on the rays that stays within things, see :func:`.blocked_along`."""
-        if self.cover is None:
+        """Fraction of scattering on the rays that stays within objects: :func:`.blocked_along`."""
+        if self.buffer is None:
             return None
-        return blocked_along(self.cover, components, parts, self.direction, self.on_floor)
+        return blocked_along(self.buffer, components, parts, self.direction, self.on_floor)
 
-    def unshaded(self) -> SeenPoints:
+    def unoccluded(self) -> SeenPoints:
         """Return the same with nothing in the way of any light."""
         whole, sunlit = np.ones(len(self)), np.ones((len(self), 1), bool)
         return dataclasses.replace(
-            self, path_sunlit=sunlit, openness=whole, path_openness=whole, cover=None
+            self, path_sunlit=sunlit, openness=whole, path_openness=whole, buffer=None
         )
 
     @property
-    def shaded_path(self) -> float:
-        """Share of the paths that lies in shadow, mean over the picture."""
+    def occluded_path(self) -> float:
+        """Fraction of the paths that lies in shadow, mean over the picture."""
         return float(self.pixels @ (1.0 - self.path_sunlit.mean(axis=1)))
 
     @property
@@ -143,14 +143,14 @@ class SeenPoints:
         """
         weight = np.zeros(len(self))
         for of in self._kinds():
-            share = self.pixels[of].sum()
-            weight[of] = min(share / _WHOLE, 1.0) * self.pixels[of] / share
+            fraction = self.pixels[of].sum()
+            weight[of] = min(fraction / _WHOLE, 1.0) * self.pixels[of] / fraction
         return weight / weight.sum()
 
     def subsample(self, count: int) -> SeenPoints:
         """Return about so many of the rays, spread over the picture and what they meet.
 
-        Each kind gets as many, or all it has; :attr:`pixels` keeps its share of the picture.
+        Each kind gets as many, or all it has; :attr:`pixels` keeps its fraction of the picture.
         """
         if count >= len(self):
             return self
@@ -175,13 +175,13 @@ class SeenPoints:
         return [np.flatnonzero(kind == which) for which in np.unique(kind)]
 
     def _per_ray(self) -> list[str]:
-        return [f.name for f in dataclasses.fields(self) if f.name not in {"reach", "cover"}]
+        return [f.name for f in dataclasses.fields(self) if f.name not in {"reach", "buffer"}]
 
 
 def openness(
     normal: NDArray[np.float64], directions: NDArray[np.float64], clear: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Share of the light from above that reaches surfaces.
+    """Fraction of the light from above that reaches surfaces.
 
     Parameters
     ----------

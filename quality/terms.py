@@ -30,25 +30,25 @@ _LIGHTS = "not in view, but it lights the rest"
 
 
 def _shadows(seen: Sequence[SeenPoints]) -> str:
-    share = float(np.mean([view.shaded_path for view in seen]))
-    return f"{share:.0%} of the seen water in shadow" if share else "no shadow in the water"
+    fraction = float(np.mean([view.occluded_path for view in seen]))
+    return f"{fraction:.0%} of the seen water in shadow" if fraction else "no shadow in the water"
 
 
 def _skylight(seen: Sequence[SeenPoints]) -> str:
     hidden = np.concatenate([1.0 - view.openness[view.kind > 0] for view in seen]).clip(0.0)
-    filled = float(np.mean([v.pixels @ (v.kind == 2) for v in seen if v.cover] or [0.0]))
+    filled = float(np.mean([v.pixels @ (v.kind == 2) for v in seen if v.buffer] or [0.0]))
     if not (hidden.any() or filled):
         return "nothing is in the way of light"
     return (
         f"{hidden.mean() if len(hidden) else 0.0:.0%} of the light from above is kept from what "
-        f"is seen; things that fill {filled:.0%} of the picture keep back what shines past them"
+        f"is seen; objects that fill {filled:.0%} of the picture keep back what shines past them"
     )
 
 
 def _looking_up(seen: Sequence[SeenPoints]) -> str:
     up = [(view.direction[:, 2] > 0) & ~np.isfinite(view.distance) for view in seen]
-    share = float(np.mean([v.pixels @ u for v, u in zip(seen, up, strict=True)]))
-    return f"{share:.0%} of the rays go up to it" if share else _LIGHTS
+    fraction = float(np.mean([v.pixels @ u for v, u in zip(seen, up, strict=True)]))
+    return f"{fraction:.0%} of the rays go up to it" if fraction else _LIGHTS
 
 
 def _nearest_floor(seen: Sequence[SeenPoints]) -> str:

@@ -11,7 +11,7 @@ from .rendered import is_hidden_by_animation
 
 IS_SUN = "uw_sun"
 """Mark of the lamp of the direct sun."""
-SURFACE, KEEPING, FLUORESCENT = "uw_surface", "uw_keeping", "uw_fluorescent"
+SURFACE, NATIVE, FLUORESCENT = "uw_surface", "uw_keeping", "uw_fluorescent"
 """Part that lights the materials in real time; see :func:`part`."""
 PARTICLES = "uw_particles"
 """Mark of objects that are particles: their kind."""

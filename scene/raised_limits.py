@@ -31,9 +31,9 @@ def raised_limits(
     """
     found = [f"waves longer than {tile:g} m and the swell move no caustics"]
     if eevee and above:
-        found.append("EEVEE refracts things under water as a level surface would")
+        found.append("EEVEE refracts objects under water as a level surface would")
     if eevee and below:
-        found.append("from below, EEVEE shows open water where a thing lies behind a trough")
+        found.append("from below, EEVEE shows open water where an object lies behind a trough")
     if live:
         found.append("the viewport has no waterline, it shows the side that the camera is on")
     return [f"waves with height: {text}" for text in found]

@@ -37,7 +37,7 @@ class FluorophoreFile:
 
 @dataclass(frozen=True)
 class Fluorescence:
-    """Name of a fluorophore, and the share of light that it absorbs where it absorbs most."""
+    """Name of a fluorophore, and the fraction of light that it absorbs where it absorbs most."""
 
     fluorophore: str
     strength: float
@@ -59,7 +59,7 @@ def register(on_change: OnChange | None = None) -> None:
         ),
         "porous": bpy.props.BoolProperty(
             name="Porous, colours dry",
-            description="The colours of the material are those of a dry thing whose pores fill "
+            description="The colours of the material are those of a dry object whose pores fill "
             "with water, as those of sand, soil, cloth and wood do: in water it is darker, sand "
             "by about half. Measured reflectances stay as they are",
             options=set(),
@@ -76,8 +76,8 @@ def register(on_change: OnChange | None = None) -> None:
         ),
         "fluorescence": bpy.props.FloatProperty(
             name="Absorbed",
-            description="Share of the light that the fluorophore absorbs at the wavelength where "
-            "it absorbs most; what it emits of that is its quantum yield",
+            description="Fraction of the light that the fluorophore absorbs at the wavelength "
+            "where it absorbs most; what it emits of that is its quantum yield",
             default=0.5,
             min=0.0,
             max=1.0,
@@ -98,7 +98,7 @@ def unregister() -> None:
 
 
 def is_porous(material: bpy.types.Material) -> bool:
-    """Whether the colours of the material are those of a porous thing when it is dry."""
+    """Whether the colours of the material are those of a porous object when it is dry."""
     group = getattr(material, PROPERTY, None)
     return group is not None and group.porous
 

@@ -45,7 +45,7 @@ def _property(setting: Setting, on_change: OnChange | None) -> object:
         if setting.known:
             common["search"] = suggestions(setting.known)
         return bpy.props.StringProperty(**common)
-    (low, high), (least, most) = setting.limits, setting.usual or setting.limits
+    (low, high), (least, most) = setting.limits, setting.soft_limits or setting.limits
     common |= {"min": low, "max": high, "soft_min": least, "soft_max": most}
     if isinstance(setting.default, int):
         return bpy.props.IntProperty(**common)

@@ -69,7 +69,7 @@ def require_shown(tone: str, contrast: str) -> None:
             pass
 
 
-def kept_view(view: bpy.types.ColorManagedViewSettings) -> dict[str, Any]:
+def saved_view(view: bpy.types.ColorManagedViewSettings) -> dict[str, Any]:
     """Return what :func:`show` changes, as a scene can store it."""
     names = (*_KEPT, "use_curve_mapping")
     kept: dict[str, Any] = {name: getattr(view, name) for name in names}

@@ -24,7 +24,7 @@ _IES = ".ies"
 
 @dataclass(frozen=True)
 class FileKind:
-    """One thing that a file can be.
+    """One object that a file can be.
 
     Attributes
     ----------

@@ -278,7 +278,7 @@ def description_of(settings: SceneSettings) -> Description:
             water=_constituents(settings) if settings.water == CONSTITUENTS else settings.water,
             source=settings.water_source,
             second=settings.second_water,
-            second_share=settings.second_water_share,
+            second_fraction=settings.second_water_fraction,
             phase=None if settings.phase == DEFAULT_PHASE else settings.phase,
         ),
         _described(

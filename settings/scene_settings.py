@@ -17,14 +17,14 @@ from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, CONTRASTS, MEDIUM, ST
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water import measured
-from ..uw_spectral.water.particles import SLOPES, USUAL_SLOPE
+from ..uw_spectral.water.particles import SLOPES, TYPICAL_SLOPE
 from .setting import Setting
 
 AUTO = "auto"
 BY_PICTURE = "auto-picture"
 """Exposure by the brightness of what the camera sees."""
 BANDS, REALTIME = "bands", "realtime"
-USUAL_BANDS: dict[Mode, int] = {m.mode: m.usual_bands for m in DRAWN}
+DEFAULT_BANDS: dict[Mode, int] = {m.mode: m.default_bands for m in DRAWN}
 """Bands of each mode where the settings leave their number open."""
 EQUAL, OPTIMISED = "equal", "optimised"
 BOUNDED, EXACT = "bounded", "exact"
@@ -56,7 +56,7 @@ _OF_FLAT, _OF_DOME = {"housing": (housing.FLAT,)}, {"housing": (housing.DOME,)}
 _OF_PORT = {"housing": (housing.FLAT, housing.DOME)}
 NO_RAW = "none"
 _OF_RAW = {"raw": ("dng", "tiff")}
-_OF_SECOND_WATER = "second_water", "second_water_share"
+_OF_SECOND_WATER = "second_water", "second_water_fraction"
 _JERLOV = "jerlov:"
 
 
@@ -100,7 +100,7 @@ class SceneSettings:
         "and one sees about half as far; 0 is pure water",
         "water",
         limits=(0.0, 1e3),
-        usual=(0.0, 10.0),
+        soft_limits=(0.0, 10.0),
         animatable=True,
     )
     chlorophyll: float = _setting(
@@ -110,7 +110,7 @@ class SceneSettings:
         "water",
         unit="mg/m³",
         limits=(0.0, 100.0),
-        usual=(0.0, 20.0),
+        soft_limits=(0.0, 20.0),
         animatable=True,
         needs=_OF_CONSTITUENTS,
     )
@@ -121,7 +121,7 @@ class SceneSettings:
         "water",
         unit="1/m",
         limits=(0.0, 20.0),
-        usual=(0.0, 2.0),
+        soft_limits=(0.0, 2.0),
         digits=3,
         animatable=True,
         needs=_OF_CONSTITUENTS,
@@ -133,7 +133,7 @@ class SceneSettings:
         "water",
         unit="g/m³",
         limits=(0.0, 1e3),
-        usual=(0.0, 20.0),
+        soft_limits=(0.0, 20.0),
         animatable=True,
         needs=_OF_CONSTITUENTS,
     )
@@ -144,7 +144,7 @@ class SceneSettings:
         "water",
         unit="1/m",
         limits=(0.0, 20.0),
-        usual=(0.0, 2.0),
+        soft_limits=(0.0, 2.0),
         digits=3,
         animatable=True,
         needs=_OF_CONSTITUENTS,
@@ -157,7 +157,7 @@ class SceneSettings:
         "water",
         known="waters",
     )
-    second_water_share: float = _setting(
+    second_water_fraction: float = _setting(
         0.0,
         "Fraction",
         "Fraction of the second water",
@@ -172,7 +172,7 @@ class SceneSettings:
         "Factor on the absorption, that of the water itself included",
         "water",
         limits=(0.0, 1e3),
-        usual=(0.0, 10.0),
+        soft_limits=(0.0, 10.0),
         animatable=True,
         who="researcher",
     )
@@ -182,7 +182,7 @@ class SceneSettings:
         "Factor on the scattering, that of the water itself included",
         "water",
         limits=(0.0, 1e3),
-        usual=(0.0, 10.0),
+        soft_limits=(0.0, 10.0),
         animatable=True,
     )
     phase: str = _setting(
@@ -210,7 +210,7 @@ class SceneSettings:
         "depth",
         unit="m",
         limits=(0.0, 11000.0),
-        usual=(0.0, 100.0),
+        soft_limits=(0.0, 100.0),
         animatable=True,
     )
     floor_reflectance: str = _setting(
@@ -239,10 +239,10 @@ class SceneSettings:
             WAVES: ("Waves", "Waves by the wind, and their caustics"),
         },
     )
-    mirrored_things: bool = _setting(
+    planar_reflections: bool = _setting(
         False,
-        "Mirrored things",
-        "Show things near the surface mirrored in it, seen from below, in renders; a frame takes "
+        "Planar reflections",
+        "Show objects near the surface mirrored in it, seen from below, in renders; a frame takes "
         "twice as long where there are some",
         "waves",
         needs={"surface": ("flat", WAVES)},
@@ -255,7 +255,7 @@ class SceneSettings:
         "waves",
         unit="m/s",
         limits=(0.0, 40.0),
-        usual=(0.0, 20.0),
+        soft_limits=(0.0, 20.0),
         animatable=True,
         needs=_OF_WAVES,
     )
@@ -277,7 +277,7 @@ class SceneSettings:
         "waves",
         unit="km",
         limits=(0.01, 1e4),
-        usual=(0.1, 1e3),
+        soft_limits=(0.1, 1e3),
         animatable=True,
         needs=_OF_WAVES,
         who="researcher",
@@ -288,7 +288,7 @@ class SceneSettings:
         "Strength of the caustics; 1 is physical, 0 is none",
         "waves",
         limits=(0.0, 10.0),
-        usual=(0.0, 2.0),
+        soft_limits=(0.0, 2.0),
         animatable=True,
         needs=_OF_WAVES,
     )
@@ -298,7 +298,7 @@ class SceneSettings:
         "Speed of the waves; 1 is real time, 0 stops them",
         "waves",
         limits=(-1e3, 1e3),
-        usual=(0.0, 2.0),
+        soft_limits=(0.0, 2.0),
         animatable=True,
         needs=_OF_WAVES,
     )
@@ -309,7 +309,7 @@ class SceneSettings:
         "waves",
         unit="s",
         limits=(0.0, 1e4),
-        usual=(0.0, 60.0),
+        soft_limits=(0.0, 60.0),
         needs=_OF_WAVES,
     )
     wave_seed: int = _setting(
@@ -318,7 +318,7 @@ class SceneSettings:
         "Seed of the waves' phases",
         "waves",
         limits=(0, 2**31 - 1),
-        usual=(0, 100),
+        soft_limits=(0, 100),
         needs=_OF_WAVES,
     )
     wave_tile: float = _setting(
@@ -328,7 +328,7 @@ class SceneSettings:
         "waves",
         unit="m",
         limits=(0.1, 1e3),
-        usual=(1.0, 100.0),
+        soft_limits=(1.0, 100.0),
         needs=_OF_WAVES,
     )
     wave_resolution: int = _setting(
@@ -337,7 +337,7 @@ class SceneSettings:
         "Samples along the side of that square; more are sharper and slower",
         "waves",
         limits=(16, 4096),
-        usual=(64, 1024),
+        soft_limits=(64, 1024),
         needs=_OF_WAVES,
     )
     raised_waves: bool = _setting(
@@ -355,7 +355,7 @@ class SceneSettings:
         "waves",
         unit="m",
         limits=(0.0, 30.0),
-        usual=(0.0, 3.0),
+        soft_limits=(0.0, 3.0),
         animatable=True,
         needs=_OF_RAISED,
     )
@@ -366,7 +366,7 @@ class SceneSettings:
         "waves",
         unit="m",
         limits=(1.0, 1000.0),
-        usual=(5.0, 100.0),
+        soft_limits=(5.0, 100.0),
         needs=_OF_RAISED,
     )
     swell_direction: float = _setting(
@@ -394,7 +394,7 @@ class SceneSettings:
         "particles",
         unit="1/l",
         limits=(0.0, 1e5),
-        usual=(0.0, 100.0),
+        soft_limits=(0.0, 100.0),
         animatable=True,
     )
     snow_of_water: float = _setting(
@@ -403,7 +403,7 @@ class SceneSettings:
         "Marine snow by the water's own scattering, times this: 1 adds as much as it speaks for",
         "particles",
         limits=(0.0, 1e3),
-        usual=(0.0, 10.0),
+        soft_limits=(0.0, 10.0),
         animatable=True,
     )
     plankton: float = _setting(
@@ -413,7 +413,7 @@ class SceneSettings:
         "particles",
         unit="1/l",
         limits=(0.0, 1e5),
-        usual=(0.0, 100.0),
+        soft_limits=(0.0, 100.0),
         animatable=True,
     )
     bubbles: float = _setting(
@@ -423,7 +423,7 @@ class SceneSettings:
         "particles",
         unit="1/l",
         limits=(0.0, 1e5),
-        usual=(0.0, 100.0),
+        soft_limits=(0.0, 100.0),
         animatable=True,
     )
     silt: float = _setting(
@@ -433,7 +433,7 @@ class SceneSettings:
         "particles",
         unit="1/l",
         limits=(0.0, 1e5),
-        usual=(0.0, 100.0),
+        soft_limits=(0.0, 100.0),
         animatable=True,
     )
     drift_speed: float = _setting(
@@ -443,7 +443,7 @@ class SceneSettings:
         "particles",
         unit="m/s",
         limits=(0.0, 10.0),
-        usual=(0.0, 1.0),
+        soft_limits=(0.0, 1.0),
         digits=3,
     )
     drift_direction: float = _setting(
@@ -461,10 +461,10 @@ class SceneSettings:
         "Seed of the particles' places and sizes",
         "particles",
         limits=(0, 10**6),
-        usual=(0, 100),
+        soft_limits=(0, 100),
     )
     particle_slope: float = _setting(
-        USUAL_SLOPE,
+        TYPICAL_SLOPE,
         "Slope of sizes",
         "Power with which numbers of particles fall with diameter: 3.6 on average, 3 in blooms",
         "particles",
@@ -479,7 +479,7 @@ class SceneSettings:
         "particles",
         unit="mrad",
         limits=(0.01, 100.0),
-        usual=(0.1, 5.0),
+        soft_limits=(0.1, 5.0),
         who="researcher",
     )
     illuminant: str = _setting(
@@ -529,7 +529,7 @@ class SceneSettings:
         "sun",
         unit="1/sr",
         limits=(0.0, 1e6),
-        usual=(0.0, 1.0),
+        soft_limits=(0.0, 1.0),
         digits=3,
         animatable=True,
         who="researcher",
@@ -552,7 +552,7 @@ class SceneSettings:
         "Refractive index of the water against air",
         "sun",
         limits=(1.0, 2.0),
-        usual=(1.3, 1.4),
+        soft_limits=(1.3, 1.4),
         digits=3,
         who="researcher",
     )
@@ -560,7 +560,7 @@ class SceneSettings:
         True,
         "Indices against water",
         "Take refractive indices of materials, which Blender has against air, against the water "
-        "that things lie in: they mirror less and bend light less. Materials can be left out",
+        "that objects lie in: they mirror less and bend light less. Materials can be left out",
         "quality",
         who="researcher",
     )
@@ -570,7 +570,7 @@ class SceneSettings:
         "Factor on the light of sun and sky; 0 is night, where lamps are all the light",
         "lamps",
         limits=(0.0, 1e3),
-        usual=(0.0, 1.0),
+        soft_limits=(0.0, 1.0),
         digits=3,
         animatable=True,
     )
@@ -589,7 +589,7 @@ class SceneSettings:
         "housing",
         unit="mm",
         limits=(0.01, 1e4),
-        usual=(1.0, 200.0),
+        soft_limits=(1.0, 200.0),
         digits=1,
         animatable=True,
         needs=_OF_FLAT,
@@ -601,7 +601,7 @@ class SceneSettings:
         "housing",
         unit="mm",
         limits=(1.0, 1e4),
-        usual=(30.0, 250.0),
+        soft_limits=(30.0, 250.0),
         digits=1,
         needs=_OF_DOME,
     )
@@ -612,7 +612,7 @@ class SceneSettings:
         "housing",
         unit="mm",
         limits=(-1e4, 1e4),
-        usual=(-50.0, 50.0),
+        soft_limits=(-50.0, 50.0),
         digits=1,
         animatable=True,
         needs=_OF_DOME,
@@ -624,7 +624,7 @@ class SceneSettings:
         "housing",
         unit="mm",
         limits=(0.0, 1e3),
-        usual=(1.0, 30.0),
+        soft_limits=(1.0, 30.0),
         digits=1,
         needs=_OF_PORT,
     )
@@ -644,7 +644,7 @@ class SceneSettings:
         "housing",
         unit="°",
         limits=(0.0, 80.0),
-        usual=(0.0, 30.0),
+        soft_limits=(0.0, 30.0),
         digits=1,
         animatable=True,
         needs=_OF_FLAT,
@@ -733,7 +733,7 @@ class SceneSettings:
         "sensor",
         unit="EV",
         limits=(-10.0, 10.0),
-        usual=(-3.0, 3.0),
+        soft_limits=(-3.0, 3.0),
         animatable=True,
         needs={"exposure": (AUTO, BY_PICTURE)},
     )
@@ -773,7 +773,7 @@ class SceneSettings:
         "Sensitivity; twice as much doubles the counts, and half as much light fills them",
         "sensor",
         limits=(1.0, 1e6),
-        usual=(100.0, 12800.0),
+        soft_limits=(100.0, 12800.0),
         digits=0,
         animatable=True,
         needs=_OF_RAW,
@@ -784,7 +784,7 @@ class SceneSettings:
         "Electrons that a pixel holds",
         "sensor",
         limits=(100.0, 1e7),
-        usual=(1e3, 1e5),
+        soft_limits=(1e3, 1e5),
         digits=0,
         needs=_OF_RAW,
         who="researcher",
@@ -795,18 +795,18 @@ class SceneSettings:
         "Noise without light, electrons",
         "sensor",
         limits=(0.0, 1e4),
-        usual=(0.0, 30.0),
+        soft_limits=(0.0, 30.0),
         needs=_OF_RAW,
         who="researcher",
     )
     bands: int = _setting(
         0,
         "Bands",
-        f"Number of spectral bands; 0 for {USUAL_BANDS[REALTIME]} in real time, where they cost "
-        f"nothing, and {USUAL_BANDS[BANDS]} otherwise",
+        f"Number of spectral bands; 0 for {DEFAULT_BANDS[REALTIME]} in real time, where they cost "
+        f"nothing, and {DEFAULT_BANDS[BANDS]} otherwise",
         "quality",
         limits=(0, 512),
-        usual=(0, 60),
+        soft_limits=(0, 60),
         who="researcher",
     )
     wavelengths: str = _setting(
@@ -852,7 +852,7 @@ class SceneSettings:
         who="researcher",
     )
     samples: int = _setting(
-        64, "Samples", "Samples per pixel", "quality", limits=(1, 2**24), usual=(1, 1024)
+        64, "Samples", "Samples per pixel", "quality", limits=(1, 2**24), soft_limits=(1, 1024)
     )
     noise: float = _setting(
         0.0,
@@ -862,7 +862,7 @@ class SceneSettings:
         "quality",
         unit="ΔE",
         limits=(0, 100),
-        usual=(0, 10),
+        soft_limits=(0, 10),
         engine="cycles",
     )
     bounces: int = _setting(
@@ -871,7 +871,7 @@ class SceneSettings:
         "Times that Cycles scatters or reflects light at most",
         "quality",
         limits=(1, 1024),
-        usual=(1, 128),
+        soft_limits=(1, 128),
         engine="cycles",
         who="researcher",
     )
@@ -948,7 +948,7 @@ class SceneSettings:
         if self.bands:
             return self
         # Placed bands are few by purpose.
-        return replace(self, bands=USUAL_BANDS[mode if self.band_placement == EQUAL else BANDS])
+        return replace(self, bands=DEFAULT_BANDS[mode if self.band_placement == EQUAL else BANDS])
 
     def in_effect(self, engine: str) -> dict[str, str | float | bool]:
         """Return the settings that play a part in pictures of an engine, by name."""
@@ -957,7 +957,7 @@ class SceneSettings:
             for name, row in SETTINGS.items()
             if row.engine in ("", engine) and row.applies(self)
         ]
-        if self.second_water_share == 0.0:
+        if self.second_water_fraction == 0.0:
             names = [name for name in names if name not in _OF_SECOND_WATER]
         if not any(x.lower().startswith(_JERLOV) for x in (self.water, self.second_water)):
             names.remove("water_source")

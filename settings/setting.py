@@ -49,7 +49,7 @@ class Setting:
     known : str
         What is suggested where any word may be: ``waters``, ``sensors``, ``filters``,
         ``illuminants``, ``phases``, ``housings``.
-    limits, usual : two floats
+    limits, soft_limits : two floats
         What a number may be, and the range of its slider.
     digits : int
         Behind the point, in a panel.
@@ -73,7 +73,7 @@ class Setting:
     choices: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     known: str = ""
     limits: tuple[float, float] = (float("-inf"), float("inf"))
-    usual: tuple[float, float] | None = None
+    soft_limits: tuple[float, float] | None = None
     digits: int = 2
     animatable: bool = False
     needs: Mapping[str, tuple[object, ...]] = field(default_factory=dict)

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def pixel(water, y_o, w, P, L_surface, L_beyond):
-    """Radiance of a surface at distance P in water, L_beyond undisturbed behind it."""
+    """Radiance of a surface at distance P in water, L_beyond unoccluded behind it."""
     field = water.field
     through, together = np.exp(-field.c * P), np.exp(-field.cp * P)
     forward = np.maximum(together - through, 0.0)

@@ -37,9 +37,9 @@ def pytest_terminal_summary(terminalreporter, config):
 
 
 @pytest.fixture(autouse=True)
-def coarse_shade(monkeypatch):
-    """Few probes and voxels: what shade is worth has tests of its own."""
-    from underwater_spectral.scene.seen import surroundings
+def coarse_occlusion(monkeypatch):
+    """Few probes and voxels: what occlusion is worth has tests of its own."""
+    from underwater_spectral.scene.readers import surroundings
 
     monkeypatch.setattr(surroundings, "PROBES", 300)
     monkeypatch.setattr(surroundings, "_COARSE", 5_000)

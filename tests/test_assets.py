@@ -14,7 +14,7 @@ from underwater_spectral import registration
 from underwater_spectral.node_groups import asset_groups
 from underwater_spectral.scene import contents, marks, stored_settings
 from underwater_spectral.scene.engines import cycles_settings, exr_output
-from underwater_spectral.scene.seen import lamps
+from underwater_spectral.scene.readers import lamps
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.ui import asset_library, dropped_assets
@@ -75,10 +75,10 @@ def _seen(tree, output, tmp_path, **inputs):
     with cycles_settings.reference_settings(
         scene, camera, samples=1, seed=0, bounces=1, device="cpu"
     ):
-        exr_output.write_float_exr(scene, tmp_path / "seen.exr")
+        exr_output.write_float_exr(scene, tmp_path / "readers.exr")
     bpy.data.objects.remove(plane)
     bpy.data.objects.remove(camera)
-    return read_exr(tmp_path / "seen.exr")[0].mean(axis=(0, 1)).astype(np.float64)
+    return read_exr(tmp_path / "readers.exr")[0].mean(axis=(0, 1)).astype(np.float64)
 
 
 def test_every_asset_has_name_words_and_picture(loaded):

@@ -199,7 +199,7 @@ def test_the_options_of_the_table_are_those_of_the_parser():
         "python3 dev.py run examples/missing.py",
         "python3 dev.py run examples/build_scene.py moon out/moon.blend",
         "python3 dev.py run -m benchmarks missing",
-        "python3 dev.py run -m benchmarks shade",
+        "python3 dev.py run -m benchmarks occlusion",
         "python3 dev.py measure missing",
         "blender --command underwater a.blend --bnads 8",
         "blender -b a.blend -P render_bands.py -- --quality best",

@@ -14,7 +14,7 @@ command = importlib.import_module("underwater_spectral.benchmarks.__main__")
 
 PAGE = Page(
     "A page",
-    "Some words about {count} things, {off:.1f} off.\n\n{rows}\n\n- an item\n",
+    "Some words about {count} objects, {off:.1f} off.\n\n{rows}\n\n- an item\n",
     (Target("off", "off", 2.0), Target("also", "more", 1.0)),
     {"samples": 4},
 )
@@ -72,7 +72,7 @@ def test_the_index_and_the_folder_have_the_same_pages():
 def test_a_page_has_its_values_tables_and_verdicts():
     text = PAGE.written("page", VALUES)
     assert text.startswith(
-        "# A page\n\nSome words about 3 things, 1.2 off.\n\n| a | b |\n|---|---|\n"
+        "# A page\n\nSome words about 3 objects, 1.2 off.\n\n| a | b |\n|---|---|\n"
     )
     assert "| 1 | |\n| 2 | 3 |\n\n- an item\n" in text
     assert "| off | 2 | 1.25 | met |\n| also | 1 | 0.5 | met |" in text
@@ -181,7 +181,7 @@ def test_inputs_are_what_a_module_imports_and_reads(file, text, changes, tmp_pat
 
 
 def test_a_page_of_pictures_depends_on_the_engines_and_the_data():
-    row = next(row for row in pages.PAGES if row.name == "mirrored")
+    row = next(row for row in pages.PAGES if row.name == "planar_reflection")
     found = runner.inputs([f"benchmarks/{row.module}.py"])
     names = {str(path.relative_to(runner.ROOT)) for path in found}
     assert {"scene/engines/cycles_engine.py", "uw_spectral/spectra/bands.py"} <= names

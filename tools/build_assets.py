@@ -92,7 +92,7 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(faded))
     colours = []
     for name in JERLOV_TYPES:
-        plan = three_bands(f"jerlov:{name}")
+        plan = representative_bands(f"jerlov:{name}")
         bands = ", ".join(f"{x:.0f}" for x in asset_groups.WAVELENGTHS)
         text = (
             f"What a way through water of Jerlov type {name} does to light at {bands} nm, which "
@@ -106,7 +106,7 @@ def shaders() -> Iterable[Any]:
     picture = _shown(np.repeat(np.array(colours), SIZE // len(colours) + 1, axis=0)[:SIZE])
     yield mark(tree, "Shaders", tree.description, _columns(picture))
     yield closed_form()
-    plan = three_bands("jerlov:IB", **_WAVES)
+    plan = representative_bands("jerlov:IB", **_WAVES)
     water = made.eevee_water(plan, bpy.context.scene, made.Eye(None, _DEPTH), np.eye(3))
     water = moving_surface.with_waves(bpy.context.scene, plan, water)
     assert water.waves is not None
@@ -142,7 +142,7 @@ def closed_form() -> Any:
     return mark(tree, "Shaders", tree.description, picture)
 
 
-def three_bands(water: str, **changes: Any) -> Any:
+def representative_bands(water: str, **changes: Any) -> Any:
     """Return the plan of the three bands, blue first."""
     from underwater_spectral.node_groups.asset_groups import WAVELENGTHS
     from underwater_spectral.settings import render_plan

@@ -116,14 +116,14 @@ def build_turntable(path: Path) -> None:
     turning = bpy.data.objects.new("Turntable", None)
     turning.location.z = -DEPTH
     scene.collection.objects.link(turning)
-    things = [
+    objects = [
         (growth.meshes("brain")[0], (-0.35, -0.25, 0.1), 0.62),
         (growth.meshes("staghorn")[0], (0.4, 0.15, -0.02), 0.95),
         (growth.meshes("fan")[1], (-0.15, 0.42, -0.02), 0.9),
         (growth.meshes("sponge")[0], (0.15, -0.45, -0.02), 0.8),
         (growth.meshes("small table")[1], (-0.62, 0.3, -0.02), 0.8),
     ]
-    for mesh, place, scale in things:
+    for mesh, place, scale in objects:
         item = shapes.place(mesh, scene.collection, place, scale=scale)
         item.parent = turning
     board = named["reef.color_checker"].color_checker(materials)

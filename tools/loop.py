@@ -58,7 +58,7 @@ def build(path: Path) -> None:
 
 
 def sway(item: bpy.types.Object, reach: tuple[float, ...], times: int, phase: float) -> None:
-    """Let a thing go to and fro about its place so many times, by keyframes on every frame."""
+    """Let an object go to and fro about its place so many times, by keyframes on every frame."""
     place = item.location.copy()
     for frame in range(1, FRAMES + 1):
         turn = 2.0 * math.pi * times * (frame - 1) / FRAMES + phase

@@ -70,7 +70,7 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
     """Draw the scene by its settings, with ``finer`` rays across a pixel."""
     from underwater_spectral.quality.picture import Optics, picture
     from underwater_spectral.scene import stored_settings
-    from underwater_spectral.scene.seen import view_tracing
+    from underwater_spectral.scene.readers import view_tracing
     from underwater_spectral.settings.render_plan import plan_of
     from underwater_spectral.uw_spectral.spectra.colour_rendering import (
         luminance,

@@ -31,10 +31,10 @@ _SHINES = ((-3.0, -2.2, -0.8), (-2.5, 1.0, 0.0), (0.5, 6.0, 0.6), (2.5, 2.5, 0.2
 _LUMENS, _CONE = 3000.0, 40.0
 
 
-def _along(places: tuple[tuple[float, ...], ...], share: float) -> np.ndarray:
-    """Place on a smooth way through places (Catmull and Rom), for shares of 0 to 1."""
+def _along(places: tuple[tuple[float, ...], ...], fraction: float) -> np.ndarray:
+    """Place on a smooth way through places (Catmull and Rom), for fractions of 0 to 1."""
     known = np.array([places[0], *places, places[-1]], float)
-    whole, t = divmod(share * (len(places) - 1), 1.0)
+    whole, t = divmod(fraction * (len(places) - 1), 1.0)
     if whole == len(places) - 1:
         return known[-1]
     p, q, r, s = known[int(whole) : int(whole) + 4]
@@ -53,8 +53,8 @@ def build(path: Path) -> None:
     world = importlib.import_module(f"{package}.examples.wreck.layout").world
     x, z = hull.BREACH
 
-    def at(places: tuple[tuple[float, ...], ...], share: float) -> np.ndarray:
-        return world(np.add(_along(places, share), (x, 0.0, z)))
+    def at(places: tuple[tuple[float, ...], ...], fraction: float) -> np.ndarray:
+        return world(np.add(_along(places, fraction), (x, 0.0, z)))
 
     scene.render.fps, scene.frame_start, scene.frame_end = RATE, 1, FRAMES
     eye = scene.camera = cameras.camera("Dive", at(_EYE, 0.0), at(_LOOKS, 0.0), _LENS)
@@ -62,13 +62,13 @@ def build(path: Path) -> None:
     torch = rigs.add_lamp(scene, "Torch", _LUMENS, "")
     torch.data.type, torch.data.spot_size, torch.data.spot_blend = "SPOT", math.radians(_CONE), 0.35
     for step in range(_KEYS + 1):
-        share = step / _KEYS
+        fraction = step / _KEYS
         for item, places, targets in ((eye, _EYE, _LOOKS), (torch, _TORCH, _SHINES)):
             before = item.rotation_euler.copy()
-            cameras.aim(item, at(places, share), at(targets, share))
+            cameras.aim(item, at(places, fraction), at(targets, fraction))
             item.rotation_euler = item.matrix_world.to_euler("XYZ", before)
             for channel in ("location", "rotation_euler"):
-                item.keyframe_insert(channel, frame=1 + share * (FRAMES - 1))
+                item.keyframe_insert(channel, frame=1 + fraction * (FRAMES - 1))
     path.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
 

@@ -47,7 +47,7 @@ class Photograph:
     rig : str
         Lamps that hang on the camera; empty for none.
     hidden : sequence of str
-        How the names of things begin that are left out.
+        How the names of objects begin that are left out.
     raised : float
         How far everything is lifted, m.
     """

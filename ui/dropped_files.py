@@ -177,7 +177,7 @@ class UseFiles(ReportingOperator):
 
 
 def _active_lamp(context: bpy.types.Context) -> bpy.types.Object | None:
-    from ..scene.seen.lamp_files import KINDS
+    from ..scene.readers.lamp_files import KINDS
 
     item = context.active_object
     if item is None or item.type != "LIGHT" or not item.select_get():

@@ -9,6 +9,7 @@ import bpy
 
 from ..scene import stored_settings as optics
 from ..scene.animation import curves_of
+from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import SceneSettings
 from . import property_group
 
@@ -16,10 +17,11 @@ Step = Callable[[bpy.types.Scene], None]
 
 
 def _keep_single_water(scene: bpy.types.Scene) -> None:
-    """From 0 to 1: a share without a second water meant nothing; now it would be refused."""
+    """From 0 to 1: a fraction without a second water meant nothing; now it would be refused."""
     group = getattr(scene, optics.PROPERTY)
     if not group.second_water:
-        group.property_unset("second_water_share")
+        group.property_unset("second_water_fraction")
+        group.bl_system_properties_get().pop("second_water_share", None)
 
 
 def _plain_switches(scene: bpy.types.Scene) -> None:
@@ -39,6 +41,19 @@ def _plain_switches(scene: bpy.types.Scene) -> None:
             curve.data_path = f"{optics.PROPERTY}.scattering_factor"
 
 
+def _present_names(scene: bpy.types.Scene) -> None:
+    """From 2 to 3: settings have the field's names."""
+    group = getattr(scene, optics.PROPERTY)
+    stored = group.bl_system_properties_get()
+    for was, name in FORMER_NAMES.items():
+        if was in stored:
+            setattr(group, name, type(getattr(group, name))(stored[was]))
+            del stored[was]
+        for curve in _curves(scene):
+            if curve.data_path == f"{optics.PROPERTY}.{was}":
+                curve.data_path = f"{optics.PROPERTY}.{name}"
+
+
 def _curves(scene: bpy.types.Scene) -> Iterator[bpy.types.FCurve]:
     """Animation curves and drivers of a scene."""
     data = scene.animation_data
@@ -49,7 +64,7 @@ def _curves(scene: bpy.types.Scene) -> Iterator[bpy.types.FCurve]:
         yield from curves_of(data.action)
 
 
-STEPS: tuple[Step, ...] = (_keep_single_water, _plain_switches)
+STEPS: tuple[Step, ...] = (_keep_single_water, _plain_switches, _present_names)
 """``STEPS[v]`` takes a scene from version v to v + 1."""
 
 VERSION = len(STEPS)
@@ -58,7 +73,10 @@ VERSION = len(STEPS)
 def is_used(scene: bpy.types.Scene) -> bool:
     """Whether a scene holds settings of the water."""
     group = getattr(scene, optics.PROPERTY)
-    return any(group.is_property_set(setting.name) for setting in fields(SceneSettings))
+    stored = group.bl_system_properties_get() or {}
+    return any(group.is_property_set(x.name) for x in fields(SceneSettings)) or any(
+        name in stored for name in FORMER_NAMES
+    )
 
 
 def stamp(scene: bpy.types.Scene) -> None:

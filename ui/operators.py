@@ -74,7 +74,7 @@ class AddWater(ReportingOperator):
 
     start: bpy.props.BoolProperty(
         name="Start settings",
-        description="In a scene without settings of the water: waves, a floor under its things, "
+        description="In a scene without settings of the water: waves, a floor under its objects, "
         "colours balanced at the camera's depth, exposure by the picture",
         default=True,
     )
@@ -282,7 +282,7 @@ class AddCloud(ReportingOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        made = new_clouds.add_puff(context.scene, self.constituent)
+        made = new_clouds.add_blob(context.scene, self.constituent)
         for item in context.selected_objects:
             item.select_set(False)
         made.select_set(True)
@@ -393,7 +393,7 @@ class Auto(ReportingOperator):
     @override
     def run(self, context: bpy.types.Context) -> None:
         from ..jobs import scene_requirements
-        from ..scene.seen import cameras
+        from ..scene.readers import cameras
 
         scene = context.scene
         panel = getattr(scene, property_group.PROPERTY)

@@ -13,7 +13,7 @@ from ..scene import stored_clouds, stored_lamps, stored_materials
 from ..scene import stored_settings as optics
 from ..scene.raised_limits import raised_limits
 from ..scene.session import is_live
-from ..scene.unheeded import unheeded, unheeded_of_camera
+from ..scene.unsupported import unsupported, unsupported_of_camera
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
 from ..uw_spectral.clouds.matter import UNITS
@@ -83,7 +83,7 @@ class MainPanel(_Panel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         from ..scene.engines import transparent_film
         from ..scene.materials import own_water
-        from ..scene.seen.cameras import camera_of
+        from ..scene.readers.cameras import camera_of
         from ..scene.viewport import live
 
         layout, scene = self.layout, context.scene
@@ -100,10 +100,10 @@ class MainPanel(_Panel, bpy.types.Panel):
             _say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):
             _say(layout, "A newer version of the extension has saved this file.", "ERROR")
-        notes = unheeded(scene)
+        notes = unsupported(scene)
         camera = camera_of(scene)
         if camera is not None:
-            notes += unheeded_of_camera(scene, camera, traced=not is_live(scene))
+            notes += unsupported_of_camera(scene, camera, traced=not is_live(scene))
             if not is_live(scene):  # there the film is Blender's own
                 with contextlib.suppress(InputError):  # which a render tells
                     stored = optics.stored_settings(scene)
@@ -312,7 +312,7 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
 
     @override
     def after(self, context: bpy.types.Context) -> None:
-        from ..scene.seen import clouds
+        from ..scene.readers import clouds
 
         column = self.column()
         column.separator()
@@ -321,7 +321,7 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
         if water.surface == WAVES and water.raised_waves and water.whitecaps:
             column.operator("underwater.add_plumes", icon="MOD_OCEAN")
         found, active = clouds.marked(context.scene), context.object
-        if active is not None and active not in found and active.type in (clouds.PUFF, clouds.GRID):
+        if active is not None and active not in found and active.type in (clouds.BLOB, clouds.GRID):
             own = getattr(active, stored_clouds.PROPERTY)
             column.prop(own, "constituent", text=active.name)
         for item in found:
@@ -330,7 +330,7 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
             own = getattr(item, stored_clouds.PROPERTY)
             box.prop(own, "constituent")
             box.prop(own, "concentration", text=f"Concentration ({UNITS[own.constituent]})")
-            for said in clouds.said_of(item):
+            for said in clouds.diagnostics(item):
                 _say(box, f"{said[0].upper()}{said[1:]}.")
 
 
@@ -356,7 +356,7 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
 
     @override
     def after(self, context: bpy.types.Context) -> None:
-        from ..scene.seen import lamps
+        from ..scene.readers import lamps
 
         column = self.column()
         column.operator_menu_enum("underwater.add_lamps", "rig", icon="LIGHT_SPOT")
@@ -387,7 +387,7 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
                 box.prop(own, "behind_port")
             box.prop(own, "from_above")
             box.prop(item, "visible_camera", text="Itself Seen")
-            for said in lamps.said_of(item):
+            for said in lamps.diagnostics(item):
                 _say(box, f"{said[0].upper()}{said[1:]}.")
 
 

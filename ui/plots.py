@@ -163,10 +163,10 @@ def plot_sensor(
     return axes.picture
 
 
-def plot_light_left(
+def plot_transmitted_light(
     light: Spectrum, bands: Bands | None = None, size: tuple[int, int] = SIZE
 ) -> Picture:
-    """Draw the share of light that is left at a depth, filled with the spectrum's colours.
+    """Draw the fraction of light that is left at a depth, filled with the spectrum's colours.
 
     The axis ends at the next of 0.01, 0.02, 0.05 … 100 % above the largest share.
 
@@ -185,11 +185,11 @@ def plot_light_left(
         If the picture is too small.
     """
     axes = _Axes.new(size, bands, margin_left=36)
-    shares = _sampled(light, axes.wavelengths)
-    top = _next_round(float(np.nanmax(shares, initial=0.0)))
+    fractions = _sampled(light, axes.wavelengths)
+    top = _next_round(float(np.nanmax(fractions, initial=0.0)))
     for height in (0.0, 0.5, 1.0):
         axes.grid_line(height * 0.95, _number(height * top * 100) + "%", 0.8)
-    heights = shares / top * 0.95
+    heights = fractions / top * 0.95
     axes.fill(heights, spectrum_colours(axes.wavelengths), 0.75)
     if bands is not None:
         axes.mark(bands)
@@ -314,12 +314,14 @@ def _sampled(spectrum: Spectrum, wavelengths: NDArray[np.float64]) -> NDArray[np
     return np.where(outside, np.nan, values)
 
 
-def _next_round(share: float) -> float:
-    """Smallest of 1, 2, 5 × 10^k, from 1e-4 to 1, that is no less than a share."""
-    if share <= 1e-4:
+def _next_round(fraction: float) -> float:
+    """Smallest of 1, 2, 5 × 10^k, from 1e-4 to 1, that is no less than a fraction."""
+    if fraction <= 1e-4:
         return 1e-4
-    power = 10.0 ** math.floor(math.log10(share))
-    return min(next(step * power for step in (1, 2, 5, 10) if step * power >= share * 0.999), 1.0)
+    power = 10.0 ** math.floor(math.log10(fraction))
+    return min(
+        next(step * power for step in (1, 2, 5, 10) if step * power >= fraction * 0.999), 1.0
+    )
 
 
 def _number(value: float) -> str:
@@ -329,11 +331,11 @@ def _number(value: float) -> str:
 
 def _paint(area: NDArray[np.float32], colour: ArrayLike, cover: ArrayLike) -> None:
     """Lay a colour over an opaque part of a picture, by its cover from 0 to 1."""
-    share = np.asarray(cover, dtype=np.float32)
+    fraction = np.asarray(cover, dtype=np.float32)
     # Channel by channel, because numpy is slow on a last axis of three.
     for channel, target in enumerate(np.asarray(colour, dtype=np.float32).T):
         painted = area[..., channel]
-        painted += (target - painted) * share
+        painted += (target - painted) * fraction
 
 
 def _line(

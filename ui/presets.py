@@ -5,13 +5,18 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import override
 
 import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
+from ..settings.former_names import FORMER_NAMES
 from ..settings.setting import SECTIONS
 from ..uw_spectral.errors import unknown_name
 from .live_updates import transaction
@@ -34,6 +39,25 @@ def _values(names: tuple[str, ...]) -> list[str]:
     return [f"{_SCENE}.{name}" for name in names]
 
 
+@contextmanager
+def _in_present_names(path: Path) -> Iterator[Path]:
+    """Yield a preset, or a copy of one that an earlier version has written, in today's names."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        text = ""
+    present = text
+    for was, name in FORMER_NAMES.items():
+        present = re.sub(rf"\.{was}\b", f".{name}", present)
+    if present == text:
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        copy = Path(folder) / path.name  # its name is shown
+        copy.write_text(present, encoding="utf-8")
+        yield copy
+
+
 class ApplyPreset(bpy.types.Operator):
     """Runs a preset as Blender does; live water follows once, and undo is one step."""
 
@@ -48,9 +72,9 @@ class ApplyPreset(bpy.types.Operator):
     @override
     def execute(self, _: bpy.types.Context) -> set[str]:
         try:
-            with transaction():
+            with transaction(), _in_present_names(Path(self.filepath)) as path:
                 return bpy.ops.script.execute_preset(
-                    filepath=self.filepath, menu_idname=self.menu_idname
+                    filepath=str(path), menu_idname=self.menu_idname
                 )
         except RuntimeError as error:  # what Blender has reported
             self.report({"ERROR"}, str(error))

@@ -43,7 +43,7 @@ class Pictures:
     readouts : Readouts or None
         None until computed, or where they cannot be.
     inelastic : float or None
-        Share of inelastic light in the luminance of the open water; None without any.
+        Fraction of inelastic light in the luminance of the open water; None without any.
     source, error : str
         Where the water's data come from; why nothing is shown.
     visibility : str
@@ -164,7 +164,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     from ..uw_spectral.imaging.description import REFERENCE_BANDS
     from ..uw_spectral.imaging.summary import readouts
     from ..uw_spectral.imaging.visibility import visibility_by_source
-    from ..uw_spectral.imaging.water_colour import inelastic_share, water_swatch
+    from ..uw_spectral.imaging.water_colour import inelastic_fraction, water_swatch
     from ..uw_spectral.transfer.water_column import FEW_STREAMS
     from . import plots
 
@@ -174,7 +174,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
         try:
             plan = plan_of(
                 replace(fine, water=f"jerlov:{name}", water_source=_source(chosen, name),
-                        second_water="", second_water_share=0.0, inelastic="")
+                        second_water="", second_water_fraction=0.0, inelastic="")
             )  # fmt: skip
             swatch = water_swatch(plan.viewpoint(depth))
         except InputError:
@@ -193,7 +193,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
         pictures.readouts = readouts(view, fine_view)
         emission = reference.emission(FEW_STREAMS)
         if emission is not None:
-            pictures.inelastic = inelastic_share(fine_view, emission)
+            pictures.inelastic = inelastic_fraction(fine_view, emission)
     _show(state, "open water", _plain(pictures.readouts.swatch))
     water = plan.waters.at(depth)
     coefficients = {"a": water.absorption, "b": water.scattering}
@@ -202,8 +202,8 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
         coefficients["Kd"] = water.diffuse_attenuation
     _show(state, "water", plots.plot_coefficients(coefficients, plan.bands, PLOT_SIZE))
     _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
-    light = pictures.readouts.light_left
-    _show(state, "light", plots.plot_light_left(light, plan.bands, PLOT_SIZE))
+    light = pictures.readouts.transmitted_light
+    _show(state, "light", plots.plot_transmitted_light(light, plan.bands, PLOT_SIZE))
 
 
 def _sentence(text: str) -> str:

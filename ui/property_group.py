@@ -371,13 +371,13 @@ def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
 
 def reference_job(scene: bpy.types.Scene) -> Job:
     """Return the job of the reference of the current frame, beside what the panel renders."""
-    usual = job(scene)
+    default = job(scene)
     return replace(
-        usual,
+        default,
         engine=REFERENCE.engine,
         mode=REFERENCE.mode,
         frames=(scene.frame_current,),
-        out=usual.out / REFERENCE.name,
+        out=default.out / REFERENCE.name,
     )
 
 

@@ -106,7 +106,7 @@ Brighter | Heller | Más claro | Plus clair | 明るく
 Samples | Abtastungen | Muestras | Échantillons | サンプル
 Layers | Ebenen | Capas | Couches | レイヤー
 Shafts of light | Lichtstrahlen | Rayos de luz | Rayons de lumière | 光芒
-Mirrored things | Gespiegelte Dinge | Objetos reflejados | Objets reflétés | 映り込む物
+Planar reflections | Gespiegelte Dinge | Objetos reflejados | Objets reflétés | 映り込む物
 Waves with height | Wellen mit Höhe | Olas con altura | Vagues avec hauteur | 高さのある波
 Swell | Dünung | Mar de fondo | Houle | うねり
 Swell length | Länge der Dünung | Longitud del mar de fondo | Longueur de la houle | うねりの波長

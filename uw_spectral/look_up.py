@@ -39,12 +39,12 @@ def multilinear(
         at = np.asarray(place, np.float64)
         # Not clip, which takes many times as long on few numbers.
         low = np.minimum(np.maximum(np.floor(at).astype(np.intp), 0), max(count - 2, 0))
-        share = (at - low)[..., None]
-        ends.append(((low, 1.0 - share), (np.minimum(low + 1, count - 1), share)))
+        fraction = (at - low)[..., None]
+        ends.append(((low, 1.0 - fraction), (np.minimum(low + 1, count - 1), fraction)))
     total = np.zeros(values.shape[-1])
     for corner in itertools.product(*ends):
-        index, shares = zip(*corner, strict=True)
-        total = total + values[(*first, *index)] * math.prod(shares)
+        index, fractions = zip(*corner, strict=True)
+        total = total + values[(*first, *index)] * math.prod(fractions)
     return total
 
 

@@ -92,14 +92,14 @@ def error_function(x: Operand, m: Mathematics) -> Operand:
     return sign * (1.0 - total * m.exp(-(size * size)))
 
 
-def normal_share(x: Operand, m: Mathematics) -> Operand:
-    """Share of a normal distribution below x standard deviations, within 1.4e-4, in few steps.
+def normal_fraction(x: Operand, m: Mathematics) -> Operand:
+    """Fraction of a normal distribution below x standard deviations, within 1.4e-4, in few steps.
 
     Bowling, Khasawneh, Kaewkuekool & Cho, J. Ind. Eng. Manag. 2, 114, 2009.
 
     Examples
     --------
-    >>> normal_share(np.array([-1.0, 0.0, 2.0]), NUMPY).round(3)
+    >>> normal_fraction(np.array([-1.0, 0.0, 2.0]), NUMPY).round(3)
     array([0.159, 0.5  , 0.977])
     """
     held = m.clamp(x, -_FAR_OUT, _FAR_OUT)

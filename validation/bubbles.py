@@ -56,12 +56,12 @@ class Population:
 
     @property
     def backscatter_ratio(self) -> float:
-        """Share that is scattered backwards, bb/b."""
+        """Fraction that is scattered backwards, bb/b."""
         return self.integral(1.0 * (self.angles > math.pi / 2))
 
     @property
     def diffracted(self) -> float:
-        """Share of what is only diffracted: what is more than even within a few degrees."""
+        """Fraction of what is only diffracted: what is more than even within a few degrees."""
         near = self.angles < math.radians(_DIFFRACTED_DEG)
         even = self.mean(_DIFFRACTED_DEG, 2.0 * _DIFFRACTED_DEG)
         return self.integral(near * (1.0 - even / self.phase))

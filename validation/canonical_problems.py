@@ -32,7 +32,7 @@ from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
 from ..uw_spectral.water.phase import BandPhase, PetzoldAverage, Rayleigh, parse_phase
-from .sunlight import entering, sky_share
+from .sunlight import entering, sky_fraction
 
 INDEX = 1.34
 GREEN = Bands(np.array([500.0]), np.array([10.0]))
@@ -107,7 +107,7 @@ def canonical_field(problem: int, case: int, streams: int = STREAMS) -> SolvedFi
     layer = OpticalLayer(4.0 if problem == 6 else math.inf, np.ones(1), np.array([b]), phase)
     return _solved(
         [layer], zenith=80.0 if problem == 5 else 60.0, wind=WIND if problem == 5 else 0.0,
-        sky=float(sky_share(60.0, GREEN)[0]) if problem == 4 else 0.0,
+        sky=float(sky_fraction(60.0, GREEN)[0]) if problem == 4 else 0.0,
         floor=0.5 if problem == 6 else 0.0, streams=streams,
     )  # fmt: skip
 
@@ -134,7 +134,7 @@ def _solved(
     sun: float = 1.0,
     streams: int = STREAMS,
 ) -> SolvedField:
-    """Solve layers below a surface; in air sun and sky, its share, bring cos(zenith)."""
+    """Solve layers below a surface; in air sun and sky, its fraction, bring cos(zenith)."""
     cosine = math.cos(math.radians(zenith))
     slopes = float(slope_variance_CoxMunk1954(wind).sum()) if wind else 0.0
     enters = 1.0 - float(beam_reflectance(cosine, INDEX, slopes))
@@ -158,8 +158,8 @@ def _peak_of_chlorophyll() -> list[OpticalLayer]:
         from_peak = ((top + bottom) / 2.0 - 17.0) / 9.0
         C = 0.2 + 144.0 / (9.0 * math.sqrt(2.0 * math.pi)) * math.exp(-(from_peak**2) / 2.0)
         a, b_w, b_p = 0.0257 + 0.04 * C**0.602, 0.0029, 0.33 * C**0.620
-        shares = np.array([[b_w], [b_p]]) / (b_w + b_p)
-        phase = BandPhase((Rayleigh(), PetzoldAverage()), shares)
+        fractions = np.array([[b_w], [b_p]]) / (b_w + b_p)
+        phase = BandPhase((Rayleigh(), PetzoldAverage()), fractions)
         end = math.inf if bottom == LAYERS[-1] else bottom
         layers.append(OpticalLayer(end, np.array([a]), np.array([b_w + b_p]), phase))
     return layers

@@ -90,7 +90,7 @@ def saturation_RomeiserAlpers1997(k: Array, wind: float) -> Array:
 
 
 def whitecaps(wind: float) -> float:
-    """Share of the sea that foam covers at a wind in m/s: Monahan & O'Muircheartaigh (1980).
+    """Fraction of the sea that foam covers at a wind in m/s: Monahan & O'Muircheartaigh (1980).
 
     Examples
     --------
@@ -101,7 +101,7 @@ def whitecaps(wind: float) -> float:
 
 
 def within(phase: BandPhase, degrees: float) -> Array:
-    """Share of the light that is scattered by less than an angle, shape (n,)."""
+    """Fraction of the light that is scattered by less than an angle, shape (n,)."""
     angle = np.geomspace(1e-6, math.radians(degrees), 4000)
     density = phase(np.cos(angle)) * np.sin(angle)[:, None]
     return 2.0 * math.pi * np.asarray(np.trapezoid(density, angle, axis=0))
@@ -113,8 +113,8 @@ def seen_by_meter(
     """Return the water whose b is larger by what a c-meter with that acceptance does not see."""
     lost = within(sea.sunlit_water(water, sea.DARECKI_ZENITH).field.phase_at(0.0), degrees)
     return {
-        nm: (a, float(b / (1.0 - share)))
-        for (nm, (a, b)), share in zip(water.items(), lost, strict=True)
+        nm: (a, float(b / (1.0 - fraction)))
+        for (nm, (a, b)), fraction in zip(water.items(), lost, strict=True)
     }
 
 
@@ -167,10 +167,10 @@ def gernez(zenith: float, wind: float = 5.0) -> list[float]:
     """Modelled over measured variation at 510 nm and 3.2 m, for each of :data:`EXPOSURES`."""
     import jerlov
 
-    measured, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
+    measured, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_fraction()
     cv = float(measured.cv[np.flatnonzero(measured.sun_zenith_deg == zenith)[0]])
-    share = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
-    water = sea.sunlit_water(sea.GERNEZ_WATER, zenith, share)
+    fraction = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
+    water = sea.sunlit_water(sea.GERNEZ_WATER, zenith, fraction)
     waves, tile = WaveSpectrum(wind).realise(8.0, 512, 0), 8.0
     ratios = []
     for exposure in EXPOSURES:

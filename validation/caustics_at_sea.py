@@ -61,18 +61,18 @@ _CREST_SEEDS = 3
 
 
 def sunlit_water(
-    water: dict[float, tuple[float, float]], zenith: float, sky_share: float | None = None
+    water: dict[float, tuple[float, float]], zenith: float, sky_fraction: float | None = None
 ) -> SunlitWater:
     """Solve deep water under a flat surface and a clear sky."""
     wavelengths = np.array(list(water))
     a, b = np.array(list(water.values())).T
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(wavelengths))
-    if sky_share is None:
+    if sky_fraction is None:
         light = parse_illuminant("clear-sky", zenith)
         bands = Bands(wavelengths, np.full(len(wavelengths), 10.0))
         direct, diffuse = light.direct_in(bands), light.diffuse_in(bands)
     else:
-        direct, diffuse = 1 - sky_share, sky_share
+        direct, diffuse = 1 - sky_fraction, sky_fraction
     entering = 1 - fresnel_reflectance(math.cos(math.radians(zenith)))
     one = np.ones(len(wavelengths))
     field = solve_discrete_ordinates(
@@ -149,11 +149,11 @@ def against_gernez() -> list[tuple[float, float, float, float]]:
     """Sun zenith, measured CV, its standard deviation, modelled CV at 510 nm and 3.2 m."""
     import jerlov
 
-    sea, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
+    sea, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_fraction()
     rows = []
     for zenith in (20.0, 30.0, 40.0, 50.0, 60.0, 70.0):
-        share = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
-        water = sunlit_water(GERNEZ_WATER, zenith, share)
+        fraction = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
+        water = sunlit_water(GERNEZ_WATER, zenith, fraction)
         at = int(np.flatnonzero(sea.sun_zenith_deg == zenith)[0])
         modelled = variation(water, 5.0, 3.2, 0.008)[0]
         rows.append((zenith, float(sea.cv[at]), float(sea.cv_sd[at]), float(modelled)))
@@ -252,8 +252,8 @@ def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
         truth = water.variation(
             caustic_pattern(waves, np.asarray(water.field.sun), depth, 0.0, resolution), tile, depth
         )
-        grey, share = layers.blend(depth), water.sun_share(depth)
-        with_gain = share * layers.contrast(water, depth) * grey.std() / truth - 1
-        plain = share * water.contrast(grey, tile, depth) * grey.std() / truth - 1
+        grey, fraction = layers.blend(depth), water.sun_fraction(depth)
+        with_gain = fraction * layers.contrast(water, depth) * grey.std() / truth - 1
+        plain = fraction * water.contrast(grey, tile, depth) * grey.std() / truth - 1
         rows.append((depth, with_gain, plain))
     return rows

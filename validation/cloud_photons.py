@@ -1,4 +1,4 @@
-"""Photons in a puff, one by one: its light without the closed forms of uw_spectral/clouds."""
+"""Photons in a blob, one by one: its light without the closed forms of uw_spectral/clouds."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ANGLES, _PLACES = 4001, 4001
 
 
 @dataclass(frozen=True, eq=False)
-class GreyPuff:
+class GreyBlob:
     """A sphere of Gaussian density in empty space, in one band.
 
     Parameters
@@ -40,7 +40,7 @@ class GreyPuff:
 
 
 def radiance(
-    puff: GreyPuff,
+    blob: GreyBlob,
     beam: Sequence[float],
     views: Mapping[str, Sequence[float]],
     *,
@@ -50,13 +50,13 @@ def radiance(
     radius: float = 0.5,
     seed: int = 1,
 ) -> dict[str, float]:
-    """Return the mean radiance about the middle of a puff, seen from far away.
+    """Return the mean radiance about the middle of a blob, seen from far away.
 
     The forward peak of its phase function counts as unscattered, as :class:`.BluntPhase` says.
 
     Parameters
     ----------
-    puff : GreyPuff
+    blob : GreyBlob
     beam : three floats
         Unit direction that light of the normal irradiance 1 travels to.
     views : mapping of str to three floats
@@ -64,7 +64,7 @@ def radiance(
     isotropic : bool
         Light of the scalar irradiance 1 from all sides instead.
     lamp : three floats, optional
-        Place of a lamp of the radiant intensity 1 outside the puff instead, from its middle, m.
+        Place of a lamp of the radiant intensity 1 outside the blob instead, from its middle, m.
     count : int
         Photons.
     radius : float
@@ -72,30 +72,30 @@ def radiance(
     seed : int
     """
     rng = np.random.default_rng(seed)
-    blunt = blunt_phase(puff.phase)
-    b = puff.scattering * (1.0 - blunt.peak)
-    c = (puff.absorption + b) * puff.sigma
-    angles, p = _phase(puff.phase, blunt)
+    blunt = blunt_phase(blob.phase)
+    b = blob.scattering * (1.0 - blunt.peak)
+    c = (blob.absorption + b) * blob.sigma
+    angles, p = _phase(blob.phase, blunt)
     turned = np.cumsum(p * np.sin(angles))
     if lamp is None:
         x, d = _in_beam(beam, count, rng, isotropic=isotropic)
         first = math.pi * _AROUND**2 / count
     else:
-        x, d, solid_angle = _from_lamp(np.asarray(lamp, np.float64) / puff.sigma, count, rng)
+        x, d, solid_angle = _from_lamp(np.asarray(lamp, np.float64) / blob.sigma, count, rng)
         # Intensity to flux; areas are in squares of the standard deviation.
-        first = solid_angle / puff.sigma**2 / count
+        first = solid_angle / blob.sigma**2 / count
     weight = np.full(count, first)
     found = dict.fromkeys(views, 0.0)
     for _ in range(_ORDERS):
         x, met = _next_place(x, d, c, rng)
-        weight = weight * met * (b / (puff.absorption + b))
+        weight = weight * met * (b / (blob.absorption + b))
         for name, view in views.items():
             v = np.asarray(view, dtype=np.float64)
             seen = np.linalg.norm(x - (x @ v)[:, None] * v, axis=1) < radius
             turn = np.arccos(np.clip(-d[seen] @ v, -1.0, 1.0))
-            left = np.exp(-c * _beyond(x[seen], -v))
-            share = np.interp(turn, angles, p) * weight[seen] * left
-            found[name] += float(share.sum()) / (math.pi * radius**2)
+            transmittance = np.exp(-c * _beyond(x[seen], -v))
+            fraction = np.interp(turn, angles, p) * weight[seen] * transmittance
+            found[name] += float(fraction.sum()) / (math.pi * radius**2)
         cosines = np.cos(np.interp(rng.random(len(d)), turned / turned[-1], angles))
         d = _turned(d, cosines, rng)
         bright = weight > _FAINT * first

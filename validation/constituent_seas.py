@@ -157,8 +157,8 @@ def colour(radiance: np.ndarray, depth_white: np.ndarray) -> np.ndarray:
     return srgb_encode(0.8 * rgb / rgb.max(axis=-1, keepdims=True))
 
 
-def red_share(constituents: Constituents, wavelength: float = 650.0) -> np.ndarray:
-    """Raman share of the upwelling (nadir-viewing) radiance at the depths of ``RED_DEPTHS``.
+def red_fraction(constituents: Constituents, wavelength: float = 650.0) -> np.ndarray:
+    """Raman fraction of the upwelling (nadir-viewing) radiance at the depths of ``RED_DEPTHS``.
 
     Radiance, not Eu: the two-stream Eu of the elastic light is not usable
     where absorption is far above scattering.
@@ -178,18 +178,18 @@ def red_share(constituents: Constituents, wavelength: float = 650.0) -> np.ndarr
     return raman / (raman + np.array(elastic))
 
 
-def luminous_shares(constituents: Constituents, depth: float = DEPTH) -> dict[str, float]:
-    """Share of each process in the radiance, and of all in its luminance, looking level."""
+def luminous_fractions(constituents: Constituents, depth: float = DEPTH) -> dict[str, float]:
+    """Fraction of each process in the radiance, and of all in its luminance, looking level."""
     solved = {name: scene(constituents, depth, (name,)) for name in PROCESSES}
     extra = {name: each.inelastic.radiance(depth, LEVEL) for name, each in solved.items()}
     extra["all"] = sum(extra.values())
     total = next(iter(solved.values())).elastic.radiance(depth, LEVEL) + extra["all"]
     observer = parse_sensor("cie1931").sensitivity.at_or_zero(VISIBLE.centres)[:, 1]
-    shares = {
+    fractions = {
         name: float((light @ VISIBLE.widths) / (total @ VISIBLE.widths))
         for name, light in extra.items()
     }
-    return shares | {"all, luminance": float((extra["all"] @ observer) / (total @ observer))}
+    return fractions | {"all, luminance": float((extra["all"] @ observer) / (total @ observer))}
 
 
 def kd_round_trip(photons: int = 0) -> dict[str, dict[str, np.ndarray]]:

@@ -191,13 +191,13 @@ def compare_irradiance() -> dict[str, np.ndarray]:
     """Relative errors of the irradiances: all waters and bands, floor at 8 m, depths 1 to 7.5 m.
 
     One array of shape (floors, cases) for each of Ed, Eu and the scalar
-    irradiance of the two streams; ``"Eu share of Ed"`` is the error of Eu over
+    irradiance of the two streams; ``"Eu fraction of Ed"`` is the error of Eu over
     Ed, ``"Eu, integrated"`` that of the closed form's radiance from below.
     """
     phase, mu_s, y_f = HenyeyGreenstein(0.8), float(in_water_cosine(SUN_ZENITH, 1.0)), 8.0
     sun = (-math.sqrt(1 - mu_s**2), 0.0, -mu_s)
     names = ("Ed", "Eu", "scalar_irradiance")
-    found = {name: [] for name in (*names, "Eu, integrated", "Eu share of Ed")}
+    found = {name: [] for name in (*names, "Eu, integrated", "Eu fraction of Ed")}
     for r, water in itertools.product(FLOORS, WATERS):
         iops = Water.jerlov(water)
         a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
@@ -210,7 +210,7 @@ def compare_irradiance() -> dict[str, np.ndarray]:
                 error = abs(getattr(field, name)(y)[band] - getattr(truth, name)(y))
                 found[name].append(error / getattr(truth, name)(y))
             found["Eu, integrated"].append(abs(risen[y][band] / truth.Eu(y) - 1))
-            found["Eu share of Ed"].append(abs(field.Eu(y)[band] - truth.Eu(y)) / truth.Ed(y))
+            found["Eu fraction of Ed"].append(abs(field.Eu(y)[band] - truth.Eu(y)) / truth.Ed(y))
     return {name: np.reshape(values, (len(FLOORS), -1)) for name, values in found.items()}
 
 

@@ -201,7 +201,7 @@ def shift(expected: Array, miss: Array, where: NDArray[np.bool_]) -> Array:
 
 
 def traced_focus(port: FlatPort | DomePort, distance: float, nm: float) -> float:
-    """Distance at which rays from the sides of the pupil to a thing on the axis meet."""
+    """Distance at which rays from the sides of the pupil to an object on the axis meet."""
     step, found = 1e-5, []
     for side in (-step, step):
         moved = port

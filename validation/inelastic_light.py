@@ -35,7 +35,7 @@ from ..uw_spectral.water.phase import BandPhase
 
 _RESONANCE = 1e-3
 _SHORT = 3e-4  # optical length below which a path counts as one of this length
-# Of the fit to few exponentials: depths, candidate rates, the share of the largest value below
+# Of the fit to few exponentials: depths, candidate rates, the fraction of the largest value below
 # which light counts less and less.
 _FIT_DEPTHS, _FIT_RATES, _FAINT, _FIT_CONDITION = 48, 12, 1e-4, 1e-6
 
@@ -268,8 +268,8 @@ def solve_inelastic(
         )
 
     # (1-R)E0/4 + (1+R)F/2 = 0 at the surface, (1-r)E0/4 - (1+r)F/2 = 0 at the floor.
-    def balance(E0: Operand, F: Operand, share: Operand, sign: float) -> Operand:
-        return (1 - share) * E0 / 4 + sign * (1 + share) * F / 2
+    def balance(E0: Operand, F: Operand, fraction: Operand, sign: float) -> Operand:
+        return (1 - fraction) * E0 / 4 + sign * (1 + fraction) * F / 2
 
     top, low = -balance(*boundary(0.0), f.R, 1.0), -balance(*boundary(f.y_f), f.r, -1.0)
     across = np.exp(-f.k * f.y_f)

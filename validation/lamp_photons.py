@@ -31,7 +31,7 @@ class PhaseTables:
 
     log_s2: NDArray[np.float64]
     log_p: NDArray[np.float64]
-    share: NDArray[np.float64]
+    fraction: NDArray[np.float64]
     edges: NDArray[np.float64]
 
     def per_steradian(self, s2: NDArray) -> NDArray[np.float64]:
@@ -40,7 +40,7 @@ class PhaseTables:
 
     def drawn(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
         """Random s2."""
-        return np.interp(rng.random(count), self.share, self.edges)
+        return np.interp(rng.random(count), self.fraction, self.edges)
 
 
 def tables_of(phase: BandPhase) -> PhaseTables:
@@ -49,9 +49,11 @@ def tables_of(phase: BandPhase) -> PhaseTables:
     log_s2 = np.linspace(math.log(1e-14), 0.0, _TABLE)
     log_s2 = np.union1d(log_s2, np.log(np.linspace(1e-3, 1.0, 1000)))
     each = [part.per_steradian(np.exp(log_s2)) for part in phase.components]
-    share = [cumulative(part, edges) for part in phase.components]
+    fraction = [cumulative(part, edges) for part in phase.components]
     weights = phase.weights[:, 0]
-    return PhaseTables(log_s2, np.log(weights @ np.array(each)), weights @ np.array(share), edges)
+    return PhaseTables(
+        log_s2, np.log(weights @ np.array(each)), weights @ np.array(fraction), edges
+    )
 
 
 def turned(w: NDArray, s2: NDArray, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -71,7 +73,7 @@ def turned(w: NDArray, s2: NDArray, rng: np.random.Generator) -> NDArray[np.floa
     return new / np.linalg.norm(new, axis=1, keepdims=True)
 
 
-def scattered_once(
+def single_scattering(
     x: NDArray,
     w: NDArray,
     P: float,
@@ -145,7 +147,7 @@ def orders(
     weight = weight * np.ones(len(x))
     seen, chosen = w, weight
     for order in range(count):
-        light = chosen * scattered_once(x, seen, P, lamp, profile, axis, phase, rng)
+        light = chosen * single_scattering(x, seen, P, lamp, profile, axis, phase, rng)
         found[:, order] = light.reshape(batches, -1).mean(axis=1)
         if math.isinf(P):
             t = rng.exponential(size=len(x))
@@ -156,8 +158,8 @@ def orders(
         P = math.inf
         x, before = x + t[:, None] * w, w
         w = turned(w, phase.drawn(rng, len(x)), rng)
-        seen, share = _towards_lamp(x, before, w, lamp, phase, rng)
-        chosen = weight * share
+        seen, fraction = _towards_lamp(x, before, w, lamp, phase, rng)
+        chosen = weight * fraction
     return found
 
 
@@ -199,8 +201,8 @@ def onto_patch(
 
 def _about(to_lamp: NDArray, rng: np.random.Generator) -> NDArray[np.float64]:
     """Draw directions about the lamp: half even in the angle from it, half in its logarithm."""
-    even, share = rng.random(len(to_lamp)) < 0.5, rng.random(len(to_lamp))
-    angle = math.pi * np.where(even, share, np.exp(-_DECADES * share))
+    even, fraction = rng.random(len(to_lamp)) < 0.5, rng.random(len(to_lamp))
+    angle = math.pi * np.where(even, fraction, np.exp(-_DECADES * fraction))
     return turned(to_lamp, np.sin(angle / 2) ** 2, rng)
 
 

@@ -1,4 +1,4 @@
-"""Monte Carlo of lamps in a room of simple things: floor, ellipsoids and boxes in endless water.
+"""Monte Carlo of lamps in a room of simple objects: floor, ellipsoids and boxes in endless water.
 
 Photons start at the lamps. From each place where one is scattered it shines into the rays of the
 camera, at the origin, that pass within a small distance (the beam radiance estimate: Jarosz,
@@ -28,8 +28,8 @@ from .lamp_photons import PhaseTables
 type Array = NDArray[np.float64]
 
 BATCHES = 10
-KINDS = ("water alone", "a thing, seen", "a thing, scattered", "thrown back more than once")
-"""What the light met: the last two of things that are seen through bent paths, and of several."""
+KINDS = ("water alone", "an object, seen", "an object, scattered", "thrown back more than once")
+"""What the light met: the last two of objects that are seen through bent paths, and of several."""
 _FAR, _NEAR = 1e9, 1e-7  # m
 _NEAREST = 1e-4  # of a ray to the lamp, m
 _FAINT = 0.05  # weight below which half of the paths go on
@@ -38,7 +38,7 @@ _MOST = 400  # scatterings
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Things, seen from the camera; z is up.
+    """Objects, seen from the camera; z is up.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class View:
 
 
 def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
-    """Return a phase function as high up to an angle as it is there, and its share of scattering.
+    """Return a phase function as high up to an angle as there, and its fraction of scattering.
 
     Parameters
     ----------
@@ -89,10 +89,12 @@ def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
     if s2 == 0.0:
         return phase, 1.0
     highest = float(phase.per_steradian(np.array([s2]))[0])
-    share, edges = np.copy(phase.share), np.union1d(phase.edges, s2)
-    share = np.interp(edges, phase.edges, share)
+    fraction, edges = np.copy(phase.fraction), np.union1d(phase.edges, s2)
+    fraction = np.interp(edges, phase.edges, fraction)
     level = 4.0 * math.pi * highest
-    kept = np.where(edges < s2, level * edges, share - np.interp(s2, edges, share) + level * s2)
+    kept = np.where(
+        edges < s2, level * edges, fraction - np.interp(s2, edges, fraction) + level * s2
+    )
     whole = float(kept[-1])
     log_p = np.minimum(phase.log_p, math.log(highest)) - math.log(whole)
     return PhaseTables(phase.log_s2, log_p, kept / whole, edges), whole
@@ -120,18 +122,18 @@ def traced(
     phase : PhaseTables
     room : Room
     reflectance : array, shape (1 + k,)
-        Of its things, in the one band.
+        Of its objects, in the one band.
     seed : int
     photons : tuple of int
         From the lamps, in each batch; rays of each block.
     """
     rows = np.array([(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps])
-    tables = phase.log_s2, phase.log_p, phase.share, phase.edges
-    things = room.floor, room.ellipsoids, room.boxes
+    tables = phase.log_s2, phase.log_p, phase.fraction, phase.edges
+    objects = room.floor, room.ellipsoids, room.boxes
     seen = view.rows, view.columns, view.size, *view.blur
     count, rays = photons
-    more = _more(seen, rows, *water, tables, things, reflectance, seed, count)
-    return more + _first_met(seen, rows, *water, tables, things, reflectance, seed, rays)
+    more = _more(seen, rows, *water, tables, objects, reflectance, seed, count)
+    return more + _first_met(seen, rows, *water, tables, objects, reflectance, seed, rays)
 
 
 def _cone(lamp: Lamp) -> tuple[float, float]:
@@ -141,9 +143,9 @@ def _cone(lamp: Lamp) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _first(x, y, z, wx, wy, wz, things):
+def _first(x, y, z, wx, wy, wz, objects):
     """Distance, number and normal of what a ray meets first; number -1 without."""
-    floor, ellipsoids, boxes = things
+    floor, ellipsoids, boxes = objects
     best, found, nx, ny, nz = _FAR, -1, 0.0, 0.0, 0.0
     if wz < 0.0 and z > floor:
         best, found, nz = (floor - z) / wz, 0, 1.0
@@ -192,8 +194,8 @@ def _looked_up(value, places, values):
     if value >= places[-1]:
         return values[-1]
     i = np.searchsorted(places, value, side="right") - 1
-    share = (value - places[i]) / (places[i + 1] - places[i])
-    return values[i] + share * (values[i + 1] - values[i])
+    fraction = (value - places[i]) / (places[i + 1] - places[i])
+    return values[i] + fraction * (values[i + 1] - values[i])
 
 
 @njit(cache=True)
@@ -236,7 +238,7 @@ def _half_angle(s, h):
 
 
 @njit(cache=True)
-def _once(x, y, z, wx, wy, wz, P, lamp, water, things):
+def _once(x, y, z, wx, wy, wz, P, lamp, water, objects):
     """Light of a lamp scattered once into a ray, over b, from a random place of it."""
     c, log_s2, log_p = water
     lx, ly, lz, r = _towards(lamp, x, y, z)
@@ -254,7 +256,7 @@ def _once(x, y, z, wx, wy, wz, P, lamp, water, things):
     light = _shines(lamp, px * lamp[3] + py * lamp[4] + pz * lamp[5])
     if light == 0.0:
         return 0.0
-    if _first(lamp[0], lamp[1], lamp[2], px, py, pz, things)[0] < r - 1e-6:
+    if _first(lamp[0], lamp[1], lamp[2], px, py, pz, objects)[0] < r - 1e-6:
         return 0.0
     path = max(t0 + h * math.tan(angle), 0.0)
     p = _per_steradian(math.sin(angle) ** 2, log_s2, log_p)
@@ -262,26 +264,26 @@ def _once(x, y, z, wx, wy, wz, P, lamp, water, things):
 
 
 @njit(cache=True)
-def _irradiance(x, y, z, nx, ny, nz, lamp, c, things):
+def _irradiance(x, y, z, nx, ny, nz, lamp, c, objects):
     """Unscattered light of a lamp on a patch."""
     lx, ly, lz, r = _towards(lamp, x, y, z)
     cosine = lx * nx + ly * ny + lz * nz
     light = _shines(lamp, -(lx * lamp[3] + ly * lamp[4] + lz * lamp[5]))
     if cosine <= 0.0 or light == 0.0:
         return 0.0
-    if _first(x, y, z, lx, ly, lz, things)[0] < r:
+    if _first(x, y, z, lx, ly, lz, objects)[0] < r:
         return 0.0
     return light * cosine * math.exp(-c * r) / (r * r)
 
 
 @njit(cache=True)
-def _hidden(x, y, z, d, things):
-    return _first(x, y, z, -x / d, -y / d, -z / d, things)[0] < d
+def _hidden(x, y, z, d, objects):
+    return _first(x, y, z, -x / d, -y / d, -z / d, objects)[0] < d
 
 
 @njit(cache=True)
-def _into_block(found, kind, batch, x, y, z, light, view, c, things):
-    """Bring light to the block that a place lies in, unless a thing hides it."""
+def _into_block(found, kind, batch, x, y, z, light, view, c, objects):
+    """Bring light to the block that a place lies in, unless an object hides it."""
     rows, columns, size = view[:3]
     if y <= 0.0:
         return
@@ -290,20 +292,20 @@ def _into_block(found, kind, batch, x, y, z, light, view, c, things):
     if column < 0 or column >= columns or row < 0 or row >= rows:
         return
     d = math.sqrt(x * x + y * y + z * z)
-    if not _hidden(x, y, z, d, things):
+    if not _hidden(x, y, z, d, objects):
         solid = d * d * (y / d) ** 3 * size * size
         found[row, column, kind, batch] += light * math.exp(-c * d) / solid
 
 
 @njit(cache=True)
-def _into_rays(found, kind, batch, place, w, weight, view, water, things):
+def _into_rays(found, kind, batch, place, w, weight, view, water, objects):
     """Bring light that is scattered at a place to a ray of each block that passes nearby."""
     rows, columns, size, least, wider = view
     c, log_s2, log_p = water
     x, y, z = place
     d = math.sqrt(x * x + y * y + z * z)
     radius = least + wider * d
-    if y <= -radius or _hidden(x, y, z, max(d, 1e-6), things):
+    if y <= -radius or _hidden(x, y, z, max(d, 1e-6), objects):
         return
     reach = 1e9
     if y > radius:
@@ -328,8 +330,8 @@ def _into_rays(found, kind, batch, place, w, weight, view, water, things):
 
 
 @njit(parallel=True, cache=True)
-def _more(view, lamps, a, b, tables, things, reflectance, seed, photons):
-    log_s2, log_p, share, edges = tables
+def _more(view, lamps, a, b, tables, objects, reflectance, seed, photons):
+    log_s2, log_p, fraction, edges = tables
     c = a + b
     water = c, log_s2, log_p
     found = np.zeros((BATCHES, view[0], view[1], 4, BATCHES))
@@ -346,13 +348,13 @@ def _more(view, lamps, a, b, tables, things, reflectance, seed, photons):
             faint = _FAINT * weight
             thrown, bent = 0, False
             for order in range(_MOST):
-                P, thing, nx, ny, nz = _first(x, y, z, wx, wy, wz, things)
+                P, item, nx, ny, nz = _first(x, y, z, wx, wy, wz, objects)
                 t = -math.log(1.0 - np.random.random()) / c
-                on_thing = t >= P
-                if on_thing:
-                    if thing < 0:
+                on_surface = t >= P
+                if on_surface:
+                    if item < 0:
                         break
-                    weight *= reflectance[thing]
+                    weight *= reflectance[item]
                     thrown, bent = thrown + 1, False
                     x, y, z = (
                         x + P * wx + _NEAR * nx,
@@ -366,18 +368,18 @@ def _more(view, lamps, a, b, tables, things, reflectance, seed, photons):
                     bent = True
                     x, y, z = x + t * wx, y + t * wy, z + t * wz
                     bx, by, bz = wx, wy, wz
-                    s2 = _looked_up(np.random.random(), share, edges)
+                    s2 = _looked_up(np.random.random(), fraction, edges)
                 if weight == 0.0:
                     break
                 kind = 0 if thrown == 0 else 3 if thrown > 1 else 2 if bent else 1
-                if order > 0 and on_thing:
+                if order > 0 and on_surface:
                     cosine = -(x * bx + y * by + z * bz) / math.sqrt(x * x + y * y + z * z)
                     light = weight * max(cosine, 0.0) / math.pi
                     if light > 0.0:
-                        _into_block(own, kind, batch, x, y, z, light, view, c, things)
+                        _into_block(own, kind, batch, x, y, z, light, view, c, objects)
                 elif order > 0:
                     place, w = (x, y, z), (wx, wy, wz)
-                    _into_rays(own, kind, batch, place, w, weight, view, water, things)
+                    _into_rays(own, kind, batch, place, w, weight, view, water, objects)
                 wx, wy, wz = _turned(bx, by, bz, s2)
                 if weight < faint:
                     if np.random.random() < 0.5:
@@ -387,7 +389,7 @@ def _more(view, lamps, a, b, tables, things, reflectance, seed, photons):
 
 
 @njit(parallel=True, cache=True)
-def _first_met(view, lamps, a, b, tables, things, reflectance, seed, rays):
+def _first_met(view, lamps, a, b, tables, objects, reflectance, seed, rays):
     """Light that is scattered once, or thrown back once."""
     water = a + b, tables[0], tables[1]
     rows, columns, size = view[:3]
@@ -400,12 +402,12 @@ def _first_met(view, lamps, a, b, tables, things, reflectance, seed, rays):
             v = (rows / 2.0 - i // columns - np.random.random()) * size
             n = 1.0 / math.sqrt(u * u + 1.0 + v * v)
             u, v = u * n, v * n
-            P, thing, nx, ny, nz = _first(0.0, 0.0, 0.0, u, n, v, things)
+            P, item, nx, ny, nz = _first(0.0, 0.0, 0.0, u, n, v, objects)
             for j in range(len(lamps)):
-                found[i, 0, batch] += b * _once(0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, things)
-                if thing >= 0:
+                found[i, 0, batch] += b * _once(0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, objects)
+                if item >= 0:
                     x, y, z = P * u + _NEAR * nx, P * n + _NEAR * ny, P * v + _NEAR * nz
-                    lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], water[0], things)
-                    lit *= reflectance[thing] / math.pi * math.exp(-water[0] * P)
+                    lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], water[0], objects)
+                    lit *= reflectance[item] / math.pi * math.exp(-water[0] * P)
                     found[i, 1, batch] += lit
     return found.reshape(rows, columns, 4, BATCHES) * (BATCHES / rays)

@@ -27,7 +27,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import FournierForand, PetzoldAverage, PhaseFunction, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
-from .sunlight import entering, sky_share
+from .sunlight import entering, sky_fraction
 
 Array = NDArray[np.float64]
 MEASURED_TYPES = ("IB", "II", "III", "1C", "3C", "5C")
@@ -42,13 +42,13 @@ def deep_water(
     a: Array, b: Array, wavelengths: Array, zenith: float, *, sky: bool = True
 ) -> SolvedField:
     """Solve deep water below a flat surface; the light in air is 1, its sky SPECTRL2's or black."""
-    share, seen = np.zeros(len(a)), BLACK
+    fraction, seen = np.zeros(len(a)), BLACK
     if sky:
-        share = sky_share(zenith, Bands(wavelengths, np.full(len(wavelengths), 10.0)))
-        seen = Sky.standard("clear", share, sun_travel_direction(zenith, 0.0, 1.0).tolist())
+        fraction = sky_fraction(zenith, Bands(wavelengths, np.full(len(wavelengths), 10.0)))
+        seen = Sky.standard("clear", fraction, sun_travel_direction(zenith, 0.0, 1.0).tolist())
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(wavelengths))
     return solve_discrete_ordinates(
-        [OpticalLayer(math.inf, a, b, phase)], (1.0 - share) * entering(zenith),
+        [OpticalLayer(math.inf, a, b, phase)], (1.0 - fraction) * entering(zenith),
         sun_travel_direction(zenith, 0.0).tolist(), sky=seen, refractive_index=REFRACTIVE_INDEX,
         streams=_STREAMS, modes=1,
     )  # fmt: skip

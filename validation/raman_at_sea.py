@@ -66,8 +66,8 @@ def fields(
     return light.solved_field(phase, _STREAMS), dark.solved_field(phase, _STREAMS, emitted)
 
 
-def share(chlorophyll: float, wavelength: float, depth: float) -> float:
-    """Share of Raman light in the radiance seen straight down."""
+def fraction(chlorophyll: float, wavelength: float, depth: float) -> float:
+    """Fraction of Raman light in the radiance seen straight down."""
     elastic, raman = fields(chlorophyll, np.array([wavelength]))
     changed = float(raman.radiance(depth, _NADIR)[0])
     return changed / (changed + float(elastic.radiance(depth, _NADIR)[0]))

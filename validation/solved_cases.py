@@ -39,7 +39,7 @@ _SEED, _LAYERED = 7, 100
 _ABOVE = ("flat", "clear", 0.1), ("flat", "overcast", 0.1), ("none", "uniform", 0.0)
 _INDEX = 1.34
 _BANDS = 3
-_DARK = 1e-8  # share of the light below which there is nothing to see
+_DARK = 1e-8  # fraction of the light below which there is nothing to see
 _ELEVATIONS, _AROUND = 16, 128  # directions of the light on a patch: of each quarter, and all
 
 
@@ -184,7 +184,7 @@ class LightAround:
         y = depths[:, None, None, None]
         P = beam.boundary(y, rays)
         seen = np.moveaxis(field.scattered_on_grid(depths, mu, turns), 0, -1)
-        seen = seen + beam.scattered_once(y, rays, P, without_peak=True)
+        seen = seen + beam.single_scattering(y, rays, P, without_peak=True)
         seen = seen + np.exp(-field.extinction * P) * image
         return cls(w, weights[:, None] * (2.0 * math.pi / _AROUND), seen)
 

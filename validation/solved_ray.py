@@ -1,12 +1,12 @@
 """The pixel of one ray in bands, from what it looks up in the tables of the solved field.
 
-With M(y, w) the light scattered in the undisturbed water, sunlight scattered once apart,
+With M(y, w) the light scattered in the unoccluded water, sunlight scattered once apart,
 and I(w) the radiance of the boundary that lies ahead, surface or floor, the radiance is
 
     L(y, w) = once(y, w) + M(y, w) + e^{-cp P_b} I(w)
 
 where ``once`` and the boundary are dimmed by the extinction cp without the forward peak, as
-in the solution; ``once`` has the factor of the sun's aureole at the camera. The path to a thing
+in the solution; ``once`` has the factor of the sun's aureole at the camera. The path to an object
 at distance P is L(y_o) - e^{-cP} L(y_e), exactly but for that factor, which at y_e is another.
 In layered water c is the mean extinction of the path, and ``once`` is looked up too.
 """
@@ -42,7 +42,7 @@ class SunOnPath(Protocol):
         """Distance from depth y along w to the surface or the floor, m."""
         ...
 
-    def scattered_once(
+    def single_scattering(
         self,
         y_o: Operand,
         w: Sequence[Operand],
@@ -56,13 +56,13 @@ class SunOnPath(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class PathShade:
-    """What things leave of the light that a path gathers, and of what surrounds its end.
+class PathOcclusion:
+    """What objects leave of the light that a path gathers, and of what surrounds its end.
 
     Attributes
     ----------
     scattered, once : float or array
-        Share of M, and of sunlight scattered once.
+        Fraction of M, and of sunlight scattered once.
     beyond : float or array
         As of :class:`SolvedPixel`.
     """
@@ -72,7 +72,7 @@ class PathShade:
     beyond: Operand = 1.0
 
 
-UNSHADED = PathShade()
+UNOCCLUDED = PathOcclusion()
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class SolvedPath:
     near: Operand
     far: Operand
     aureole: Operand = 1.0
-    shade: PathShade = UNSHADED
+    occlusion: PathOcclusion = UNOCCLUDED
 
     @property
     def c(self) -> Operand:
@@ -99,26 +99,26 @@ class SolvedPath:
         self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
     ) -> Operand:
         """Radiance of the water between depth y_o and distance P along w."""
-        once = self.beam.scattered_once(y_o, w, P, m, without_peak=True)
-        once = once * self.aureole * self.shade.once
-        # The forward peak's light comes from where there is open water behind a thing.
-        around = self.shade.beyond
+        once = self.beam.single_scattering(y_o, w, P, m, without_peak=True)
+        once = once * self.aureole * self.occlusion.once
+        # The forward peak's light comes from where there is open water behind an object.
+        around = self.occlusion.beyond
         kept = m.exp(-self.c * P) * around + m.exp(-self.cp * P) * (1.0 - around)
-        scattered = (self.near - kept * self.far) * self.shade.scattered
+        scattered = (self.near - kept * self.far) * self.occlusion.scattered
         return m.maximum(once + scattered, 0.0)
 
     def single_scattering(
         self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
     ) -> Operand:
         """Sunlight scattered once, where it shines."""
-        return self.beam.scattered_once(y_o, w, P, m) * self.shade.once
+        return self.beam.single_scattering(y_o, w, P, m) * self.occlusion.once
 
 
 @dataclass(frozen=True, eq=False)
 class SolvedPixel(Pixel):
-    """A pixel among things.
+    """A pixel among objects.
 
-    ``beyond`` is the share of its surroundings that lies behind what is seen; the rest shines as
+    ``beyond`` is the fraction of its surroundings that lies behind what is seen; the rest shines as
     that does.
     """
 
@@ -129,7 +129,7 @@ class SolvedPixel(Pixel):
     def forward_scattered(self) -> Operand:
         """Light of the surroundings, blurred over what is seen."""
         own = self.L_end * (1.0 - self.beyond)
-        return self.forward_share * (self.L_beyond * self.coverage * self.beyond + own)
+        return self.point_spread * (self.L_beyond * self.coverage * self.beyond + own)
 
     @functools.cached_property
     def single_scattering(self) -> Operand:
@@ -139,7 +139,7 @@ class SolvedPixel(Pixel):
 
 @dataclass(frozen=True, eq=False)
 class SolvedWater:
-    """Undisturbed water as one ray sees it.
+    """Unoccluded water as one ray sees it.
 
     Attributes
     ----------
@@ -148,11 +148,11 @@ class SolvedWater:
     near : float or array
         M at the camera.
     far : float or array
-        M at a thing's depth; of :meth:`surface`.
+        M at an object's depth; of :meth:`surface`.
     image : float or array
         Radiance of the boundary ahead, under the surface at rest or on average; of :meth:`surface`.
     beyond : SunOnPath, optional
-        From a thing to the boundary, where it is another than ``beam``; of :meth:`surface`.
+        From an object to the boundary, where it is another than ``beam``; of :meth:`surface`.
     mirrored : float or array
         M at the surface along :func:`.radiance_field.mirrored_ray`; of :meth:`open_water`.
     below : SunOnPath, optional
@@ -165,8 +165,8 @@ class SolvedWater:
         Index of the water against air; without one there is no surface that reflects.
     aureole : float or array
         Factor of the sun's aureole on sunlight scattered once, at the camera.
-    shade : PathShade
-        What things leave of the light of the path.
+    occlusion : PathOcclusion
+        What objects leave of the light of the path.
     """
 
     beam: SunOnPath
@@ -180,7 +180,7 @@ class SolvedWater:
     sky: Sky = BLACK
     index: Operand | None = None
     aureole: Operand = 1.0
-    shade: PathShade = UNSHADED
+    occlusion: PathOcclusion = UNOCCLUDED
 
     def surface(
         self,
@@ -208,12 +208,12 @@ class SolvedWater:
         m : Mathematics
             Elementary functions.
         coverage : float or array
-            Share of the pixel that the surface fills; its radiance is multiplied by it.
+            Fraction of the pixel that the surface fills; its radiance is multiplied by it.
         """
         ahead = SolvedAhead(self.beyond or self.beam, 0.0, self.image, self.aureole)
-        beyond = ahead.radiance(y_e, w, m) * self.shade.scattered
-        water = SolvedPath(self.beam, self.near, self.far, self.aureole, self.shade)
-        around = self.shade.beyond
+        beyond = ahead.radiance(y_e, w, m) * self.occlusion.scattered
+        water = SolvedPath(self.beam, self.near, self.far, self.aureole, self.occlusion)
+        around = self.occlusion.beyond
         return SolvedPixel(water, y_o, w, P, L_surface, beyond, m, coverage, around)
 
     def open_water(
@@ -227,7 +227,7 @@ class SolvedWater:
         up = m.less(0.0, w[2])
         end = m.select(up, self.from_surface(y_o, w, m, ripples), self.floor)
         P = self.beam.boundary(y_o, w, m)
-        water = SolvedPath(self.beam, self.near, 0.0, self.aureole, self.shade)
+        water = SolvedPath(self.beam, self.near, 0.0, self.aureole, self.occlusion)
         return SolvedPixel(water, y_o, w, P, end, end, m)
 
     def from_surface(
@@ -254,7 +254,7 @@ class SolvedWater:
 
 @dataclass(frozen=True, eq=False)
 class SolvedAhead:
-    """All that is ahead of a point in undisturbed water.
+    """All that is ahead of a point in unoccluded water.
 
     Attributes
     ----------
@@ -274,7 +274,7 @@ class SolvedAhead:
     def radiance(self, y: Operand, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Radiance that arrives at depth y along w, the direct sun and its forward peak apart."""
         rest = self.beam.boundary(y, w, m)
-        once = self.beam.scattered_once(y, w, rest, m, without_peak=True)
+        once = self.beam.single_scattering(y, w, rest, m, without_peak=True)
         return once * self.aureole + self.near + m.exp(-self.beam.cp * rest) * self.image
 
 
@@ -296,7 +296,7 @@ class _Mirrored:
         """Radiance L(y, w) of what rises to the surface."""
         del L_surface
         P = self.beam.boundary(y, w, m)
-        once = self.beam.scattered_once(y, w, P, m, without_peak=True)
+        once = self.beam.single_scattering(y, w, P, m, without_peak=True)
         return once + self.M + m.exp(-self.beam.cp * P) * self.floor
 
 

@@ -63,7 +63,7 @@ class SunBeam:
         """Distance from depth y along w to the surface or the floor, m."""
         return distance_in_water(y, -w[2], self.y_f, m)
 
-    def scattered_once(
+    def single_scattering(
         self,
         y_o: Operand,
         w: Sequence[Operand],
@@ -84,10 +84,10 @@ class SunBeam:
             -cs * y_o, -cs * y_e - c * P, (c + cs * -w[2]) * P, P, m
         )  # fmt: skip
 
-    def scattered_once_at(
+    def single_scattering_at(
         self, y: Operand, w: Sequence[Operand], v: Operand, m: Mathematics = NUMPY
     ) -> Operand:
-        """Integrand of :meth:`scattered_once` at depth y and distance v, per metre."""
+        """Integrand of :meth:`single_scattering` at depth y and distance v, per metre."""
         return self.source(w, m) * m.exp(-self.c * (y / self.mu_s + v))
 
 

@@ -12,13 +12,13 @@ from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.refraction import REFRACTIVE_INDEX, fresnel_reflectance
 
 
-def sky_share(zenith: float, bands: Bands) -> NDArray[np.float64]:
-    """Share of the clear sky of SPECTRL2 in the irradiance of each band, sun at a zenith in °."""
+def sky_fraction(zenith: float, bands: Bands) -> NDArray[np.float64]:
+    """Fraction of the clear sky of SPECTRL2 in each band's irradiance, sun at a zenith in °."""
     light = parse_illuminant("clear-sky", zenith)
     direct, diffuse = light.direct_in(bands), light.diffuse_in(bands)
     return diffuse / (direct + diffuse)
 
 
 def entering(zenith: float, index: float = REFRACTIVE_INDEX) -> float:
-    """Share of the direct sun that enters the water."""
+    """Fraction of the direct sun that enters the water."""
     return 1.0 - float(fresnel_reflectance(math.cos(math.radians(zenith)), index))

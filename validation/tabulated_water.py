@@ -1,4 +1,4 @@
-"""Undisturbed water in bands, from the tables that EEVEE's channels are folded from, in numpy.
+"""Unoccluded water in bands, from the tables that EEVEE's channels are folded from, in numpy.
 
 Shapes are (..., 1) for rays, (..., n) for what is seen of them.
 """
@@ -16,7 +16,7 @@ from ..uw_spectral.transfer.radiance_table import RadianceTable, interpolate, su
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import half_angle2
-from .solved_ray import UNSHADED, PathShade, SolvedPatchLight, SolvedPixel, SolvedWater
+from .solved_ray import UNOCCLUDED, PathOcclusion, SolvedPatchLight, SolvedPixel, SolvedWater
 from .sun_beam import SunBeam
 
 Array = NDArray[np.float64]
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class TabulatedWater:
-    """Undisturbed water with its surface and its floor; make it with :func:`tabulated_water`.
+    """Unoccluded water with its surface and its floor; make it with :func:`tabulated_water`.
 
     Attributes
     ----------
@@ -51,12 +51,12 @@ class TabulatedWater:
         w: Sequence[Array],
         P: Array,
         L_surface: Array,
-        shade: PathShade = UNSHADED,
+        occlusion: PathOcclusion = UNOCCLUDED,
     ) -> SolvedPixel:
         """Pixel of a surface; arguments as of :meth:`.SolvedWater.surface`."""
         image = self.table.boundary_image(_rays(0.0, w)[1], self.beam.sun)
         far = self._scattered(y_e, w)
-        seen = replace(self._ahead(y_o, w), far=far, image=image, shade=shade)
+        seen = replace(self._ahead(y_o, w), far=far, image=image, occlusion=occlusion)
         return seen.surface(y_o, y_e, w, P, L_surface)
 
     def open_water(
@@ -64,10 +64,10 @@ class TabulatedWater:
         y_o: Array,
         w: Sequence[Array],
         ripples: Ripples | None = None,
-        shade: PathShade = UNSHADED,
+        occlusion: PathOcclusion = UNOCCLUDED,
     ) -> SolvedPixel:
         """Pixel of open water with the surface or the floor behind."""
-        seen = replace(self._ahead(y_o, w), shade=shade)
+        seen = replace(self._ahead(y_o, w), occlusion=occlusion)
         if self.index is not None:
             slopes = None if ripples is None else ripples.slopes
             _, away = mirrored_ray(w, slopes=slopes)

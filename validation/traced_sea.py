@@ -44,11 +44,11 @@ class TracedSea:
         self._z = z - z.mean()
 
     def reflectance(self, cosines: Array, *, above: bool) -> tuple[float, float]:
-        """Share of rays that stay on their side, and its standard error."""
+        """Fraction of rays that stay on their side, and its standard error."""
         w = _around(self.random, cosines if not above else -cosines)
         up = self.trace(w, above=above)[2] > 0
-        share = float(np.mean(up if above else ~up))
-        return share, math.sqrt(share * (1.0 - share) / len(cosines))
+        fraction = float(np.mean(up if above else ~up))
+        return fraction, math.sqrt(fraction * (1.0 - fraction) / len(cosines))
 
     def trace(self, w: Array, *, above: bool) -> Array:
         """Directions (3, q) of rays after the waves: up in air, down in the water."""
@@ -169,8 +169,8 @@ def _around(random: np.random.Generator, up: Array) -> Array:
 
 def _scattered(random: np.random.Generator, w: Array, g: float) -> Array:
     """Directions after scattering by the phase function of Henyey and Greenstein."""
-    share = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.random(w.shape[1]))
-    x, y, z = _around(random, np.clip((1.0 + g * g - share**2) / (2.0 * g), -1.0, 1.0))
+    fraction = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.random(w.shape[1]))
+    x, y, z = _around(random, np.clip((1.0 + g * g - fraction**2) / (2.0 * g), -1.0, 1.0))
     # Axes across w: T. Duff et al., J. Comput. Graph. Tech. 6, 1 (2017).
     sign = np.copysign(1.0, w[2])
     s = -1.0 / (sign + w[2])

@@ -8,7 +8,7 @@ since the unit of the radiances is relative:
 - c = 0.396 1/m, Tyler's transmissometer;
 - a from his own radiances by Gershun's law, from the second table down (the first lacks light of
   the sun's glitter);
-- the share of the sky by SPECTRL2, its distribution the clear one of the CIE.
+- the fraction of the sky by SPECTRL2, its distribution the clear one of the CIE.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import solve_light_field
-from ..uw_spectral.closed_form.undisturbed_water import UndisturbedWater
+from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,
@@ -34,7 +34,7 @@ from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discre
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
-from .sunlight import entering, sky_share
+from .sunlight import entering, sky_fraction
 
 PHASES = ("fournier-forand:1.10,0.0183", "petzold", "mixture", "hg:0.924", "hg:0.8")
 INDEX = 1.334
@@ -90,9 +90,9 @@ class Lake:
         steps = np.diff(self.depths)[1:]
         return float(self.absorption()[1:] @ steps / steps.sum())
 
-    def sky_share(self) -> float:
-        """Share of the sky in the irradiance above the water, by SPECTRL2."""
-        return float(sky_share(self.zenith, BAND)[0])
+    def sky_fraction(self) -> float:
+        """Fraction of the sky in the irradiance above the water, by SPECTRL2."""
+        return float(sky_fraction(self.zenith, BAND)[0])
 
 
 @functools.cache
@@ -126,15 +126,15 @@ def lake() -> Lake:
 
 
 def modelled(
-    phase_name: str, share: float, sky_kind: str = "clear", streams: int = 32
+    phase_name: str, fraction: float, sky_kind: str = "clear", streams: int = 32
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Radiance by discrete ordinates and by the closed form, shape (7, 19, 10) each."""
     at = lake()
     a = at.mean_absorption()
     b = np.array([at.c - a])
     phase = parse_phase(phase_name).for_bands(b, molecular_scattering([488.0]))
-    E = np.array([(1.0 - share) * entering(at.zenith, INDEX)])
-    sky = Sky.standard(sky_kind, [share], sun_travel_direction(at.zenith, 0.0, 1.0).tolist())
+    E = np.array([(1.0 - fraction) * entering(at.zenith, INDEX)])
+    sky = Sky.standard(sky_kind, [fraction], sun_travel_direction(at.zenith, 0.0, 1.0).tolist())
     field = solve_discrete_ordinates(
         [OpticalLayer(math.inf, np.array([a]), b, phase)], E, at.sun.tolist(),
         sky=sky, refractive_index=INDEX, streams=streams,
@@ -144,12 +144,12 @@ def modelled(
     solved = field.radiance(depths, tuple(tube))[..., 0].mean(axis=-1)
     light = solve_light_field(
         a, b, phase.chi1, phase.chi2, E, float(in_water_cosine(at.zenith, INDEX)),
-        E_sky=np.array([share * sky.transmittance(INDEX)]),
+        E_sky=np.array([fraction * sky.transmittance(INDEX)]),
         R=diffuse_internal_reflectance(INDEX),
     )  # fmt: skip
     rays = tuple(part[..., None] for part in tube)
     closed = np.array([
-        UndisturbedWater(solve_closed_form(light, phase, y, at.sun.tolist()), sky, INDEX)
+        UnoccludedWater(solve_closed_form(light, phase, y, at.sun.tolist()), sky, INDEX)
         .radiance(y, rays)[..., 0].mean(axis=-1)
         for y in at.depths.tolist()
     ])  # fmt: skip

@@ -207,8 +207,8 @@ class Cave(Builder):
         scene.frame_set(1)
 
 
-def swimming(share: float) -> tuple[Array, Array]:
-    """Where the swimmer is after a share of the way, and what they look at."""
-    y = -LENGTH / 2 - 4.5 + (LENGTH + 4.0) * share
+def swimming(fraction: float) -> tuple[Array, Array]:
+    """Where the swimmer is after a fraction of the way, and what they look at."""
+    y = -LENGTH / 2 - 4.5 + (LENGTH + 4.0) * fraction
     ahead = swim_path(y + np.linspace(3.0, 9.0, 9)).mean(axis=0)
     return swim_path(y)[0], ahead

@@ -107,7 +107,7 @@ class Builder:
         """Whether a coral of this scale touches no other."""
         return all(np.linalg.norm(foot - o) > 0.34 * (scale + s) for o, s in self.taken)
 
-    # Things
+    # Objects
 
     def lay_chain(self, line: Array, size: float = 1.0) -> None:
         """Lay a chain along a line of shape (n, 3), its links `size` times those of an anchor."""

@@ -14,11 +14,11 @@ class Detail:
     coarser : int
         Subdivision levels taken from every sphere.
     sides : int
-        Sides of a branch; other round things follow it.
+        Sides of a branch; other round objects follow it.
     floor_spacing : float
         Factor on the spacing of the seafloor's vertices.
     density : float
-        Share of the twigs, pebbles and small corals that are built.
+        Fraction of the twigs, pebbles and small corals that are built.
     image_size : int
         Pixels along the edge of a texture.
     """

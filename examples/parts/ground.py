@@ -1,4 +1,4 @@
-"""What things stand on: the sand, and the solids laid on it."""
+"""What objects stand on: the sand, and the solids laid on it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass
 class Ground:
-    """Where things can stand.
+    """Where objects can stand.
 
     ``height`` gives z of the sand for arrays x and y; ``solids`` are in world
     space.

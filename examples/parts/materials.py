@@ -155,8 +155,8 @@ class Materials:
     def branching(self, name: str, body: Rgb, tip: Rgb) -> bpy.types.Material:
         """Branching coral, paler where it grows (attribute "tip")."""
         p = Painter(name, Roughness=0.75, **{"Specular IOR Level": 0.3})
-        shade = tuple(0.62 * c for c in body)
-        skin = p.mix(p.noise(9.0, 0.35, 0.65), shade, body)
+        occlusion = tuple(0.62 * c for c in body)
+        skin = p.mix(p.noise(9.0, 0.35, 0.65), occlusion, body)
         p.set("Base Color", p.mix(p.attribute("tip"), skin, tip))
         p.bump(p.noise(160.0, 0.3, 0.7, 1.0), 0.003)
         return p.material

@@ -102,7 +102,7 @@ class Pool(Builder):
 
     def set_targets(self) -> None:
         """Stand a coloured ball on a rod at each distance, and the checker by the first."""
-        things = self.collection("Targets")
+        objects = self.collection("Targets")
         ball = icosphere(self.detail.level(5))
         for index, (distance, color) in enumerate(zip(DISTANCES, _COLOURS, strict=True)):
             x, z = -1.5 + 0.55 * index, -1.65
@@ -110,10 +110,10 @@ class Pool(Builder):
             rod = tube([(x, distance, -DEPTH), (x, distance, z)], 0.015, 6).with_material(1)
             shape = joined([ball.moved((x, distance, z), scale=_RADIUS), rod])
             place(
-                to_mesh(shape, f"Target {distance:g} m", [skin, self.materials.aluminium]), things
+                to_mesh(shape, f"Target {distance:g} m", [skin, self.materials.aluminium]), objects
             )
         board = color_checker.color_checker(self.materials)
-        place(board, things, (0.95, 2.6, -DEPTH + 0.16), name="ColorChecker board")
+        place(board, objects, (0.95, 2.6, -DEPTH + 0.16), name="ColorChecker board")
 
     def hang_ladder(self) -> None:
         """Hang a ladder on the right wall."""

@@ -69,8 +69,8 @@ CHECKER_AT = (0.92, 2.85)
 CHECKER_TILT = np.radians(16.0)
 
 
-def shares(chances: dict[str, float]) -> Array:
-    """Return the chances as shares of 1."""
+def fractions(chances: dict[str, float]) -> Array:
+    """Return the chances as fractions of 1."""
     weights = np.array(list(chances.values()), float)
     return weights / weights.sum()
 
@@ -182,7 +182,7 @@ class Reef(Builder):
                 hit = self.ground.facing(origin, heading)
                 steep = hit is not None and hit[1][2] < 0.55
                 kinds = FLANK if steep else TOP
-                kind = list(kinds)[rng.choice(len(kinds), p=shares(kinds))]
+                kind = list(kinds)[rng.choice(len(kinds), p=fractions(kinds))]
                 scale = SIZE[kind] * rng.uniform(0.6, 1.25)
                 spin, variant = rng.uniform(0, 2 * np.pi), int(rng.integers(8))
                 if hit is None or np.hypot(*(hit[0] - middle)[:2]) > 1.6 * max(half[:2]):
@@ -195,11 +195,11 @@ class Reef(Builder):
                     spin = rng.normal() * 0.5
                 self.settle(kind, variant, foot, normal, scale, spin, 0.45 if steep else 0.75)
 
-    # Things people left
+    # Objects people left
 
     def leave_props(self) -> None:
         """Leave the checker, the anchor on its chain, the float, and the lamp."""
-        things = self.collection("Things")
+        objects = self.collection("Things")
         m, d = self.materials, self.detail
         c, s = np.cos(CHECKER_TILT), np.sin(CHECKER_TILT)
         lean = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
@@ -209,26 +209,26 @@ class Reef(Builder):
         self.checker_turn = np.array([[cb, -sb, 0], [sb, cb, 0], [0, 0, 1]]) @ lean
         self.checker_foot = self.ground.sand(*CHECKER_AT) + UP * 0.06
         board = color_checker.color_checker(m)
-        place(board, things, self.checker_foot, self.checker_turn, name="ColorChecker board")
+        place(board, objects, self.checker_foot, self.checker_turn, name="ColorChecker board")
         back = self.checker_turn @ (0, color_checker.THICKNESS, 0.8 * color_checker.HEIGHT)
         top = self.checker_foot + back
         behind = self.checker_foot + self.checker_turn @ np.array([0, 1.0, 0]) * 0.30
         foot = self.ground.sand(behind[0], behind[1]) - UP * 0.05
-        place(to_mesh(props.board_strut(top, foot), "Checker strut", [m.aluminium], False), things)
+        place(to_mesh(props.board_strut(top, foot), "Checker strut", [m.aluminium], False), objects)
 
         at = self.ground.sand(0.75, 6.1)
         turn = rotation_to((-0.55, -0.25, 0.62), 0.6)
-        place(to_mesh(props.anchor(d), "Anchor", [m.iron]), things, at + UP * 0.12, turn)
+        place(to_mesh(props.anchor(d), "Anchor", [m.iron]), objects, at + UP * 0.12, turn)
         ring = at + UP * 0.12 + turn @ (props.ANCHOR_RING - (0, 0, 0.02))
         hover = ring + np.array([0.22, 0.3, 0.98])
-        place(to_mesh(props.rope(ring, hover - UP * 0.18, d), "Rope", [m.rope]), things)
-        place(to_mesh(props.glass_float(d), "Glass float", [m.glass, m.rope]), things, hover)
+        place(to_mesh(props.rope(ring, hover - UP * 0.18, d), "Rope", [m.rope]), objects)
+        place(to_mesh(props.glass_float(d), "Glass float", [m.glass, m.rope]), objects, hover)
 
         self.hang_chain(ring)
 
         lamp = to_mesh(props.lamp(d), "Dive lamp", [m.aluminium, m.bulb])
         at = self.ground.sand(0.28, 3.15) + UP * 0.04
-        place(lamp, things, at, rotation_to((0, 0, 1), np.radians(-128)))
+        place(lamp, objects, at, rotation_to((0, 0, 1), np.radians(-128)))
 
     def hang_chain(self, ring: Array) -> None:
         """Let a chain hang from the anchor's ring and snake over the sand to the camera."""

@@ -128,7 +128,7 @@ class Wreck(Builder):
         rng = generator(self.seed, "cargo")
         crate = to_mesh(props.crate(), "Crate", [self.materials.planks], False)
         drum = to_mesh(props.barrel(self.detail), "Drum", [self.materials.rust])
-        things = self.collection("Things")
+        objects = self.collection("Things")
         low = hull.CEILING
         for mesh, x, y, z, lean, spin, scale in (
             (crate, 6.6, -2.2, low, 0.0, 0.1, 1.0),
@@ -148,7 +148,7 @@ class Wreck(Builder):
             (drum, 5.2, 0.4, low + 0.28, 1.57, 1.3, 1.0),
         ):
             tilted = rotation_to((np.sin(lean), 0, np.cos(lean)), spin)
-            place(mesh, things, world((x, y, z)), TURN @ tilted, scale)
+            place(mesh, objects, world((x, y, z)), TURN @ tilted, scale)
         for mesh, x, y, lean, scale in (
             (crate, 4.9, 5.2, 0.25, 0.95),
             (crate, 2.3, 6.4, 0.5, 0.8),
@@ -159,7 +159,7 @@ class Wreck(Builder):
             spot = world((x, y, 1.0))
             axis = rotation_to(UP, rng.uniform(0, 6.28)) @ (np.sin(lean), 0, np.cos(lean))
             foot = self.ground.sand(spot[0], spot[1]) - UP * 0.12 + UP * 0.3 * (lean > 1)
-            place(mesh, things, foot, rotation_to(axis, rng.uniform(0, 6.28)), scale)
+            place(mesh, objects, foot, rotation_to(axis, rng.uniform(0, 6.28)), scale)
         self.scatter_plates(rng)
 
     def scatter_plates(self, rng: np.random.Generator) -> None:

@@ -13,9 +13,9 @@ from pathlib import Path
 import bpy
 
 from ...quality.methods import method_of
-from ...scene.seen import picture_size
-from ...scene.seen.external_files import external_files
-from ...scene.seen.missing_data import require_data
+from ...scene.readers import picture_size
+from ...scene.readers.external_files import external_files
+from ...scene.readers.missing_data import require_data
 from ...settings.scene_settings import SceneSettings, flag
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.spectra.spectral_image import temporary_name

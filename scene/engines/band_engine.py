@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...datasets.layer_file import FrameLayers
 from ...quality.methods import Device, Method
 from ...settings.render_plan import RenderPlan
-from ..water.shade import Kept
+from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent
 
 Weights = NDArray[np.float64]
@@ -76,7 +76,7 @@ class Opening:
     device: Device
     eyes: tuple[tuple[float, ...], ...] = ()
     """Where the camera is at the frames of the job, see :attr:`.manifest.View.eye`."""
-    kept: Kept | None = None
+    cache: Cache | None = None
     """What was seen already of the first frame."""
 
 

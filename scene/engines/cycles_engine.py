@@ -18,9 +18,9 @@ from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from .. import contents
 from ..materials import band_colors, fluorescence
-from ..seen import cameras, clouds, mirrored_eye, waterline
-from ..seen.lamps import plan_lamps
-from ..seen.surroundings import Ground
+from ..readers import cameras, clouds, mirrored_eye, waterline
+from ..readers.lamps import plan_lamps
+from ..readers.surroundings import Ground
 from ..water import (
     cloud_volumes,
     continued_seabed,
@@ -33,8 +33,8 @@ from ..water import (
     volume_stack,
 )
 from ..water.cycles_phase import cycles_phases
+from ..water.occlusion import Cache
 from ..water.pass_values import PassValues
-from ..water.shade import Kept
 from ..water.water_body import WaterExtent
 from . import cycles_layers, cycles_settings, denoising_guides
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
@@ -53,7 +53,7 @@ def cycles_bands(
     guides: bool = False,
     device: Device = "cpu",
     eyes: Sequence[tuple[float, ...]] = (),
-    kept: Kept | None = None,
+    cache: Cache | None = None,
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs.
 
@@ -69,10 +69,10 @@ def cycles_bands(
     above = moving_surface.may_be_over(camera, chosen, eyes)
     if above and wanted:
         raise InputError(waterline.NO_LAYERS)
-    kept, continues = kept or Kept(of_job=True), continued_seabed.may_continue(scene, plan)
+    cache, continues = cache or Cache(of_job=True), continued_seabed.may_continue(scene, plan)
 
     def ground_of(now: RenderPlan) -> Ground | None:
-        return kept.look(scene, camera, now.column, eyes).ground if continues else None
+        return cache.look(scene, camera, now.column, eyes).ground if continues else None
 
     ground_of(plan)  # before the water is there
     notes = cycles_water.add_water(
@@ -86,7 +86,7 @@ def cycles_bands(
     notes += fluorescence.unseen(contents.materials(scene), "Cycles")
     if wanted and clouds.objects_of(scene):
         notes.append(cloud_volumes.LAYERS)
-    notes += [*continued_seabed.notes(plan, kept.looked), *kept.notes]
+    notes += [*continued_seabed.notes(plan, cache.looked), *cache.notes]
     notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
     more = inelastic_layers.MOST_ABOVE if chosen.inelastic else 0
     places = [cameras.eye_of(camera), *eyes]
@@ -205,7 +205,7 @@ def _open(
     return cycles_bands(
         scene, camera, opening.plan, opening.extent,
         seed=opening.seed, guides=opening.guides, device=opening.device, eyes=opening.eyes,
-        kept=opening.kept,
+        cache=opening.cache,
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from . import denoising_guides, geometry_layers
 from .layer_passes import Passes, render_passes, switched_on
 
 UNTOUCHED = "untouched"
-"""Light that no water has scattered on its way from things to the camera."""
+"""Light that no water has scattered on its way from objects to the camera."""
 UNTOUCHED_BANDS = bands_name(UNTOUCHED)
 _LIGHT = {"B_single": "Volume Direct", "B_multiple": "Volume Indirect"}
 _SWITCHES = {
@@ -33,7 +33,7 @@ _NOTES = {
     "I": "exact but for noise",
     "B_single": "of sun, sky and lamps, what the bounded forward peak turns not counted: exact but "
     "for noise",
-    "B_multiple": "exact but for noise; what is scattered forward from things is in it",
+    "B_multiple": "exact but for noise; what is scattered forward from objects is in it",
     "albedo": "diffuse reflectance, without water",
 }
 
@@ -124,7 +124,7 @@ class CyclesLayers:
         return image, joined(found)
 
     def _dry(self, scene: bpy.types.Scene, path: Path, *, ranks: bool) -> Passes:
-        """Render things without water, which would keep rays from them, if that is needed."""
+        """Render objects without water, which would keep rays from them, if that is needed."""
         switches = ["use_pass_diffuse_color"] if "albedo" in self.wanted else []
         if ranks:
             switches += geometry_layers.CRYPTOMATTE_SWITCHES

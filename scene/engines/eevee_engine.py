@@ -20,17 +20,17 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
-from ..seen import cameras, enclosed_places, lamps, waterline
+from ..readers import cameras, enclosed_places, lamps, waterline
 from ..temporary import held, render_settings
 from ..water import continued_seabed, frame_water, moving_surface, realtime, scene_water
 from ..water.eevee_water import Eye, eevee_water
-from ..water.shade import Kept
+from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent
-from . import eevee_settings, mirrored_picture
+from . import eevee_settings, planar_picture
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_layers import EeveeLayers, depth_map
 from .exr_output import write_float_exr
-from .mirrored_picture import MirroredPictures
+from .planar_picture import PlanarPictures
 
 _FEW_PIXELS = 8
 _DARKEST = 1e-20  # of the brightest: what is multiplied stays in single precision
@@ -46,7 +46,7 @@ def eevee_bands(
     *,
     froxels: int | None = None,
     eyes: Sequence[tuple[float, ...]] = (),
-    kept: Kept | None = None,
+    cache: Cache | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, three bands a pass, while the block runs.
 
@@ -55,9 +55,9 @@ def eevee_bands(
     """
     passes = band_passes_of(plan)
     layers = _layers(scene, camera, plan, eyes, by_band=True)
-    kept = kept or Kept(of_job=True)
-    mirrored = MirroredPictures(scene, camera, kept)
-    water_of = _waters(scene, camera, eyes, kept, mirrored)
+    cache = cache or Cache(of_job=True)
+    mirrored = PlanarPictures(scene, camera, cache)
+    water_of = _waters(scene, camera, eyes, cache, mirrored)
     drawn = () if layers is None else layers.drawn
 
     def scale_of(now: RenderPlan, camera_depth: float) -> np.ndarray:
@@ -73,7 +73,7 @@ def eevee_bands(
 
     first_pass = part_of(water_of(plan, depth), passes[0], scale_of(plan, depth))
     with _eevee(scene, camera, first_pass, extent, plan.settings.samples, froxels) as notes:
-        notes += _limits(scene, camera, plan, eyes, kept, first_pass)
+        notes += _limits(scene, camera, plan, eyes, cache, first_pass)
 
         def frame(now: RenderPlan, camera_depth: float, _: Weights | None = None) -> RenderPass:
             water, scale = water_of(now, camera_depth), scale_of(now, camera_depth)
@@ -108,7 +108,7 @@ def eevee_realtime(
     *,
     froxels: int | None = None,
     eyes: Sequence[tuple[float, ...]] = (),
-    kept: Kept | None = None,
+    cache: Cache | None = None,
 ) -> Iterator[BandEngine]:
     """Water for EEVEE, all bands in one pass that is the picture already.
 
@@ -116,9 +116,9 @@ def eevee_realtime(
     are not negative, where colours out of gamut are, and EEVEE cuts what is.
     """
     layers = _layers(scene, camera, plan, eyes, by_band=False)
-    kept = kept or Kept(of_job=True)
-    mirrored = MirroredPictures(scene, camera, kept)
-    waters = _waters(scene, camera, eyes, kept, mirrored)
+    cache = cache or Cache(of_job=True)
+    mirrored = PlanarPictures(scene, camera, cache)
+    waters = _waters(scene, camera, eyes, cache, mirrored)
     drawn = () if layers is None else layers.drawn
 
     def water_of(
@@ -134,7 +134,7 @@ def eevee_realtime(
 
     first, samples = water_of(plan, depth)[0], plan.settings.samples
     with _eevee(scene, camera, first, extent, samples, froxels) as notes:
-        notes += _limits(scene, camera, plan, eyes, kept, first)
+        notes += _limits(scene, camera, plan, eyes, cache, first)
 
         def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
             water, white = water_of(now, camera_depth)
@@ -164,17 +164,17 @@ def _limits(
     camera: bpy.types.Object,
     plan: RenderPlan,
     eyes: Sequence[tuple[float, ...]],
-    kept: Kept,
+    cache: Cache,
     first: frame_water.RealtimeWater,
 ) -> list[str]:
     """Return what is not drawn as it is, a line each."""
     return [
-        *continued_seabed.notes(plan, kept.looked),
-        *mirrored_picture.notes(camera, plan, eyes),
-        *mirrored_picture.notes_of_air(scene, camera, plan, eyes),
+        *continued_seabed.notes(plan, cache.looked),
+        *planar_picture.notes(camera, plan, eyes),
+        *planar_picture.notes_of_air(scene, camera, plan, eyes),
         *moving_surface.limits(camera, plan.settings, eyes, eevee=True),
-        *enclosed_places.notes(scene, camera, first.seen.shade, kept.looked),
-        *kept.notes,
+        *enclosed_places.notes(scene, camera, first.inputs.occlusion, cache.looked),
+        *cache.notes,
     ]
 
 
@@ -185,9 +185,9 @@ def _white_light(
     depth: float,
     water: frame_water.RealtimeWater,
 ) -> NDArray[np.float64]:
-    """Irradiance that makes white what is as bright as a white thing that fluoresces, (n,)."""
+    """Irradiance that makes white what is as bright as a white object that fluoresces, (n,)."""
     light = now.viewpoint(depth, lamplight=lamps.lamplight(scene, camera, now)).light
-    return water.seen.fluorescent.brightened(light, now.bands)
+    return water.inputs.fluorescent.brightened(light, now.bands)
 
 
 def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -210,7 +210,7 @@ def _drawn(
         return read_exr(path)[0]
 
     raised = None if water.waves is None else water.waves.raised
-    if water.seen.above is None or not waterline.splits(scene, camera, raised):
+    if water.inputs.above is None or not waterline.splits(scene, camera, raised):
         return render(water)
     with held([(scene.render, "use_border", False)]):  # glass and water bend it across
         air, wet = (render(water.seen_from(in_air=in_air)) for in_air in (True, False))
@@ -251,8 +251,8 @@ def _waters(
     scene: bpy.types.Scene,
     camera: bpy.types.Object,
     eyes: Sequence[tuple[float, ...]],
-    kept: Kept,
-    mirrored: MirroredPictures,
+    cache: Cache,
+    mirrored: PlanarPictures,
 ) -> Callable[[RenderPlan, float], frame_water.RealtimeWater]:
     """Return what computes the water of the current frame, for a plan and a depth.
 
@@ -263,11 +263,11 @@ def _waters(
     @functools.lru_cache(maxsize=1)
     def water_at(_: float, plan: RenderPlan, depth: float) -> frame_water.RealtimeWater:
         every = np.ones((3, len(plan.bands)))
-        water = eevee_water(plan, scene, Eye(camera, depth, eyes), every, kept)
+        water = eevee_water(plan, scene, Eye(camera, depth, eyes), every, cache)
         water = moving_surface.with_waves(scene, plan, water)
         if not shows:
-            mirrors = mirrored_picture.may_show(camera, plan, eyes, mirrored)
-            air = mirrored_picture.may_show_air(scene, camera, plan, eyes, mirrored)
+            mirrors = planar_picture.may_show(camera, plan, eyes, mirrored)
+            air = planar_picture.may_show_air(scene, camera, plan, eyes, mirrored)
             shows.append((mirrors, air))
         mirrors, air = shows[0]
         place = cameras.eye_of(camera)[:3] if air else None
@@ -322,7 +322,7 @@ def _open_bands(
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return eevee_bands(
         scene, camera, opening.plan, opening.extent, opening.depth,
-        froxels=opening.froxels, eyes=opening.eyes, kept=opening.kept,
+        froxels=opening.froxels, eyes=opening.eyes, cache=opening.cache,
     )  # fmt: skip
 
 
@@ -331,7 +331,7 @@ def _open_realtime(
 ) -> contextlib.AbstractContextManager[BandEngine]:
     return eevee_realtime(
         scene, camera, opening.plan, opening.extent, opening.depth,
-        froxels=opening.froxels, eyes=opening.eyes, kept=opening.kept,
+        froxels=opening.froxels, eyes=opening.eyes, cache=opening.cache,
     )  # fmt: skip
 
 

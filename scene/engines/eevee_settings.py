@@ -8,13 +8,13 @@ from typing import Any
 
 import bpy
 
-from ..seen.cameras import clip_range
+from ..readers.cameras import clip_range
 from ..temporary import render_settings
 from ..water.frame_water import RealtimeWater
 
 ENGINE = "BLENDER_EEVEE"
 """As Blender calls it."""
-USUAL_FROXELS = 32
+TYPICAL_FROXELS = 32
 """Steps of the froxel volume: each costs, and with 256 no pixel changes by a ΔE2000 of 0.3."""
 _FROXEL_TILE = "4"
 _FROXEL_DISTRIBUTION = 0.95
@@ -51,7 +51,7 @@ def wanted_settings(
         (eevee, "use_volumetric_shadows", False),
     ]
     if water is not None and (water.particles.clouds or water.shape.layers):
-        # Particles come closer than things do, and depths are finer then; else what is nearer
+        # Particles come closer than objects do, and depths are finer then; else what is nearer
         # stays cut away, as a housing about the camera is.
         start = min(start, _CLIP_START)
     for name, value in zip(("clip_start", "clip_end"), clip_range(start, end), strict=True):
@@ -62,7 +62,7 @@ def wanted_settings(
             (eevee, "use_volume_custom_range", True),
             (eevee, "volumetric_start", _FROXEL_START),
             (eevee, "volumetric_end", water.shafts.end),
-            (eevee, "volumetric_samples", froxels or USUAL_FROXELS),
+            (eevee, "volumetric_samples", froxels or TYPICAL_FROXELS),
             (eevee, "volumetric_tile_size", _FROXEL_TILE),
             (eevee, "volumetric_sample_distribution", _FROXEL_DISTRIBUTION),
             (eevee, "volumetric_light_clamp", 0.0),

@@ -1,4 +1,4 @@
-"""Layers of where things are: one more render, of one sample at the centre of every pixel."""
+"""Layers of where objects are: one more render, of one sample at the centre of every pixel."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.imaging.layers import layer
 from .. import contents, marks
+from ..readers import lamps
+from ..readers.pinhole import pinhole_of, pose_of
 from ..rendered import rendered_layer
-from ..seen import lamps
-from ..seen.pinhole import pinhole_of, pose_of
 from ..temporary import render_settings
 from .layer_passes import Passes, render_passes, switched_on
 
@@ -42,7 +42,7 @@ OneSample = Callable[[], contextlib.AbstractContextManager[object]]
 
 
 def sharp(scene: bpy.types.Scene) -> list[tuple[Any, str, Any]]:
-    """Settings under which things are where they are at the frame, and in focus."""
+    """Settings under which objects are where they are at the frame, and in focus."""
     settings: list[tuple[Any, str, Any]] = [(scene.render, "use_motion_blur", False)]
     if scene.camera is not None:
         settings.append((scene.camera.data.dof, "use_dof", False))
@@ -76,7 +76,7 @@ def geometry_layers(
     one_sample: OneSample,
     beside: Path,
 ) -> FrameLayers:
-    """Render the layers of where things are, and note the camera and what is numbered.
+    """Render the layers of where objects are, and note the camera and what is numbered.
 
     Range, and what needs it, is always among them.
     """

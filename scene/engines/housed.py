@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...datasets.housed_layers import USUAL_WAVELENGTH, PortView, seen_layers
+from ...datasets.housed_layers import TYPICAL_WAVELENGTH, PortView, seen_layers
 from ...datasets.layer_file import FrameLayers
 from ...settings.render_plan import RenderPlan, housing_of
 from ...uw_spectral.errors import InputError
@@ -34,8 +34,8 @@ from ...uw_spectral.housing import (
 )
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import band_labels, read_exr, write_rgb_exr
-from ..seen import port_eye
-from ..seen.pinhole import pose_of
+from ..readers import port_eye
+from ..readers.pinhole import pose_of
 from ..water import moving_surface
 from . import traced_port
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
@@ -59,7 +59,7 @@ class _Look:
     def aperture(self, camera: bpy.types.Object, distance: float) -> float:
         """Diameter of the lens as it counts in the water, mm, focused at a distance in m."""
         chosen = camera.data.lens / camera.data.dof.aperture_fstop
-        return chosen * self.blur * defocus_factor(self.housing, distance, USUAL_WAVELENGTH)
+        return chosen * self.blur * defocus_factor(self.housing, distance, TYPICAL_WAVELENGTH)
 
 
 def look_of(
@@ -117,7 +117,7 @@ def _traces(engine: Engine, camera: bpy.types.Object, opening: Opening) -> bool:
 def _note(housing: Housing) -> str:
     air = housing.camera
     try:
-        fitted, error = intrinsics_in_water(housing, USUAL_WAVELENGTH, distorted=True)
+        fitted, error = intrinsics_in_water(housing, TYPICAL_WAVELENGTH, distorted=True)
     except InputError as problem:
         return f"behind the port: {problem}"
     found = fitted.camera
@@ -125,7 +125,7 @@ def _note(housing: Housing) -> str:
         f"behind the port: in air focal length {air.fx:.1f} pixels; in water the picture is that "
         f"of a camera of {found.fx:.1f} pixels with distortion "
         f"{', '.join(f'{k:.4f}' for k in found.lens.numbers.values())} (k1, k2, p1, p2, k3) at "
-        f"{USUAL_WAVELENGTH:g} nm, to {error:.2f} pixels"
+        f"{TYPICAL_WAVELENGTH:g} nm, to {error:.2f} pixels"
     )
 
 
@@ -226,7 +226,7 @@ def _traced(
 
         @functools.lru_cache(maxsize=len(opening.plan.bands))
         def port(housing: Housing, nm: float) -> tuple[RayFit, NDArray[np.float64]]:
-            """Rays of a band, and the share of its light that is let through."""
+            """Rays of a band, and the fraction of its light that is let through."""
             passed = housing.transmittance(housing.camera.pixel_centres(), nm)
             return fit_rays(housing, nm), np.nan_to_num(passed)
 

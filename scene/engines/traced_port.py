@@ -74,7 +74,7 @@ def rays(eye: bpy.types.Object, fit: RayFit, radius: float, focus: float) -> Ite
     radius : float
         Of the lens as it counts in the water, m; with 0 everything is in focus.
     focus : float
-        Planar distance at which things are in focus, m.
+        Planar distance at which objects are in focus, m.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A transparent film: what share of each pixel is no open water."""
+"""A transparent film: what fraction of each pixel is no open water."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .geometry_layers import without_water
 
 ALPHA = "alpha"
 """Name of the layer."""
-_TEXT = "share of the pixel that is no open water"
+_TEXT = "fraction of the pixel that is no open water"
 
 
 def why_opaque(
@@ -46,13 +46,13 @@ def note(
     settings: SceneSettings,
     eyes: Sequence[tuple[float, ...]] = (),
 ) -> str:
-    """Say why the transparent film that a scene asks for is not heeded; empty if it is."""
+    """Say why the transparent film that a scene asks for is not supported; empty if it is."""
     why = why_opaque(camera, settings, eyes) if scene.render.film_transparent else ""
-    return why and f"the transparent film is not heeded: {why}"
+    return why and f"the transparent film is not supported: {why}"
 
 
 def alpha_map(scene: bpy.types.Scene, beside: Path) -> NDArray[np.float32]:
-    """Render what share of each pixel is no open water, shape (height, width).
+    """Render what fraction of each pixel is no open water, shape (height, width).
 
     Parameters
     ----------
@@ -75,10 +75,10 @@ def with_alpha(draw: RenderPass, scene: bpy.types.Scene) -> RenderPass:
 
     def render(indices: tuple[int, ...], path: Path) -> FrameLayers:
         found = draw(indices, path)
-        share = LayerImage(
-            alpha_map(scene, path)[..., None], text="share of the pixel that is no open water"
+        fraction = LayerImage(
+            alpha_map(scene, path)[..., None], text="fraction of the pixel that is no open water"
         )
-        layer = FrameLayers({ALPHA: share})
+        layer = FrameLayers({ALPHA: fraction})
         return layer if found is None else joined([found, layer])
 
     return render

@@ -1,6 +1,6 @@
 """Gives what has no material one while water is there.
 
-EEVEE draws such things with a material of its own that no water can be put into, and Cycles with
+EEVEE draws such objects with a material of its own that no water can be put into, and Cycles with
 one whose refractive index is against air.
 """
 
@@ -19,7 +19,7 @@ STANDS_IN = "uw_stands_in"
 """Property of the material: it goes when the water goes."""
 _ADDED = "uw_slot"  # property of a data-block: its one slot is not its own
 MODIFIER = "UW Material"
-"""Name of the modifier that gives things a material while water is there."""
+"""Name of the modifier that gives objects a material while water is there."""
 _DATA = ("meshes", "curves", "metaballs", "hair_curves", "pointclouds", "volumes")
 _KINDS = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD"}
 
@@ -36,7 +36,7 @@ def is_bare(item: bpy.types.Object) -> bool:
 def dress(
     scene: bpy.types.Scene, material: bpy.types.Material | None = None
 ) -> tuple[bpy.types.Material | None, list[str]]:
-    """Give the bare things of a scene a material.
+    """Give the bare objects of a scene a material.
 
     Parameters
     ----------

@@ -131,9 +131,9 @@ class ClosureWalk:
     def _of(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
         kind, shaders = node.bl_idname, [i for i in node.inputs if i.type == "SHADER"]
         if kind == "ShaderNodeMixShader":
-            share = self._value(node.inputs[0])
+            fraction = self._value(node.inputs[0])
             first, second = (self.closure(s) for s in shaders)
-            return first.combined(second, lambda a, b: a * (1.0 - share) + b * share)
+            return first.combined(second, lambda a, b: a * (1.0 - fraction) + b * fraction)
         if kind == "ShaderNodeAddShader":
             first, second = (self.closure(s) for s in shaders)
             return first.combined(second, lambda a, b: a + b)
@@ -342,7 +342,7 @@ class ClosureWalk:
         return self.graph.term(node.outputs[0])
 
     def _wet_value(self, socket: bpy.types.NodeSocket) -> Operand:
-        """Return an index against what is around a thing: what arrives where it is used."""
+        """Return an index against what is around an object: what arrives where it is used."""
         source = socket_rules.source(socket)
         return self._value(socket) if source is None else self._of_type(source, socket.type)
 
@@ -365,7 +365,7 @@ class Surfaces:
         Of :func:`.realtime_surface.build`, for shaders that are lit first.
     clear : ShaderNodeTree, optional
         Of :func:`.realtime_filter.build`, for what lets through what is behind.
-    keeping : ShaderNodeTree, optional
+    native : ShaderNodeTree, optional
         The one that keeps closures.
     floor : Material, optional
         Of the added floor, whose reflectance is a measured one.
@@ -381,7 +381,7 @@ class Surfaces:
 
     lit: bpy.types.ShaderNodeTree
     clear: bpy.types.ShaderNodeTree | None = None
-    keeping: bpy.types.ShaderNodeTree | None = None
+    native: bpy.types.ShaderNodeTree | None = None
     floor: bpy.types.Material | None = None
     closed: Collection[bpy.types.Material] = ()
     highlights: Mapping[str, bpy.types.ShaderNodeTree] = field(default_factory=dict)

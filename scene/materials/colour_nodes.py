@@ -101,8 +101,8 @@ def _parts(*places: int) -> Callable[[Array, Array, Array], Array]:
 def _of_one(place: int) -> Callable[[Array, Array, Array], Array]:
     def blend(a: Array, b: Array, t: Array) -> Array:
         a, b = np.broadcast_arrays(a, b)
-        found, share = as_hsv(a), t[:, 0]
-        mixed = found[:, place] + share * (as_hsv(b)[:, place] - found[:, place])
+        found, fraction = as_hsv(a), t[:, 0]
+        mixed = found[:, place] + fraction * (as_hsv(b)[:, place] - found[:, place])
         found = np.repeat(found, len(mixed) // len(found), axis=0)
         found[:, place] = np.where((found[:, 1] == 0.0) & (place == 1), found[:, 1], mixed)
         return from_hsv(found)

@@ -19,7 +19,7 @@ MOST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class FluorescentThings:
+class FluorescentObjects:
     """The materials that fluoresce.
 
     Attributes
@@ -37,7 +37,7 @@ class FluorescentThings:
         """Weights of the irradiance of bands, shape (3, n), or (0, n) of nothing.
 
         Where there are fewer fluorophores than three, the last one's short and long wavelengths
-        follow, which tell more of the spectrum of shade.
+        follow, which tell more of the spectrum of occlusion.
         """
         rows = [one.excitation_in(bands) for one in self.fluorophores]
         if not rows:
@@ -61,7 +61,7 @@ def of(materials: Iterable[bpy.types.Material]) -> dict[str, Fluorescence]:
     return {name: one for name, one in found.items() if one is not None}
 
 
-def fluorescent_things(materials: Iterable[bpy.types.Material]) -> FluorescentThings:
+def fluorescent_objects(materials: Iterable[bpy.types.Material]) -> FluorescentObjects:
     """Read the spectra of all fluorophores of materials.
 
     Raises
@@ -87,7 +87,7 @@ def fluorescent_things(materials: Iterable[bpy.types.Material]) -> FluorescentTh
         material: one.strength * np.eye(MOST)[names.index(one.fluorophore)]
         for material, one in found.items()
     }
-    return FluorescentThings(tuple(known), absorptance)
+    return FluorescentObjects(tuple(known), absorptance)
 
 
 def unseen(materials: Iterable[bpy.types.Material], by: str) -> list[str]:

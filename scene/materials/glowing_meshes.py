@@ -1,4 +1,4 @@
-"""Meshes that glow, which light other things only where light is traced."""
+"""Meshes that glow, which light other objects only where light is traced."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ type _Shown = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class MeanSurface:
-    """Mean base colour of what covers, linear Rec.709, and the share of light that it stops.
+    """Mean base colour of what covers, linear Rec.709, and the fraction of light that it stops.
 
     ``anywhere`` is whether all surfaces of the material have the same; ``unknown`` names nodes that
     decide it and are not known.
@@ -122,8 +122,8 @@ def _shown(
         )
     covers = float(coverage.mean())
     mean = np.broadcast_to(shown * coverage, (max(len(shown), len(coverage)), 3)).mean(axis=0)
-    shade = _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0))
-    return MeanSurface(shade, covers, not sockets.asked, tuple(sorted(sockets.unknown)))
+    occlusion = _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0))
+    return MeanSurface(occlusion, covers, not sockets.asked, tuple(sorted(sockets.unknown)))
 
 
 @dataclass
@@ -146,8 +146,8 @@ class _Closures:
             (one, covers), (other, also) = (self.of(i) for i in inputs if i.type == "SHADER")
             if kind == "ShaderNodeAddShader":
                 return one + other, covers * also
-            share = self._limited(inputs[0])
-            return one + share * (other - one), covers + share * (also - covers)
+            fraction = self._limited(inputs[0])
+            return one + fraction * (other - one), covers + fraction * (also - covers)
         if kind == "NodeGroupInput" or (kind == "ShaderNodeGroup" and node.node_tree is not None):
             return at.within(output, self.of, _GREY)
         if kind in _DARK:
@@ -178,7 +178,7 @@ class _Closures:
 
 
 def _mean_sheen(roughness: float) -> float:
-    """Share of light that a white sheen throws back, in the mean over a round thing."""
+    """Fraction of light that a white sheen throws back, in the mean over a round object."""
     side = (np.arange(_SIDES) + 0.5) / _SIDES
     return float(np.mean(sheen_albedo(roughness, np.sqrt(side))))
 

@@ -116,16 +116,16 @@ def map_range(
     clamp: bool,
 ) -> Array:
     """Return what Map Range makes of values; ``more`` are its steps."""
-    share = _safe(x - low, high - low)
+    fraction = _safe(x - low, high - low)
     if kind == "STEPPED":
         (steps,) = more
-        share = np.where(steps > 0.0, _safe(np.floor(share * (steps + 1.0)), steps), 0.0)
+        fraction = np.where(steps > 0.0, _safe(np.floor(fraction * (steps + 1.0)), steps), 0.0)
     elif kind.startswith("SMOOTH"):
-        share = np.clip(share, 0.0, 1.0)
-        share = (
-            share**2 * (3.0 - 2.0 * share)
+        fraction = np.clip(fraction, 0.0, 1.0)
+        fraction = (
+            fraction**2 * (3.0 - 2.0 * fraction)
             if kind == "SMOOTHSTEP"
-            else (share**3 * (share * (share * 6.0 - 15.0) + 10.0))
+            else (fraction**3 * (fraction * (fraction * 6.0 - 15.0) + 10.0))
         )
-    found = first + share * (last - first)
+    found = first + fraction * (last - first)
     return np.clip(found, np.minimum(first, last), np.maximum(first, last)) if clamp else found

@@ -138,7 +138,7 @@ def wave(node: bpy.types.ShaderNodeTexWave, place: Array, phase: Array) -> Array
 def brick(
     node: bpy.types.ShaderNodeTexBrick, place: Array, values: Mapping[str, Array]
 ) -> tuple[Array, Array]:
-    """Return the share of mortar, and that of the second colour in a brick, shape (n, 1).
+    """Return the fraction of mortar, and that of the second colour in a brick, shape (n, 1).
 
     ``values`` are those of the inputs.
     """
@@ -154,9 +154,9 @@ def brick(
     drawn = _hashed(row * 65536.0 + number % 65536.0)
     edge = np.minimum(np.minimum(x, y), np.minimum(wide - x, high - y))
     size, smooth = values["Mortar Size"], values["Mortar Smooth"]
-    share = np.where(smooth == 0.0, 1.0, (1.0 - edge / np.maximum(size, _WHOLE)))
-    share = np.clip(share / np.where(smooth == 0.0, 1.0, smooth), 0.0, 1.0)
-    mortar = np.where(edge >= size, 0.0, share * share * (3.0 - 2.0 * share))
+    fraction = np.where(smooth == 0.0, 1.0, (1.0 - edge / np.maximum(size, _WHOLE)))
+    fraction = np.clip(fraction / np.where(smooth == 0.0, 1.0, smooth), 0.0, 1.0)
+    mortar = np.where(edge >= size, 0.0, fraction * fraction * (3.0 - 2.0 * fraction))
     return mortar, np.clip(drawn + values["Bias"], 0.0, 1.0)
 
 

@@ -2,7 +2,7 @@
 
 A material keeps its nodes. Its closures stay, too: a white sun lights them, and their colours
 become what the channels see of sunlight on them there (:mod:`.band_colors`); closures that have
-lobes without a colour are mixed in with its share. Where that cannot be, in what refracts, or
+lobes without a colour are mixed in with its fraction. Where that cannot be, in what refracts, or
 where layers want to know the light, the shader is lit and measured instead (Shader to RGB).
 Beside it stand nodes for what the same shader reflects, emits and lets through
 (:mod:`.closure_walk`).
@@ -35,7 +35,7 @@ from . import (
 )
 from .closure_walk import Closure, ClosureWalk, Surfaces, drawn_by, is_animated, is_zero, mean
 from .inserted import is_idle, new_node, own_input, put_before
-from .kept_closures import SUNLIGHT, groups_of_shaders, has_sunlight, kept_materials
+from .native_closures import SUNLIGHT, groups_of_shaders, has_sunlight, native_materials
 from .shader_nodes import (
     EMITS,
     PASSES,
@@ -49,7 +49,7 @@ from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE, surface_node
 _SHEET, _BODY = "SLAB", "SPHERE"
 _DARKEST = 1e-3
 _LEAST_FACETS = 1e-6
-_MATTE = "mirrors; in real time it throws back the water's light as a matte thing does"
+_MATTE = "mirrors; in real time it throws back the water's light as a matte object does"
 
 _EMITTING = nodes_that(EMITS)
 _MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
@@ -99,7 +99,7 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     matte_fallbacks.insert(materials)
     if surfaces.clear is not None:
         band_colors.filter_clear(materials, surfaces.clear)
-    kept = kept_materials(materials, surfaces)
+    native = native_materials(materials, surfaces)
     for material in materials:
         if not material.is_editable:
             notes.append(
@@ -116,9 +116,9 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
         dithered = material.surface_render_method == "DITHERED"
         walk = ClosureWalk(material.node_tree, name, notes, surfaces, closed, dithered)
         band_colors.darken(material.node_tree, surfaces.is_apart)
-        if material in kept:
+        if material in native:
             measured = band_colors.is_measured(material) or material == surfaces.floor
-            _keep(walk, material, output, surfaces.keeping, measured=measured)
+            _keep(walk, material, output, surfaces.native, measured=measured)
             continue
         notes += [
             f"{name} is lit otherwise than wet ones with the same group {group.name!r}; remove the "
@@ -237,10 +237,10 @@ def _keep(
     surface[MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
     passing = _describe(walk, closure, surface)
-    share = graph.term(surface.outputs[uplift.SHARE])
+    fraction = graph.term(surface.outputs[uplift.FRACTION])
     mixed = graph.node("ShaderNodeMixShader")
     mixed[HOLDER] = 2
-    graph.assign(share, mixed.inputs[0])
+    graph.assign(fraction, mixed.inputs[0])
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
     seen = _added(graph, mixed.outputs[0], surface.outputs[0])
     if not is_zero(closure.behind):
@@ -250,9 +250,9 @@ def _keep(
         sunlit = _sunlit(graph, closure, closure.highlight, surface, measured=measured)
         seen = _added(graph, seen, _matte(graph, closure, sunlit))
     if passing is not None:
-        # What the share has taken of the light behind it.
+        # What the fraction has taken of the light behind it.
         transparent = graph.node("ShaderNodeBsdfTransparent")
-        graph.assign(passing * (1.0 - share), transparent.inputs["Color"])
+        graph.assign(passing * (1.0 - fraction), transparent.inputs["Color"])
         seen = _added(graph, seen, transparent.outputs[0])
     tree.links.new(seen, socket)
 
@@ -313,7 +313,7 @@ def _sunlit_nodes(group: bpy.types.ShaderNodeTree) -> band_colors.Maker:
         if kind == uplift.DARK:
             return node
         source = _sunlight_of(tree, group)
-        for name in (*uplift.COLUMNS, uplift.MEASURED_INPUT, uplift.SHARE):
+        for name in (*uplift.COLUMNS, uplift.MEASURED_INPUT, uplift.FRACTION):
             if name in node.inputs and name in source.outputs:
                 tree.links.new(source.outputs[name], node.inputs[name])
         return node

@@ -23,7 +23,7 @@ from .socket_rules import luminance_weights, source
 from .surface_points import Array, SurfacePoints, spread
 
 _DEEPEST = 64  # nodes in a row
-_GRAZING = np.full((1, 1), 0.1)  # mean share of what shows at grazing angles
+_GRAZING = np.full((1, 1), 0.1)  # mean fraction of what shows at grazing angles
 _CURVES = {"ShaderNodeRGBCurve": (3, 0, 1, 2), "ShaderNodeVectorCurve": (0, 1, 2)}
 _SPACES = {"HSV": (as_hsv, from_hsv), "HSL": (as_hsl, from_hsl)}
 
@@ -160,7 +160,7 @@ def _ramp(at: SampledSockets, node: bpy.types.Node, output: bpy.types.NodeSocket
 
 
 def _curves(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> Array:
-    share, colour = (at.of(i) for i in node.inputs)
+    fraction, colour = (at.of(i) for i in node.inputs)
     mapping = node.mapping
     mapping.initialize()
     curves = [mapping.curves[i] for i in _CURVES[node.bl_idname]]
@@ -172,25 +172,25 @@ def _curves(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -
         [mapping.evaluate(curve, x) for curve, x in zip(curves, row, strict=True)]
         for row in found.tolist()
     ]
-    return colour + share * (np.array(rows) - colour)
+    return colour + fraction * (np.array(rows) - colour)
 
 
 def _float_curve(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> Array:
-    share, value = (at.of(i) for i in node.inputs)
+    fraction, value = (at.of(i) for i in node.inputs)
     mapping = node.mapping
     mapping.initialize()
     found = np.array([[mapping.evaluate(mapping.curves[0], x)] for x in value[:, 0].tolist()])
-    return value + share * (found - value)
+    return value + fraction * (found - value)
 
 
 def _mix(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> Array | None:
-    share, one, other = at.inputs(node)
+    fraction, one, other = at.inputs(node)
     old = node.bl_idname == "ShaderNodeMixRGB"
     if old or node.clamp_factor:
-        share = np.clip(share, 0.0, 1.0)
+        fraction = np.clip(fraction, 0.0, 1.0)
     if not old and node.data_type != "RGBA":
-        return one + share * (other - one)
-    found = BLENDS[node.blend_type](one, other, share)
+        return one + fraction * (other - one)
+    found = BLENDS[node.blend_type](one, other, fraction)
     clamp = node.use_clamp if old else node.clamp_result
     return np.clip(found, 0.0, 1.0) if clamp else found
 
@@ -222,17 +222,17 @@ def _clamp(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) ->
 
 
 def _invert(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> Array:
-    share, colour = at.inputs(node)
-    return colour + share * (1.0 - 2.0 * colour)
+    fraction, colour = at.inputs(node)
+    return colour + fraction * (1.0 - 2.0 * colour)
 
 
 def _hue(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> Array:
     names = "Hue", "Saturation", "Value", "Factor", "Color"
-    hue, saturation, value, share, colour = (at.of(node.inputs[name]) for name in names)
+    hue, saturation, value, fraction, colour = (at.of(node.inputs[name]) for name in names)
     h, s, v = np.hsplit(as_hsv(colour), 3)
     changed = (h + hue + 0.5) % 1.0, np.clip(s * saturation, 0.0, 1.0), v * value
     found = from_hsv(np.concatenate(np.broadcast_arrays(*changed), axis=1))
-    return np.maximum(colour + share * (found - colour), 0.0)
+    return np.maximum(colour + fraction * (found - colour), 0.0)
 
 
 def _bright(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> Array:
@@ -427,8 +427,8 @@ def _checker(at: SampledSockets, node: bpy.types.Node, output: bpy.types.NodeSoc
     one, other, scale = (at.of(node.inputs[n]) for n in ("Color1", "Color2", "Scale"))
     place = at.place(node)
     first = at.drawn(node) < 0.5 if place is None else checker(place * scale)
-    share = first.astype(np.float64)
-    return other + share * (one - other) if output.name == "Color" else share
+    fraction = first.astype(np.float64)
+    return other + fraction * (one - other) if output.name == "Color" else fraction
 
 
 def _brick(at: SampledSockets, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Array:

@@ -9,15 +9,15 @@ import numpy as np
 from mathutils import Color
 from numpy.typing import NDArray
 
-_SHARE, _POSITIVE = (0.0, 1.0), (0.0, math.inf)
+_FRACTION, _POSITIVE = (0.0, 1.0), (0.0, math.inf)
 _NUMBERS = {
-    "Factor": _SHARE,
-    "Metallic": _SHARE,
-    "Alpha": _SHARE,
-    "Transmission Weight": _SHARE,
-    "Coat Weight": _SHARE,
-    "Roughness": _SHARE,
-    "Coat Roughness": _SHARE,
+    "Factor": _FRACTION,
+    "Metallic": _FRACTION,
+    "Alpha": _FRACTION,
+    "Transmission Weight": _FRACTION,
+    "Coat Weight": _FRACTION,
+    "Roughness": _FRACTION,
+    "Coat Roughness": _FRACTION,
     "Specular IOR Level": _POSITIVE,
     "Strength": _POSITIVE,
 }
@@ -71,7 +71,7 @@ def limits(socket: bpy.types.NodeSocket) -> tuple[float, float]:
     """
     if socket.type == _COLOUR and socket.name not in _UNLIMITED:
         # Cycles amplifies by what is clear and more than white.
-        return _SHARE if socket.node.bl_idname == "ShaderNodeBsdfTransparent" else _POSITIVE
+        return _FRACTION if socket.node.bl_idname == "ShaderNodeBsdfTransparent" else _POSITIVE
     return _NUMBERS.get(socket.name, (-math.inf, math.inf))
 
 

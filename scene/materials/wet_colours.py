@@ -1,4 +1,4 @@
-"""Takes the colours of porous materials, which are those of dry things, for wet where they are."""
+"""Takes the colours of porous materials, which are those of dry objects, for wet where they are."""
 
 from __future__ import annotations
 

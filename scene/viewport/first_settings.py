@@ -6,7 +6,7 @@ import bpy
 
 from ...settings.scene_settings import BY_PICTURE
 from .. import stored_lamps, stored_settings
-from ..seen.shown_lamps import ShownLamp, is_lamp, shown_lamps
+from ..readers.shown_lamps import ShownLamp, is_lamp, shown_lamps
 from ..water.water_body import scene_reach
 from . import live, submerging
 
@@ -19,14 +19,14 @@ _SETTINGS = {
     "floor_reflectance": "0.3",
 }
 _DRY = 2.0
-"""Lowest thing, m, of a scene that was not built for water around z = 0."""
+"""Lowest object, m, of a scene that was not built for water around z = 0."""
 _OWN_GROUND = 20.0
 """From this radius on, m, a scene brings its own seabed."""
 _DEEPEST_FLOOR = 60.0
 
 
 def is_dry(scene: bpy.types.Scene) -> bool:
-    """Whether a scene was not built for a water surface at z = 0: camera and things are above."""
+    """Whether a scene was not built for a water surface at z = 0: camera and objects are above."""
     depth = live.camera_depth(scene)
     return depth is not None and depth <= 0.0 and scene_reach(scene).lowest < _DRY
 
@@ -43,7 +43,7 @@ def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
     """Give a scene the settings of a first picture.
 
     A dry scene is lowered, and its lamps, which hang in the air, are left out: the sun lights
-    it. Under things that bring no seabed of their own a pale floor is put, where they end.
+    it. Under objects that bring no seabed of their own a pale floor is put, where they end.
 
     Parameters
     ----------

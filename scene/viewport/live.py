@@ -16,13 +16,13 @@ from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan, forget_files, plan_of, quiet
 from ...settings.scene_settings import BY_PICTURE, NO_FLOOR, REALTIME, SceneSettings
 from ...uw_spectral.errors import InputError
-from ...uw_spectral.shade.shade_table import ShadeTable
+from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import colour_space, contents, scripts, sources, stored_settings
 from ..engines.eevee_settings import ENGINE
 from ..materials import fluorescence, own_water, realtime_materials, wet_colours, wet_trees
-from ..seen import cameras, clouds, enclosed_places, lamps, missing_data, unusable_places
+from ..readers import cameras, clouds, enclosed_places, lamps, missing_data, unusable_places
 from ..session import PROBLEM, SESSION, has_strays
 from ..water import (
     continued_seabed,
@@ -34,9 +34,9 @@ from ..water import (
     scene_water,
 )
 from ..water.eevee_water import Eye, eevee_water
-from ..water.shade import Kept
+from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
-from . import kept_settings
+from . import saved_settings
 
 _FEW_BANDS = 8  # while settings change
 
@@ -51,18 +51,18 @@ _STOPS, _KINDS, _ROAM, _BUILD = "stops", "kinds", "roam", "build"
 class _Known:
     """What an update in haste takes from the last one.
 
-    The shade, if there is any, its bands, and what :func:`_places` was then; what serves for the
-    next; and the places that the camera sees in the light of lamps.
+    The occlusion, if there is any, its bands, and what :func:`_places` was then; what serves for
+    the next; and the places that the camera sees in the light of lamps.
     """
 
-    table: ShadeTable | None
+    table: OcclusionTable | None
     bands: Bands
     places: int
-    kept: Kept
+    cache: Cache
     lit: Sequence[tuple[float, ...]]
 
-    def on(self, bands: Bands) -> ShadeTable | None:
-        """Return the shade on other bands."""
+    def on(self, bands: Bands) -> OcclusionTable | None:
+        """Return the occlusion on other bands."""
         return self.table and self.table.on(self.bands.centres, bands.centres)
 
 
@@ -110,10 +110,10 @@ def add(scene: bpy.types.Scene) -> list[str]:
     notes = [*missing_data.missing_notes(scene, (scene.frame_current,)), *scripts.notes()]
     notes += _fill(scene, chosen, water, extent)
     known = _state.known[scene.session_uid]
-    notes += continued_seabed.notes(plan_of(chosen), known.kept.looked)
+    notes += continued_seabed.notes(plan_of(chosen), known.cache.looked)
     camera = cameras.camera_of(scene)
-    notes += enclosed_places.notes(scene, camera, known.table, known.kept.looked)
-    notes += known.kept.notes
+    notes += enclosed_places.notes(scene, camera, known.table, known.cache.looked)
+    notes += known.cache.notes
     notes += [*unusable_places.notes(), *cameras.clip_notes(camera)]
     if camera is not None:
         notes += moving_surface.limits(camera, chosen, eevee=True, live=True)
@@ -122,7 +122,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     session[_ROAM] = _roam(extent, water.column)
     session[_KINDS], session[_BUILD] = _kinds(scene), sources.source_digest()
     scene[SESSION] = session
-    kept_settings.apply(scene, water)
+    saved_settings.apply(scene, water)
     return notes
 
 
@@ -130,7 +130,7 @@ def standing_notes(scene: bpy.types.Scene) -> list[str]:
     """Return what to know of live water for as long as it is there, a line each."""
     known, session = _state.known.get(scene.session_uid), scene.get(SESSION)
     built = () if session is None else sources.notes(session.get(_BUILD))
-    return [*built, *(() if known is None else known.kept.notes)]
+    return [*built, *(() if known is None else known.cache.notes)]
 
 
 def _fill(
@@ -157,7 +157,7 @@ def remove(scene: bpy.types.Scene) -> list[str]:
     notes = scene_water.remove(scene)
     _state.known.pop(scene.session_uid, None)
     if SESSION in scene:
-        notes += kept_settings.restore(scene)
+        notes += saved_settings.restore(scene)
         del scene[SESSION]
     return notes
 
@@ -204,8 +204,8 @@ def update(
     may_rebuild : bool
         Whether nodes may be built anew; not while Blender evaluates or renders.
     hasty : bool
-        Whether few bands will do, and the shade between things may stay as it is; :func:`is_stale`
-        says then that there is more to come.
+        Whether few bands will do, and the occlusion between objects may stay as it is;
+        :func:`is_stale` says then that there is more to come.
 
     Returns
     -------
@@ -235,7 +235,7 @@ def update(
         if outgrown or not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
-            # It evaluates the scene: while that is dry, its things would seem to have come.
+            # It evaluates the scene: while that is dry, its objects would seem to have come.
             extent = water_extent(scene, water.column, depth)
             scene_water.remove(scene)
             _fill(scene, chosen, water, extent)
@@ -245,8 +245,8 @@ def update(
         if not hasty:
             realtime.keep_images(scene)
         if water.shafts is not None:
-            kept_settings.use_shafts(scene, water)
-        kept_settings.show(scene)
+            saved_settings.use_shafts(scene, water)
+        saved_settings.show(scene)
         session[_SHOWN], session[PROBLEM] = key, ""
         if may_rebuild:
             session[_KINDS] = _kinds(scene)
@@ -275,7 +275,7 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
 
 
 def has_new_kinds(scene: bpy.types.Scene) -> bool:
-    """Whether things mirror the water or emit light now that did not, or the other way round."""
+    """Whether objects mirror the water or emit light now that did not, or the other way round."""
     session = scene.get(SESSION)
     if session is None or _KINDS not in session:
         return False
@@ -290,15 +290,15 @@ def _kinds(scene: bpy.types.Scene) -> str:
 
 
 def is_stale(scene: bpy.types.Scene) -> bool:
-    """Whether the water was drawn in haste, or things have moved since."""
+    """Whether the water was drawn in haste, or objects have moved since."""
     session = scene.get(SESSION)
     return session is not None and bool(session.get(_STALE, False))
 
 
 def note_moves(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    """Take note that shade and grids, if there are any, are not what they were.
+    """Take note that occlusion and grids, if there are any, are not what they were.
 
-    Things may have moved, and densities of volume objects may be others.
+    Objects may have moved, and densities of volume objects may be others.
     """
     known = _state.known.get(scene.session_uid)
     if known is None:
@@ -459,18 +459,18 @@ def _water(
         lit = lamps.lamplight(scene, camera, plan, seen)
         stops = _exposure(scene, plan, depth, lit, hasty=hasty)
         weights = plan.reduction(depth, lit, stops).weights
-        kept = last.kept if last else Kept()
-        shaded = known and known.on(plan.bands)
+        cache = last.cache if last else Cache()
+        occluded = known and known.on(plan.bands)
         eye = Eye(camera, depth, lit_places=seen)
-        water = eevee_water(plan, scene, eye, weights, kept, shaded, unchanged=known is not None)
+        water = eevee_water(plan, scene, eye, weights, cache, occluded, unchanged=known is not None)
         if SESSION in scene:
             # Something is always left to be done at rest: images are packed then.
             scene[SESSION][_STALE] = hasty
-        if known is None or (water.seen.shade is not None and shaded is None):
-            has_shade = water.seen.shade is not None
-            places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_shade else 0
+        if known is None or (water.inputs.occlusion is not None and occluded is None):
+            has_occlusion = water.inputs.occlusion is not None
+            places = _places(scene, bpy.context.evaluated_depsgraph_get()) if has_occlusion else 0
             _state.known[scene.session_uid] = _Known(
-                water.seen.shade, plan.bands, places, kept, seen
+                water.inputs.occlusion, plan.bands, places, cache, seen
             )
         return moving_surface.with_waves(scene, plan, water)
 

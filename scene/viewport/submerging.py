@@ -1,7 +1,7 @@
 """Lowers a scene into the water: everything by the same distance, whatever holds it.
 
 Only delta locations change, which keyframes leave alone. Parents, constraints and paths carry
-things along, so what is lowered is looked up where Blender evaluates it, not guessed.
+objects along, so what is lowered is looked up where Blender evaluates it, not guessed.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...settings.scene_settings import NO_FLOOR
 from .. import stored_settings
 from ..animation import curves_of
 
-_ROUNDS = 32  # chains of things that hold each other are no longer
+_ROUNDS = 32  # chains of objects that hold each other are no longer
 _NEAR = 1e-4  # of the distance, and at least m, that counts as reached
 _SHALLOWEST = 0.01  # m, of a floor
 _NAMED = 5

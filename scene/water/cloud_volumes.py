@@ -10,14 +10,14 @@ from ...node_groups import attributes, cloud_volume
 from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
+from ...uw_spectral.clouds.gaussian_blob import REACH
 from ...uw_spectral.clouds.matter import BUBBLES
-from ...uw_spectral.clouds.puff import REACH
 from .. import contents, marks
 from ..materials import bare_surfaces
-from ..seen.clouds import (
+from ..readers.clouds import (
+    BLOB,
     BUBBLES_IN_CYCLES,
     GRID,
-    PUFF,
     SceneClouds,
     clouds_of,
     is_grid,
@@ -29,7 +29,7 @@ from .cycles_phase import CyclesPhase, cycles_phase
 
 NAME = "UW Cloud"
 LAYERS = (
-    "layers J, D, F and T of Cycles take clouds for part of the things behind them: their "
+    "layers J, D, F and T of Cycles take clouds for part of the objects behind them: their "
     "extinction is the water's alone; layers of EEVEE have that of clouds too"
 )
 """What layers of Cycles do not tell of clouds."""
@@ -45,10 +45,10 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
     """
     found = clouds_of(scene, plan.bands.centres)
     for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
-        made = _box(item) if item.type == PUFF else _copy(item)
+        made = _box(item) if item.type == BLOB else _copy(item)
         material = (
-            cloud_volume.build_puff(phase.lobes, index, outline(item))
-            if item.type == PUFF
+            cloud_volume.build_blob(phase.lobes, index, outline(item))
+            if item.type == BLOB
             else cloud_volume.build_grid(phase.lobes, index)
         )
         made.data.materials.clear()
@@ -70,8 +70,8 @@ def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.flo
     for index, (cloud, phase) in enumerate(zip(found.clouds, _phases(found, plan), strict=True)):
         layer, matter = attributes.cloud(index), cloud.matter
         out[attributes.absorption(layer)] = matter.absorption
-        for number, share in enumerate(phase.shares):
-            out[attributes.scattering(layer, number)] = matter.scattering * share
+        for number, fraction in enumerate(phase.fractions):
+            out[attributes.scattering(layer, number)] = matter.scattering * fraction
         for number, (asymmetry, alpha) in enumerate(phase.shapes):
             out[attributes.asymmetry(layer, number)] = asymmetry
             out[attributes.alpha(layer, number)] = alpha
@@ -126,7 +126,7 @@ def _phases(found: SceneClouds, plan: RenderPlan) -> list[CyclesPhase]:
 
 
 def _box(item: bpy.types.Object) -> bpy.types.Object:
-    """Make the box about a puff, in the space of its object."""
+    """Make the box about a blob, in the space of its object."""
     half = 0.5 * REACH * outline(item)
     corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

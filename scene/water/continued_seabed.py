@@ -11,7 +11,7 @@ import math
 import bpy
 
 from ...settings.render_plan import RenderPlan
-from ..seen.surroundings import Ground, Surroundings, has_things
+from ..readers.surroundings import Ground, Surroundings, has_objects
 
 _CLOSE = (
     "the scene's own seabed fills about half of what is about the camera, and is {}taken for one "
@@ -23,7 +23,7 @@ _STEP = 0.1, 0.5  # of the depth, and m, from which the step at the border is to
 def may_continue(scene: bpy.types.Scene, plan: RenderPlan) -> bool:
     """Whether a seabed of the scene's own, if there is one at a frame, is continued."""
     wanted = plan.settings.scene_floor and not math.isfinite(plan.column.floor_depth)
-    return wanted and has_things(scene)
+    return wanted and has_objects(scene)
 
 
 def over(plan: RenderPlan, ground: Ground | None) -> RenderPlan:

@@ -46,8 +46,8 @@ class CyclesPhase:
     ----------
     lobes : tuple of ScatteringLobe
         As many as Cycles has room for, two.
-    shares : tuple of array, shape (n,)
-        Share of each lobe in the scattering of each band; where the forward peak is bounded
+    fractions : tuple of array, shape (n,)
+        Fraction of each lobe in the scattering of each band; where the forward peak is bounded
         they add up to less than 1, see :class:`.BoundedPhase`. Cycles picks among lobes by the
         average over its three channels, so bands share a pass only where they share
         the phase function, see :mod:`.shared_phase`.
@@ -56,7 +56,7 @@ class CyclesPhase:
     """
 
     lobes: tuple[ScatteringLobe, ...]
-    shares: tuple[NDArray[np.float64], ...]
+    fractions: tuple[NDArray[np.float64], ...]
     notes: tuple[str, ...] = ()
     shapes: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...] = ()
 
@@ -83,19 +83,19 @@ def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
             fit = bound_forward_peak(phase)
             return CyclesPhase(
                 (ScatteringLobe("DRAINE", by_band=True),) * 2,
-                tuple(fit.shares),
+                tuple(fit.fractions),
                 shapes=tuple(zip(fit.asymmetries, fit.alphas, strict=True)),
             )
         notes.append(_SHARP_NOTE)
     if any(isinstance(c, PetzoldAverage) for c in peaked):
         notes.append(_PETZOLD_NOTE)
     parts = [
-        (lobe, share * weights)
+        (lobe, fraction * weights)
         for component, weights in zip(phase.components, phase.weights, strict=True)
-        for lobe, share in _lobes(component)
+        for lobe, fraction in _lobes(component)
     ]
-    lobes, shares = zip(*parts, strict=True)
-    return CyclesPhase(lobes, shares, tuple(notes))
+    lobes, fractions = zip(*parts, strict=True)
+    return CyclesPhase(lobes, fractions, tuple(notes))
 
 
 @functools.lru_cache(maxsize=8)
@@ -121,8 +121,8 @@ def _lobes(phase: PhaseFunction) -> list[tuple[ScatteringLobe, float]]:
         return [(_henyey_greenstein(phase.g), 1.0)]
     if isinstance(phase, TwoTermHenyeyGreenstein):
         return [
-            (_henyey_greenstein(phase.g1), phase.share),
-            (_henyey_greenstein(phase.g2), 1.0 - phase.share),
+            (_henyey_greenstein(phase.g1), phase.fraction),
+            (_henyey_greenstein(phase.g2), 1.0 - phase.fraction),
         ]
     if isinstance(phase, EinsteinSmoluchowski):
         # One lobe: Cycles counts 32 closures for each, and warns above 64.

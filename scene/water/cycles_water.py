@@ -31,7 +31,7 @@ from ..materials import (
     refractive_indices,
     wet_colours,
 )
-from ..seen.lamps import SceneLamps
+from ..readers.lamps import SceneLamps
 from . import raised_surface, scene_water
 from .cycles_phase import CyclesPhase
 from .water_body import WaterExtent, box, plane
@@ -87,7 +87,7 @@ def add_water(
     above : bool
         Whether the camera may be in the air, and sees the sky of the air.
     dry : bool
-        Whether there may be things in the air: they have the sun of the air.
+        Whether there may be objects in the air: they have the sun of the air.
     indices_in_water : bool
         Whether refractive indices of materials are taken against the water.
     own_seabed : bool
@@ -169,7 +169,7 @@ def add_water(
 
 
 def _let_through(unblocked: list[bpy.types.Object]) -> None:
-    """Let no thing keep the light of lamps from others.
+    """Let no object keep the light of lamps from others.
 
     Without its shadow Cycles would leave out the water on the way too. So it has one, of what is
     in a collection without any surface: the water is not asked.

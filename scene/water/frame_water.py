@@ -1,4 +1,4 @@
-"""The water of a frame as EEVEE draws it: its light, folded, and the numbers of its nodes."""
+"""The water of a frame as EEVEE draws it: its light, projected, and the numbers of its nodes."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import (
+    realtime_adjacency,
     realtime_clouds,
-    realtime_cover,
     realtime_lamps,
-    realtime_shade,
+    realtime_occlusion,
     realtime_values,
     realtime_volume,
 )
@@ -23,20 +23,20 @@ from ...node_groups.realtime_values import Numbers, Shape
 from ...uw_spectral.clouds.cloud_light import CloudNumbers
 from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_on
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
-from ...uw_spectral.shade.carried_light import CarriedLight, carried_light
-from ...uw_spectral.shade.view_cover import ViewCover
+from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
+from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, least_pattern
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
 from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
+from ...uw_spectral.transfer.channel_tables import ChannelTables, OcclusionSpectrum, project
 from ...uw_spectral.transfer.channels import Channels, channels_of
 from ...uw_spectral.transfer.foam_light import foam_light
-from ...uw_spectral.transfer.folded_light import FoldedLight, Shades, fold
-from ...uw_spectral.transfer.radiance_table import SHADED_STREAMS, TABLE_STREAMS, tabulate
+from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS, tabulate
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase, HenyeyGreenstein
-from ..seen.lamps import SceneLamps
-from ..seen.snapshot import Snapshot, ViewFromAir
+from ..readers.frame_inputs import FrameInputs, ViewFromAir
+from ..readers.lamps import SceneLamps
 from .particles import SceneParticles
 
 FLOOR = ""
@@ -51,9 +51,9 @@ _SIDES = 4
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
-# Intensity of the lamps that cast shadows: what they add to the sun's light on a thing is this
-# share of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
-_FAINT_SHARE, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
+# Intensity of the lamps that cast shadows: what they add to the sun's light on an object is this
+# fraction of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
+_FAINT_FRACTION, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class ShaftRange:
 class RealtimeWater:
     """The water of a frame; make it with :func:`realtime_water`.
 
-    Its light is solved in n bands and folded into the channels that are drawn.
+    Its light is solved in n bands and projected into the channels that are drawn.
 
     Attributes
     ----------
@@ -78,11 +78,11 @@ class RealtimeWater:
         Its phase function.
     depth : float
         Of the camera, m.
-    straight : SolvedField, optional
-        Of :class:`.Shades`, if things shade.
+    low_stream_field : SolvedField, optional
+        Of :class:`.OcclusionSpectrum`, if objects occlude.
     channels : Channels
         What is drawn.
-    seen : Snapshot
+    inputs : Snapshot
         What there is in the water; the added floor's reflectance among the measured ones.
     pictures : bool
         Whether the channels are those of a picture.
@@ -91,7 +91,7 @@ class RealtimeWater:
     waves, contrast, strength : WavePatterns, array (KNOTS, n), float
         The moving surface: its patterns, and the strength of what they throw.
     window_from : three floats, optional
-        Where the camera is, m, if it may see things in the air through the surface.
+        Where the camera is, m, if it may see objects in the air through the surface.
     """
 
     column: WaterColumn
@@ -100,8 +100,8 @@ class RealtimeWater:
     field: SolvedField
     channels: Channels
     shape: Shape
-    seen: Snapshot
-    straight: SolvedField | None = None
+    inputs: FrameInputs
+    low_stream_field: SolvedField | None = None
     draws_shafts: bool = False
     around_lamps: LampWater | None = None
     particles: SceneParticles = dataclass_field(default_factory=SceneParticles)
@@ -119,22 +119,22 @@ class RealtimeWater:
 
     def seen_from(self, *, in_air: bool) -> RealtimeWater:
         """Return the water for rays that all begin in the air, or all in the water."""
-        assert self.seen.above is not None, "the camera may be in the air"
-        seen = replace(self.seen, above=replace(self.seen.above, in_air=in_air))
-        return replace(self, seen=seen)
+        assert self.inputs.above is not None, "the camera may be in the air"
+        inputs = replace(self.inputs, above=replace(self.inputs.above, in_air=in_air))
+        return replace(self, inputs=inputs)
 
     def with_pictures(
         self, *, mirrored: bool, window_from: Sequence[float] | None
     ) -> RealtimeWater:
-        """Return the water whose surface may mirror a picture of things, or show one of the air.
+        """Return the water whose surface may mirror a picture of objects, or show one of the air.
 
         Parameters
         ----------
         window_from : three floats, optional
-            Where the camera is, m, if it may see things in the air.
+            Where the camera is, m, if it may see objects in the air.
         """
         window = window_from is not None
-        shape = replace(self.shape, mirrored_things=mirrored, window=window)
+        shape = replace(self.shape, planar_reflections=mirrored, window=window)
         return replace(self, shape=shape, window_from=window_from)
 
     def under_waves(
@@ -163,13 +163,13 @@ class RealtimeWater:
     @property
     def has_floor(self) -> bool:
         """Whether a floor is added, or continues the scene's own seabed."""
-        return FLOOR in self.seen.reflectances or self.seen.seabed is not None
+        return FLOOR in self.inputs.reflectances or self.inputs.seabed is not None
 
     @property
-    def keeps_closures(self) -> bool:
+    def has_native_closures(self) -> bool:
         """Whether materials keep their closures, which only add to the light of the water.
 
-        Layers hold the light of things, which nothing tells of a closure; and where channels are
+        Layers hold the light of objects, which nothing tells of a closure; and where channels are
         negative, as those of a display are, EEVEE would cut the light of the water first. Band
         passes are measurements, and EEVEE keeps the colours of closures in steps of a thousandth.
         """
@@ -178,30 +178,32 @@ class RealtimeWater:
         return self.pictures and not self.shape.layers and bool(positive)
 
     @functools.cached_property
-    def folded(self) -> FoldedLight:
+    def projected(self) -> ChannelTables:
         """Light of the water in the channels."""
-        emissions = self.seen.fluorescent.emissions_in(self.column.bands)
-        return self._fold(self.channels, list(self.seen.reflectances.values()), emissions)
+        emissions = self.inputs.fluorescent.emissions_in(self.column.bands)
+        return self._project(self.channels, list(self.inputs.reflectances.values()), emissions)
 
-    def _fold(
+    def _project(
         self,
         channels: Channels,
         measured: Sequence[NDArray[np.float64]] = (),
         emissions: Sequence[NDArray[np.float64]] = (),
-    ) -> FoldedLight:
-        shade, shades = self.seen.shade, None
-        if shade is not None and self.straight is not None:
-            shades = Shades(shade.spectrum, shade.usual, self.straight)
+    ) -> ChannelTables:
+        occlusion, occlusions = self.inputs.occlusion, None
+        if occlusion is not None and self.low_stream_field is not None:
+            occlusions = OcclusionSpectrum(
+                occlusion.spectrum, occlusion.typical, self.low_stream_field
+            )
         contrast = None
         if self.waves is not None and self.contrast is not None:
             contrast = functools.partial(self.waves.contrast_at, self.contrast)
-        return fold(
+        return project(
             self.field,
             channels,
             self.depth,
             self.column.skylight.level,
             measured,
-            shades,
+            occlusions,
             contrast,
             emissions,
         )
@@ -209,29 +211,29 @@ class RealtimeWater:
     @functools.cached_property
     def excitation(self) -> NDArray[np.float64]:
         """Weights of bands by which fluorophores are excited, (3, n), or (0, n)."""
-        return self.seen.fluorescent.excitation_in(self.column.bands)
+        return self.inputs.fluorescent.excitation_in(self.column.bands)
 
     @functools.cached_property
-    def exciting(self) -> FoldedLight:
+    def exciting(self) -> ChannelTables:
         """Light of the water as fluorophores absorb it; its first colour is white."""
         white = np.zeros((len(self.column.bands), len(COLOURS)))
         white[:, 0] = 1.0
-        return self._fold(Channels(self.excitation, white, white))
+        return self._project(Channels(self.excitation, white, white))
 
     @property
-    def carried(self) -> CarriedLight:
-        """What things in view do to light that is scattered forward."""
-        assert self.seen.cover is not None
-        return self.carried_by(self.seen.cover)
+    def adjacency(self) -> Adjacency:
+        """What objects in view do to light that is scattered forward."""
+        assert self.inputs.buffer is not None
+        return self.adjacency_of(self.inputs.buffer)
 
-    def carried_by(self, cover: ViewCover) -> CarriedLight:
+    def adjacency_of(self, buffer: VisibilityBuffer) -> Adjacency:
         """Return the same for another view."""
-        shade = self.seen.shade
-        assert shade is not None
-        floor = self.seen.seabed_colour
-        if FLOOR in self.seen.reflectances:
-            floor = len(COLOURS) + list(self.seen.reflectances).index(FLOOR)
-        return carried_light(cover, self.folded, self.field.sun, shade, floor)
+        occlusion = self.inputs.occlusion
+        assert occlusion is not None
+        floor = self.inputs.seabed_colour
+        if FLOOR in self.inputs.reflectances:
+            floor = len(COLOURS) + list(self.inputs.reflectances).index(FLOOR)
+        return adjacency(buffer, self.projected, self.field.sun, occlusion, floor)
 
     def _level_light(self) -> NDArray[np.float64]:
         """Mean radiance of open water around the camera, shape (n,)."""
@@ -251,10 +253,10 @@ class RealtimeWater:
         """What the light of the drawn sun is multiplied with.
 
         EEVEE keeps the colours of closures in steps of a thousandth, and lobes that have no colour
-        of their own are at most 1: a white thing in the sunlight at the camera shall be so near
+        of their own are at most 1: a white object in the sunlight at the camera shall be so near
         to 1 that brighter places have room.
         """
-        along = along_rays(self.folded, self.field.sun, [np.zeros((1, 1))] * 3)
+        along = along_rays(self.projected, self.field.sun, [np.zeros((1, 1))] * 3)
         y = np.full((1, 1), min(max(self.depth, 0.0), self.field.floor_depth))
         white = sum(along.sunlight(y, 0.0 * y, k) for k in COLOURS)
         brightest = float(np.max(white))
@@ -264,12 +266,12 @@ class RealtimeWater:
     def numbers(self) -> Numbers:
         """What the node groups need besides tables and images."""
         column, shape = self.column, self.shape
-        found = realtime_values.of_light(self.folded, tuple(self.field.sun))
+        found = realtime_values.of_light(self.projected, tuple(self.field.sun))
         channels, single = dict(found.channels), dict(found.single)
         single |= dict(zip(realtime_values.SUN_IN_AIR, column.skylight.sun, strict=True))
         single |= {
             realtime_values.CAMERA_DEPTH: self.depth,
-            **dict(zip(realtime_values.FRAME, self.seen.frame, strict=True)),
+            **dict(zip(realtime_values.FRAME, self.inputs.frame, strict=True)),
             realtime_values.INDEX: column.refractive_index,
             realtime_values.SUN_GAIN: self.sun_gain,
             realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
@@ -277,30 +279,30 @@ class RealtimeWater:
         }
         through = self.channels.mean(self.channels.reflectance.T, self._level_light())
         channels |= dict(zip(realtime_values.FILTERS, np.clip(through, 0.0, 1.0), strict=True))
-        if self.seen.shade is not None:
-            single |= realtime_shade.FIELDS.numbers(self.seen.shade.box)
-        if self.seen.cover is not None:
-            single |= realtime_cover.FIELDS.numbers(self.seen.cover.view)
+        if self.inputs.occlusion is not None:
+            single |= realtime_occlusion.FIELDS.numbers(self.inputs.occlusion.box)
+        if self.inputs.buffer is not None:
+            single |= realtime_adjacency.FIELDS.numbers(self.inputs.buffer.view)
         if "reflectance" in shape.layers:
-            columns = self.channels.fold(self.channels.reflectance.T)
+            columns = self.channels.project(self.channels.reflectance.T)
             channels |= dict(zip(realtime_values.REFLECTANCE, columns, strict=True))
         if shape.port:
-            single[realtime_values.PORT] = self.seen.port
+            single[realtime_values.PORT] = self.inputs.port
         if shape.fluorophores:
             light = self.exciting.numbers
             named = realtime_values.EXCITING
             channels |= {name: getattr(light, key) for key, name in named.items()}
-        if self.seen.above is not None or shape.window:
+        if self.inputs.above is not None or shape.window:
             in_air = light_in_air(column, self.field)
             channels |= _in_air(self.channels, in_air)
-            single[realtime_values.MIRRORED_SHARE] = float(in_air.mirrored)
+            single[realtime_values.MIRRORED_FRACTION] = float(in_air.mirrored)
             single[realtime_values.MIRRORED_SUN] = float(in_air.sun_mirrored)
-        if self.seen.above is not None:
-            single |= _of_view(self.seen.above, column)
+        if self.inputs.above is not None:
+            single |= _of_view(self.inputs.above, column)
         if shape.window:
             single[realtime_values.THROUGH] = 0.0
         if self.around_lamps is not None:
-            single |= _of_lamps(self.seen.lamps, column, self.phase, self.depth)
+            single |= _of_lamps(self.inputs.lamps, column, self.phase, self.depth)
         if self.waves is not None and self.contrast is not None:
             # Where light falls from the brightest to nothing, no band may fall below it.
             single[realtime_values.LEAST_PATTERN] = least_pattern(self.contrast)
@@ -312,30 +314,30 @@ class RealtimeWater:
         if shape.foam:
             foam = foam_light(column)
             channels |= {
-                realtime_values.FOAM_BELOW: self.channels.fold(foam.below),
-                realtime_values.FOAM_IN_SUN: self.channels.fold(foam.sun),
-                realtime_values.FOAM_IN_SKY: self.channels.fold(foam.sky),
+                realtime_values.FOAM_BELOW: self.channels.project(foam.below),
+                realtime_values.FOAM_IN_SUN: self.channels.project(foam.sun),
+                realtime_values.FOAM_IN_SKY: self.channels.project(foam.sky),
             }
         return Numbers(channels, single)
 
     @property
     def cloud_size(self) -> float:
         """Mean size of the clouds, m; 0 without."""
-        sizes = [cloud.puff.size for cloud, _ in (*self.seen.clouds, *self.seen.grids)]
+        sizes = [cloud.blob.size for cloud, _ in (*self.inputs.clouds, *self.inputs.grids)]
         return float(np.mean(sizes)) if sizes else 0.0
 
     @property
     def clouds(self) -> list[CloudNumbers]:
-        """Numbers of the clouds that are puffs."""
-        return self._numbers_of(self.seen.clouds)
+        """Numbers of the clouds that are blobs."""
+        return self._numbers_of(self.inputs.clouds)
 
     @property
     def grids(self) -> list[CloudNumbers]:
         """Numbers of those that have grids."""
-        return self._numbers_of(self.seen.grids)
+        return self._numbers_of(self.inputs.grids)
 
     def _numbers_of(self, clouds: Sequence[tuple[Cloud, float]]) -> list[CloudNumbers]:
-        lamps, found = self.seen.lamps.lamps, []
+        lamps, found = self.inputs.lamps.lamps, []
         phases = realtime_clouds.kinds(self.shape.floating)
         for cloud, away in clouds:
             lit = None
@@ -349,14 +351,14 @@ class RealtimeWater:
 def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
     """Return sun and sky in the air, on colours and alone, and light that colours emit."""
     found = {
-        realtime_values.SUN_LEVEL: channels.fold(light.sun),
-        realtime_values.SKY_LEVEL: channels.fold(light.level),
+        realtime_values.SUN_LEVEL: channels.project(light.sun),
+        realtime_values.SKY_LEVEL: channels.project(light.level),
     }
     for names, columns in (
-        (realtime_values.SUN_ABOVE, channels.fold_colours(light.sun)),
-        (realtime_values.SKY_ABOVE, channels.fold_colours(light.sky)),
-        (realtime_values.WATER_ABOVE, channels.fold_colours(light.leaving)),
-        (realtime_values.GLOW_ABOVE, channels.fold(channels.emission.T).T),
+        (realtime_values.SUN_ABOVE, channels.project_colours(light.sun)),
+        (realtime_values.SKY_ABOVE, channels.project_colours(light.sky)),
+        (realtime_values.WATER_ABOVE, channels.project_colours(light.leaving)),
+        (realtime_values.GLOW_ABOVE, channels.project(channels.emission.T).T),
     ):
         found |= dict(zip(names, columns.T, strict=True))
     return found
@@ -408,7 +410,7 @@ def realtime_water(
     *,
     solved: SolvedField | None = None,
     shafts: bool = False,
-    seen: Snapshot | None = None,
+    inputs: FrameInputs | None = None,
 ) -> RealtimeWater:
     """Return the water of a frame.
 
@@ -427,39 +429,41 @@ def realtime_water(
     shafts : bool
         Whether single scattering is drawn by the froxel volume, with shadows; from the air it is
         not.
-    seen : Snapshot, optional
+    inputs : Snapshot, optional
         What there is in the water; nothing by default.
     """
-    seen = seen or Snapshot()
-    lamps, shafts = seen.lamps, shafts and seen.above is None
+    inputs = inputs or FrameInputs()
+    lamps, shafts = inputs.lamps, shafts and inputs.above is None
     if shafts:
         column.require_one_layer("shafts of light know")
     field = solved or column.solved_field(phase, TABLE_STREAMS)
-    if math.isfinite(column.floor_depth) and seen.seabed is None:
-        seen = replace(seen, reflectances={**seen.reflectances, FLOOR: column.floor_reflectance})
+    if math.isfinite(column.floor_depth) and inputs.seabed is None:
+        inputs = replace(
+            inputs, reflectances={**inputs.reflectances, FLOOR: column.floor_reflectance}
+        )
     scale = tabulate(field).depth_scale
     shape = Shape(
         field.components, column.reflects, len(scale.zones), scale.slices, shafts,
-        sky=column.sky, layered=field.layered, shade=seen.shade is not None,
-        covers=seen.cover is not None, lamps=len(lamps.all), thrown=len(lamps.thrown),
+        sky=column.sky, layered=field.layered, occlusion=inputs.occlusion is not None,
+        adjacency=inputs.buffer is not None, lamps=len(lamps.all), virtual=len(lamps.virtual),
         lamp_components=phase.components if lamps.lamps else (), lamps_in_air=lamps.from_air,
-        facets=seen.kinds.facets if lamps.lamps else 0,
-        above=seen.above is not None, mirrors=seen.kinds.mirrors,
-        translucent=seen.kinds.translucent, filters=seen.kinds.filters,
-        glows=seen.kinds.glows, highlights=seen.kinds.highlights,
-        measured=len(seen.reflectances), port=seen.port > 0.0,
-        fluorophores=len(seen.fluorescent.fluorophores),
-        fluorescent=tuple(seen.fluorescent.materials),
-        clouds=tuple(cloud.matter.phase for cloud, _ in seen.clouds),
-        grids=tuple(cloud.matter.phase for cloud, _ in seen.grids),
+        facets=inputs.kinds.facets if lamps.lamps else 0,
+        above=inputs.above is not None, mirrors=inputs.kinds.mirrors,
+        translucent=inputs.kinds.translucent, filters=inputs.kinds.filters,
+        glows=inputs.kinds.glows, highlights=inputs.kinds.highlights,
+        measured=len(inputs.reflectances), port=inputs.port > 0.0,
+        fluorophores=len(inputs.fluorescent.fluorophores),
+        fluorescent=tuple(inputs.fluorescent.materials),
+        clouds=tuple(cloud.matter.phase for cloud, _ in inputs.clouds),
+        grids=tuple(cloud.matter.phase for cloud, _ in inputs.grids),
     )  # fmt: skip
     around_lamps = lamps.around
     if lamps.lamps and around_lamps is None:
         around_lamps = _around_lamps(column, phase, camera_depth)
-    straight = column.solved_field(phase, SHADED_STREAMS) if shape.shade else None
+    low_stream_field = column.solved_field(phase, OCCLUSION_STREAMS) if shape.occlusion else None
     return RealtimeWater(
-        column, phase, camera_depth, field, channels_of(column.bands, weights), shape, seen,
-        straight, shafts, around_lamps,
+        column, phase, camera_depth, field, channels_of(column.bands, weights), shape, inputs,
+        low_stream_field, shafts, around_lamps,
     )  # fmt: skip
 
 
@@ -477,7 +481,7 @@ def _of_lamps(
     sun = float(np.mean(column.Ed(depth, phase)))
     brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
     sunlit = bool(np.any(column.sun_irradiance > 0))
-    code = min(max(_FAINT_SHARE * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
+    code = min(max(_FAINT_FRACTION * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
     return dict(zip(realtime_lamps.NUMBERS, (float(sunlit), code), strict=True))
 
 
@@ -490,7 +494,7 @@ def _shaft_range(water: RealtimeWater) -> ShaftRange:
     across = np.cross(sun, [1.0, 0.0, 0.0] if abs(sun[0]) < 0.9 else [0.0, 1.0, 0.0])
     across /= np.linalg.norm(across)
     w = list((-np.cos(angles)[:, None] * sun + np.sin(angles)[:, None] * across).T[..., None])
-    ray = along_rays(water.folded, water.field.sun, w)
+    ray = along_rays(water.projected, water.field.sun, w)
     y_o = np.full((len(angles), 1), max(water.depth, 0.0))
     y_e = np.maximum(y_o - w[2] * end, 0.0)
     P = np.where(w[2] > 0, np.minimum(end, y_o / np.maximum(w[2], 1e-6)), end)

@@ -1,6 +1,6 @@
 """Gives back what no wet scene of the file holds any more, and deletes what waters have left.
 
-What things were is kept on the things themselves, and all that was made carries a mark: so what
+What objects were is kept on the objects themselves, and all that was made carries a mark: so what
 the user renames, replaces or deletes takes nothing else along.
 """
 
@@ -13,15 +13,15 @@ import bpy
 from ...node_groups.node_mathematics import MARK
 from .. import contents, marks
 from ..materials import (
+    above_water_culling,
     band_colors,
     bare_colours,
     bare_surfaces,
     clear_shadows,
-    hidden_above,
     inlined_shaders,
     wet_trees,
 )
-from . import apparent_places
+from . import refraction_displacement
 
 
 def let_go() -> list[str]:
@@ -49,14 +49,14 @@ def let_go() -> list[str]:
     for scene, water in waters.items():
         materials = set(contents.materials(scene))
         if marks.SURFACE in water:
-            for name in (marks.SURFACE, marks.KEEPING, marks.FLUORESCENT):
+            for name in (marks.SURFACE, marks.NATIVE, marks.FLUORESCENT):
                 if water.get(name) is not None:
                     lit[water[name]] = lit.get(water[name], set()) | materials
         else:
             routed |= materials
     bare_surfaces.undress({x for scene in waters for x in contents.objects(scene)})
     notes = dry_but(routed | wet_trees.behind(lit))
-    apparent_places.unite(waters)
+    refraction_displacement.unite(waters)
     return notes + _delete(bool(waters))
 
 
@@ -74,8 +74,8 @@ def dry_but(wet: Collection[bpy.types.Material]) -> list[str]:
     notes = wet_trees.remove(wet)
     bare_colours.remove(wet)
     inlined_shaders.remove(wet)
-    apparent_places.give_back(wet)
-    hidden_above.give_back(wet)
+    refraction_displacement.give_back(wet)
+    above_water_culling.give_back(wet)
     return notes
 
 

@@ -26,14 +26,14 @@ from .water_body import WaterExtent, box
 NAME = "UW Layer"
 _LAYER = "uw_layer"
 """Mark of objects that are layers: their number."""
-# A layer is as thick as the strongest band takes to change by this share, more where that makes too
-# many: the sooner, the farther it is from the camera.
+# A layer is as thick as the strongest band takes to change by this fraction, more where that makes
+# too many: the sooner, the farther it is from the camera.
 _CHANGE, _GROWTH, _THINNEST = 0.2, 0.05, 0.1
 _COARSER = 1.1
 # Cycles looks up from a camera for the volumes that it is in, and finds 64 faces at most: with 33
 # layers above it, it is wrong. The others are left to the water, clouds and the scene's own.
 MOST_ABOVE, _MOST = 24, 48
-# Below, layers leave this share of the emission at the camera to the last of them.
+# Below, layers leave this fraction of the emission at the camera to the last of them.
 _DARKEST = 1e-4
 _APART = 1e-3  # gap in m between layers, or Cycles would count their faces as one
 
@@ -128,7 +128,7 @@ def emission(
 ) -> dict[str, NDArray[np.float64]]:
     """Radiance per metre of every layer and band, by view-layer property.
 
-    A layer is thinner than its share of the water by the gap; it makes up for it.
+    A layer is thinner than its fraction of the water by the gap; it makes up for it.
     """
     thickness = np.diff(edges)
     source = light.mean(edges[:-1], edges[1:], floor_depth) / (4.0 * math.pi)

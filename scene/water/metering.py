@@ -13,8 +13,8 @@ from ...quality.picture import Optics
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BY_PICTURE
 from ...uw_spectral.errors import InputError
-from ..seen.lamps import plan_lamps
-from ..seen.view_tracing import trace_from_above, trace_view
+from ..readers.lamps import plan_lamps
+from ..readers.view_tracing import trace_from_above, trace_view
 
 _GRID = (32, 18)
 _SKYWARD = 8

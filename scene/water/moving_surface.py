@@ -17,7 +17,7 @@ from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from ...uw_spectral.transfer.water_column import WAVES
 from .. import marks
 from ..raised_limits import raised_limits
-from ..seen import cameras, waterline
+from ..readers import cameras, waterline
 from . import cycles_water, raised_surface
 from .frame_water import RealtimeWater, wave_numbers
 

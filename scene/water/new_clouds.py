@@ -15,8 +15,8 @@ _AMOUNTS = {BUBBLES: 3.0}
 """Where another concentration than the usual one looks like what it is."""
 
 
-def add_puff(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.Object:
-    """Add a puff to a scene, before its camera if it has one.
+def add_blob(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.Object:
+    """Add a blob to a scene, before its camera if it has one.
 
     Parameters
     ----------

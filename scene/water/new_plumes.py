@@ -74,7 +74,7 @@ def add_plumes(
 def _plume(
     scene: bpy.types.Scene, settings: SceneSettings, patch: Patch, depth: float, *, keyed: bool
 ) -> bpy.types.Object:
-    item = new_clouds.add_puff(scene, BUBBLES)
+    item = new_clouds.add_blob(scene, BUBBLES)
     item.name, own = NAME, getattr(item, PROPERTY)
     item.scale = patch.long, patch.short, depth
     item.rotation_euler = 0.0, 0.0, patch.turn

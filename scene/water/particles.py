@@ -21,7 +21,7 @@ from ...uw_spectral.water.particles import (
     number_of_scattering,
     particle_cloud,
     particle_scattering,
-    scattering_share,
+    scattering_fraction,
 )
 from .. import marks
 from . import scene_water
@@ -90,7 +90,7 @@ def record(settings: SceneSettings, column: WaterColumn) -> dict[str, Any]:
     return {
         "particles": {
             "particle_scattering_550_per_m": b_p,
-            "share_of_scattering_above_0.1_mm": scattering_share(settings.particle_slope),
+            "share_of_scattering_above_0.1_mm": scattering_fraction(settings.particle_slope),
             "snow_of_water_per_litre": snow_of_water(settings, column),
             "kinds": {
                 cloud.kind.name: {
@@ -164,7 +164,7 @@ def dress(item: bpy.types.Object, tree: bpy.types.NodeTree, material: bpy.types.
     """
     item.data.materials.append(material)
     item.modifiers.new(tree.name, "NODES").node_group = tree
-    # Only the camera sees them: what they keep from each other and from things is in the water's
+    # Only the camera sees them: what they keep from each other and from objects is in the water's
     # own scattering already.
     item.visible_shadow = item.visible_diffuse = item.visible_glossy = False
     item.visible_transmission = item.visible_volume_scatter = False

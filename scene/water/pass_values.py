@@ -18,7 +18,7 @@ from ...uw_spectral.transfer.foam_light import foam_light
 from ...uw_spectral.transfer.water_column import WAVES, WaterColumn
 from .. import contents
 from ..materials import band_colors
-from ..seen.lamps import plan_lamps
+from ..readers.lamps import plan_lamps
 from .cycles_phase import CyclesPhase, cycles_phases
 
 
@@ -53,8 +53,8 @@ class PassValues:
         layers = zip((column, *column.below), phases, strict=True)
         for layer, (water, phase) in enumerate(layers):
             values[attributes.absorption(layer)] = water.absorption
-            for index, share in enumerate(phase.shares):
-                values[attributes.scattering(layer, index)] = water.scattering * share
+            for index, fraction in enumerate(phase.fractions):
+                values[attributes.scattering(layer, index)] = water.scattering * fraction
             for index, (asymmetry, alpha) in enumerate(phase.shapes):
                 values[attributes.asymmetry(layer, index)] = asymmetry
                 values[attributes.alpha(layer, index)] = alpha

@@ -66,8 +66,8 @@ def _raise(mesh: bpy.types.Mesh, waves: RaisedWaves, middle: Sequence[float], si
     x, y = (places[:top, i].astype(np.float64) for i in range(2))
     # Beyond where rays look for heights the surface is level, as EEVEE has it.
     away = np.hypot(x, y) / FARTHEST
-    share = np.clip((_FADED - away) / (_FADED - 1.0), 0.0, 1.0)
-    places[:top, 2] = share * waves.elevation(x + middle[0], y + middle[1]) - sinks
+    fraction = np.clip((_FADED - away) / (_FADED - 1.0), 0.0, 1.0)
+    places[:top, 2] = fraction * waves.elevation(x + middle[0], y + middle[1]) - sinks
     mesh.vertices.foreach_set("co", places.ravel())
     mesh.update()
 

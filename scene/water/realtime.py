@@ -12,51 +12,57 @@ from numpy.typing import NDArray
 
 from ...node_groups import (
     cloud_grids,
+    realtime_adjacency,
     realtime_background,
     realtime_clouds,
-    realtime_cover,
+    realtime_culling,
     realtime_filter,
-    realtime_hiding,
     realtime_highlights,
     realtime_lamps,
-    realtime_mirror,
+    realtime_occlusion,
     realtime_rays,
+    realtime_reflected_view,
+    realtime_refracted_view,
     realtime_refraction,
-    realtime_shade,
     realtime_surface,
     realtime_tables,
     realtime_values,
     realtime_volume,
     realtime_waves,
-    realtime_window,
     uplift,
 )
 from ...node_groups.realtime_values import PORT, Numbers
 from ...node_groups.realtime_water import Sources, exciting_layout, layout_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.grouping import grouped
-from ...uw_spectral.lamps.lamp_channels import fold_lamps
+from ...uw_spectral.lamps.lamp_channels import project_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
-from ...uw_spectral.shade.view_cover import ViewCover
-from ...uw_spectral.surface.mirrored_view import MirroredView
+from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
+from ...uw_spectral.surface.reflected_view import ReflectedView
 from .. import contents, marks
-from ..materials import bare_surfaces, fluorescence, hidden_above, realtime_materials, wet_trees
+from ..materials import (
+    above_water_culling,
+    bare_surfaces,
+    fluorescence,
+    realtime_materials,
+    wet_trees,
+)
 from ..materials.inserted import own_input
 from ..materials.realtime_materials import Surfaces
-from ..seen import clouds
-from ..seen.closed_bodies import closed_materials
-from ..seen.mirrored_eye import RISES, materials_above
-from . import apparent_places, cloud_volumes, giving_back, particles, scene_water
+from ..readers import clouds
+from ..readers.closed_bodies import closed_materials
+from ..readers.mirrored_eye import RISES, materials_above
+from . import cloud_volumes, giving_back, particles, refraction_displacement, scene_water
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
 
 _VALUES = "uw_values"
 _OWNER = "uw_owner"
 _TABLE = "uw_table"
-_SHADE = "uw_shade"
-_COVER = "uw_cover"
+_OCCLUSION = "uw_shade"
+_ADJACENCY = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
-_APPARENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
+_DISPLACEMENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
 _EXCITING, _CLOUDS, _GRIDS = "uw_exciting", "uw_clouds", "uw_cloud_grids"
 _GRID_LAMPS = "uw_cloud_lamps"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
@@ -106,29 +112,33 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     )
     table = realtime_tables.new_image(layout_of(shape))
     values = realtime_values.build(shape)
-    shade = None if water.seen.shade is None else realtime_shade.new_image()
-    cover = None if water.seen.cover is None else realtime_cover.new_image()
-    shining = water.seen.lamps.shown
+    occlusion = None if water.inputs.occlusion is None else realtime_occlusion.new_image()
+    buffer = None if water.inputs.buffer is None else realtime_adjacency.new_image()
+    shining = water.inputs.lamps.shown
     lit = _lamp_images(water) if shining else None
     rays = realtime_refraction.build(values, images) if shape.above else None
     if shape.port:
         rays = realtime_rays.build_port(values, PORT)
     mirrored = None
-    if shape.mirrored_things:
-        rays, mirrored = realtime_rays.build_mirrored(), realtime_mirror.new_image()
-    window = realtime_mirror.new_image(realtime_window.NAME) if shape.window else None
+    if shape.planar_reflections:
+        rays, mirrored = realtime_rays.build_mirrored(), realtime_reflected_view.new_image()
+    window = (
+        realtime_reflected_view.new_image(realtime_refracted_view.NAME) if shape.window else None
+    )
     exciting = realtime_tables.new_image(exciting_layout(shape)) if shape.fluorophores else None
     floating = realtime_clouds.new_image(shape) if shape.clouds else None
     grids = cloud_grids.new_image(len(shape.grids)) if shape.grids else None
     grid_lamps = None
-    if shape.grids and shape.lamps > shape.thrown:
-        grid_lamps = cloud_grids.new_lamp_image(len(shape.grids), shape.lamps - shape.thrown)
+    if shape.grids and shape.lamps > shape.virtual:
+        grid_lamps = cloud_grids.new_lamp_image(len(shape.grids), shape.lamps - shape.virtual)
     sources = Sources(
-        values, table, shade, cover, lit, images, rays, mirrored, exciting, window, floating, grids,
-        grid_lamps,
+        values, table, occlusion, buffer, lit, images, rays, mirrored, exciting, window,
+        floating, grids, grid_lamps,
     )  # fmt: skip
     surface = realtime_surface.build(shape, sources)
-    keeping = realtime_surface.build(shape, sources, keeps=True) if water.keeps_closures else None
+    native = (
+        realtime_surface.build(shape, sources, keeps=True) if water.has_native_closures else None
+    )
     fluorescent = None
     if shape.fluorophores:
         fluorescent = realtime_surface.build(shape, sources, fluoresces=True)
@@ -141,11 +151,11 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects.append(box("UW Shafts", extent, 0.0))
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
     clear = realtime_filter.build(values, shape)
-    measured = floor if FLOOR in water.seen.reflectances else None
+    measured = floor if FLOOR in water.inputs.reflectances else None
     closed = closed_materials(scene) if shape.translucent or shape.filters else ()
     highlights = {kind: realtime_highlights.build(kind, values, shape) for kind in shape.highlights}
     surfaces = Surfaces(
-        surface, clear, keeping, measured, closed, highlights, fluorescent, shape.fluorescent
+        surface, clear, native, measured, closed, highlights, fluorescent, shape.fluorescent
     )
     notes += realtime_materials.insert(materials, surfaces)
     above: list[bpy.types.Material] = []
@@ -154,14 +164,14 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         above = [material for material in materials if material in high]
         # In the picture of the air nothing is to be seen that is in the water.
         hidden = above if window is None else [m for m in materials if m != floor]
-        hidden_above.insert(hidden, realtime_hiding.build(values, shape, images))
+        above_water_culling.insert(hidden, realtime_culling.build(values, shape, images))
     apparent = None
     if shape.above:
-        apparent = realtime_refraction.build_apparent(values, images)
-        notes += apparent_places.insert(materials, apparent, extent.bottom)
+        apparent = realtime_refraction.build_refraction_displacement(values, images)
+        notes += refraction_displacement.insert(materials, apparent, extent.bottom)
     elif window is not None:
-        lifting = realtime_refraction.build_apparent(values, images, from_air=False)
-        notes += apparent_places.insert(above, lifting, LONGEST_SHAFT, from_air=False)
+        lifting = realtime_refraction.build_refraction_displacement(values, images, from_air=False)
+        notes += refraction_displacement.insert(above, lifting, LONGEST_SHAFT, from_air=False)
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
     sun.shadow_maximum_resolution = _SHADOW if water.waves is None else _WAVY_SHADOW
@@ -176,13 +186,13 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
             name: image
             for name, image in (
                 (_TABLE, table),
-                (marks.KEEPING, keeping),
+                (marks.NATIVE, native),
                 (_FILTER, clear),
-                (_SHADE, shade),
-                (_COVER, cover),
+                (_OCCLUSION, occlusion),
+                (_ADJACENCY, buffer),
                 (_LAMPS, lit and lit.numbers),
                 (_SOURCES, lit and lit.sources),
-                (_APPARENT, apparent),
+                (_DISPLACEMENT, apparent),
                 (_MIRRORED, mirrored),
                 (_WINDOW, window),
                 (_EXCITING, exciting),
@@ -197,20 +207,20 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         },
         list(zip(realtime_lamps.shadow_lamps([x.light for x in shining]), shining, strict=True)),
         traced=False,  # EEVEE would draw them; the shaders draw the lamps
-        floor_shades=False,
+        floor_occlusions=False,
     )
-    notes += water.seen.cloud_notes
+    notes += water.inputs.cloud_notes
     notes += cloud_volumes.leave_out(scene)
     if shape.grids:
         cleared = (cloud_volumes.clear(item) for item in clouds.grids_of(scene))
         notes += [said for said in cleared if said]
-    notes += [*water.seen.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
+    notes += [*water.inputs.lamps.notes, *scene_water.add(scene, filling, water.column, extent)]
     values[_OWNER] = marks.collection_of(scene)
     set_values(scene, water)
-    if water.seen.above is not None:
-        apparent_places.subdivide(scene, water.seen.above.camera)
+    if water.inputs.above is not None:
+        refraction_displacement.subdivide(scene, water.inputs.above.camera)
     elif water.window_from is not None:
-        apparent_places.subdivide(scene, water.window_from, from_air=False)
+        refraction_displacement.subdivide(scene, water.window_from, from_air=False)
     return notes
 
 
@@ -257,13 +267,13 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             "this water needs other nodes; remove the real-time water and add it again"
         )
     realtime_values.write(values, water.numbers)
-    realtime_tables.write_light(marks.part(scene, _TABLE), water.folded)
+    realtime_tables.write_light(marks.part(scene, _TABLE), water.projected)
     if water.shape.fluorophores:
         realtime_tables.write_light(marks.part(scene, _EXCITING), water.exciting)
-    if water.seen.shade is not None:
-        realtime_shade.write_table(marks.part(scene, _SHADE), water.seen.shade)
-    if water.seen.cover is not None:
-        realtime_cover.write_cover(marks.part(scene, _COVER), water.carried)
+    if water.inputs.occlusion is not None:
+        realtime_occlusion.write_table(marks.part(scene, _OCCLUSION), water.inputs.occlusion)
+    if water.inputs.buffer is not None:
+        realtime_adjacency.write_adjacency(marks.part(scene, _ADJACENCY), water.adjacency)
     if water.shape.clouds:
         realtime_clouds.write_clouds(marks.part(scene, _CLOUDS), water.clouds)
     if water.shape.grids:
@@ -275,24 +285,24 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     particles.bring(scene, water.particles, lambda material: _wet(scene, material))
     known = {m.name: m for m in contents.materials(scene) if m.is_editable}
     known[FLOOR] = marks.part(scene, marks.FLOOR)
-    for place, (name, reflectance) in enumerate(water.seen.reflectances.items()):
+    for place, (name, reflectance) in enumerate(water.inputs.reflectances.items()):
         if known.get(name) is not None:
-            measured = water.channels.fold(reflectance)
+            measured = water.channels.project(reflectance)
             realtime_materials.write_reflectance(known[name], _FIRST_MEASURED + place, measured)
-    for name, absorptance in water.seen.fluorescent.materials.items():
+    for name, absorptance in water.inputs.fluorescent.materials.items():
         if known.get(name) is not None:
             realtime_materials.write_fluorescence(known[name], absorptance)
     floor = marks.part(scene, marks.FLOOR)
-    if water.seen.seabed is not None and floor is not None:
-        _paint(floor, water.seen.seabed_colour)
+    if water.inputs.seabed is not None and floor is not None:
+        _paint(floor, water.inputs.seabed_colour)
     wet_trees.refresh()
     uplift.set_wet_grains(water.column.refractive_index)
     uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
-    scene_water.place(scene, water.column, water.seen.seabed)
+    scene_water.place(scene, water.column, water.inputs.seabed)
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):
-            if water.seen.above is not None:
-                scene_water.centre_floor(scene, water.seen.above.camera)
+            if water.inputs.above is not None:
+                scene_water.centre_floor(scene, water.inputs.above.camera)
                 drawn = (water.numbers.single[name] for name in realtime_values.DRAWN_SUN)
                 scene_water.turn(item, drawn)
             # At night it would hide the shadows of lamps.
@@ -303,34 +313,38 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             item.data.volume_factor = of_volume
 
 
-def look_from_mirror(scene: bpy.types.Scene, water: RealtimeWater, cover: ViewCover | None) -> None:
+def look_from_mirror(
+    scene: bpy.types.Scene, water: RealtimeWater, buffer: VisibilityBuffer | None
+) -> None:
     """Give the water what differs for an eye at the camera's mirror image, until its next values.
 
     Shafts are not drawn for it: what they would draw counts as unshadowed.
     """
     values = marks.part(scene, _VALUES)
     single = {realtime_values.SHAFT_END: 0.0}
-    if cover is not None:
-        single |= realtime_cover.FIELDS.numbers(cover.view)
-        realtime_cover.write_cover(marks.part(scene, _COVER), water.carried_by(cover))
+    if buffer is not None:
+        single |= realtime_adjacency.FIELDS.numbers(buffer.view)
+        realtime_adjacency.write_adjacency(
+            marks.part(scene, _ADJACENCY), water.adjacency_of(buffer)
+        )
     realtime_values.write(values, Numbers({}, single))
 
 
 def show_mirrored(
     scene: bpy.types.Scene,
-    view: MirroredView,
+    view: ReflectedView,
     picture: NDArray[np.float32],
     nearness: NDArray[np.float32] | None,
 ) -> None:
-    """Let the surface mirror a picture, see :func:`.realtime_mirror.write_picture`."""
-    realtime_mirror.write_picture(marks.part(scene, _MIRRORED), picture, nearness)
+    """Let the surface mirror a picture, see :func:`.realtime_reflected_view.write_picture`."""
+    realtime_reflected_view.write_picture(marks.part(scene, _MIRRORED), picture, nearness)
     _place_mirrored(scene, view)
 
 
-def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: MirroredView) -> None:
+def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
     """Let the scene show what is above the water, to an eye in it, until its next values.
 
-    The sun is that of the air; shadows fall as if things were where they seem to be.
+    The sun is that of the air; shadows fall as if objects were where they seem to be.
     """
     numbers = {
         realtime_values.THROUGH: 1.0,
@@ -344,39 +358,39 @@ def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: MirroredVi
 
 def show_window(
     scene: bpy.types.Scene,
-    view: MirroredView,
+    view: ReflectedView,
     picture: NDArray[np.float32],
     nearness: NDArray[np.float32] | None,
 ) -> None:
-    """Let things in the air be seen through the surface, from a picture of shape (h, w, 4)."""
+    """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
     image = marks.part(scene, _WINDOW)
-    realtime_mirror.write_picture(image, picture[..., :3], nearness, picture[..., 3])
+    realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
     _place_window(scene, view)
 
 
 def hide_window(scene: bpy.types.Scene) -> None:
     """Let the sky alone be seen through the surface."""
-    _place_window(scene, realtime_mirror.NO_VIEW)
+    _place_window(scene, realtime_reflected_view.NO_VIEW)
 
 
-def _place_window(scene: bpy.types.Scene, view: MirroredView) -> None:
-    numbers = realtime_window.FIELDS.numbers(view)
+def _place_window(scene: bpy.types.Scene, view: ReflectedView) -> None:
+    numbers = realtime_refracted_view.FIELDS.numbers(view)
     realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
 
 
 def hide_mirrored(scene: bpy.types.Scene) -> None:
     """Let the surface mirror open water alone."""
-    _place_mirrored(scene, realtime_mirror.NO_VIEW)
+    _place_mirrored(scene, realtime_reflected_view.NO_VIEW)
 
 
-def _place_mirrored(scene: bpy.types.Scene, view: MirroredView) -> None:
-    numbers = realtime_mirror.FIELDS.numbers(view)
+def _place_mirrored(scene: bpy.types.Scene, view: ReflectedView) -> None:
+    numbers = realtime_reflected_view.FIELDS.numbers(view)
     realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
 
 
 def keep_images(scene: bpy.types.Scene) -> None:
     """Pack what :func:`set_values` has drawn: a file that is saved then shows it without us."""
-    names = (_TABLE, _SHADE, _COVER, _LAMPS, _EXCITING, _CLOUDS, _GRIDS, _GRID_LAMPS)
+    names = (_TABLE, _OCCLUSION, _ADJACENCY, _LAMPS, _EXCITING, _CLOUDS, _GRIDS, _GRID_LAMPS)
     drawn = [marks.part(scene, name) for name in names]
     waves = marks.images(scene)
     for image in (*drawn, waves.caustics, waves.slopes):
@@ -386,8 +400,8 @@ def keep_images(scene: bpy.types.Scene) -> None:
 
 def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     """Send a material of the water's own through the surface group that is there."""
-    lit, clear, keeping = (
-        marks.part(scene, name) for name in (marks.SURFACE, _FILTER, marks.KEEPING)
+    lit, clear, native = (
+        marks.part(scene, name) for name in (marks.SURFACE, _FILTER, marks.NATIVE)
     )
     own = realtime_materials.kinds([material])
     closed = closed_materials(scene) if own.translucent or own.filters else ()
@@ -395,25 +409,25 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     found = {kind: marks.part(scene, _HIGHLIGHT + kind) for kind in kinds}
     highlights = {kind: group for kind, group in found.items() if group is not None}
     surfaces = Surfaces(
-        lit, clear, keeping, closed=closed, highlights=highlights,
+        lit, clear, native, closed=closed, highlights=highlights,
         fluorescent=marks.part(scene, marks.FLUORESCENT), fluorescing=fluorescence.of([material]),
     )  # fmt: skip
     realtime_materials.insert([material], surfaces)
-    apparent = marks.part(scene, _APPARENT)
+    apparent = marks.part(scene, _DISPLACEMENT)
     if apparent is not None:
-        apparent_places.insert([material], apparent, LONGEST_SHAFT)
+        refraction_displacement.insert([material], apparent, LONGEST_SHAFT)
 
 
 def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
-    shape, lamps = water.shape, water.seen.lamps
-    # What stands for things has one profile.
-    profiles = len(lamps.lamps) + bool(lamps.thrown)
+    shape, lamps = water.shape, water.inputs.lamps
+    # What stands for objects has one profile.
+    profiles = len(lamps.lamps) + bool(lamps.virtual)
     return realtime_lamps.new_images(
         shape.lamps,
         profiles,
         len(shape.lamp_components),
         shape.measured,
-        len(lamps.thrown),
+        len(lamps.virtual),
         from_air=shape.lamps_in_air,
         exciting=shape.fluorophores > 0,
         in_clouds=bool(shape.floating),
@@ -428,22 +442,22 @@ def _set_grids(scene: bpy.types.Scene, water: RealtimeWater) -> None:
 
 
 def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) -> None:
-    lamps, numbers = water.seen.lamps.lamps, water.numbers.single
+    lamps, numbers = water.inputs.lamps.lamps, water.numbers.single
     codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
     blocked = [index for index, lamp in enumerate(lamps) if not lamp.unblocked]
     groups = grouped([lamps[index].position for index in blocked], len(codes))
     colours = [realtime_lamps.NO_SHADOW] * len(lamps)
     for index, group in zip(blocked, groups, strict=True):
         colours[index] = codes[group]
-    shown = colours + [realtime_lamps.NO_SHADOW] * len(water.seen.lamps.thrown)
-    measured = list(water.seen.reflectances.values())
-    folded = fold_lamps(
-        water.seen.lamps.all, around, water.channels, measured, water.seen.lamps.waters,
+    shown = colours + [realtime_lamps.NO_SHADOW] * len(water.inputs.lamps.virtual)
+    measured = list(water.inputs.reflectances.values())
+    projected = project_lamps(
+        water.inputs.lamps.all, around, water.channels, measured, water.inputs.lamps.waters,
         water.excitation, clouds=water.cloud_size,
     )  # fmt: skip
     images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
-    realtime_lamps.write_lamps(images, folded, shown)
-    followers, shown = marks.followers(scene), water.seen.lamps.shown
+    realtime_lamps.write_lamps(images, projected, shown)
+    followers, shown = marks.followers(scene), water.inputs.lamps.shown
     for item, lamp, own, colour in zip(followers, lamps, shown, colours, strict=True):
         scene_water.follow(item, own)
         code = numbers[realtime_lamps.CODE]

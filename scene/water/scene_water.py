@@ -21,8 +21,8 @@ from ...node_groups.realtime_waves import WaveImages
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents, marks
+from ..readers.shown_lamps import ShownLamp
 from ..rendered import is_hidden_by_animation
-from ..seen.shown_lamps import ShownLamp
 from . import giving_back, pass_values, seabed, water_body
 from .water_body import WaterExtent
 
@@ -53,7 +53,7 @@ class Filling:
     traced : bool
         Whether rays meet lamps: then cameras see followers where they see what these follow, and
         nothing sees the scene's own, not even as instances.
-    floor_shades : bool
+    floor_occlusions : bool
         Whether the floor throws shadows; nothing is seen under it, and maps of it cost time.
     """
 
@@ -65,7 +65,7 @@ class Filling:
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
     followers: Sequence[tuple[bpy.types.Light, ShownLamp]] = ()
     traced: bool = True
-    floor_shades: bool = True
+    floor_occlusions: bool = True
 
 
 def prepare(scene: bpy.types.Scene) -> None:
@@ -151,7 +151,7 @@ def add(
         parts[marks.FLOOR] = filling.floor
         items.append(water_body.floor_plane(extent, filling.floor))
         items[-1][marks.FLOOR_DEPTH] = math.inf
-        items[-1].visible_shadow = filling.floor_shades
+        items[-1].visible_shadow = filling.floor_occlusions
         items[-1].hide_render = items[-1].hide_viewport = True
     for item in items:
         collection.objects.link(item)

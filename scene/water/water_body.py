@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.transfer.water_column import WaterColumn
-from ..seen.unusable_places import WITH_PLACES, usable, vertices_of
-from ..seen.visible_meshes import visible_instances
+from ..readers.unusable_places import WITH_PLACES, usable, vertices_of
+from ..readers.visible_meshes import visible_instances
 
 Place = tuple[float, float, float]
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME"}
@@ -40,7 +40,7 @@ class WaterExtent:
 
 @dataclass(frozen=True)
 class SceneReach:
-    """How far the things of a scene and its cameras reach out, and down, in m."""
+    """How far the objects of a scene and its cameras reach out, and down, in m."""
 
     radius: float
     lowest: float
@@ -90,15 +90,15 @@ def reach_of(places: Iterable[Sequence[float]]) -> SceneReach:
     return SceneReach(float(radius), float(-found[:, 2].min(initial=0.0)))
 
 
-def extent_around(reach_of_things: SceneReach, column: WaterColumn, depth: float) -> WaterExtent:
-    """Choose the size of the water around things, for a camera at a depth in m."""
+def extent_around(reach_of_surfaces: SceneReach, column: WaterColumn, depth: float) -> WaterExtent:
+    """Choose the size of the water around objects, for a camera at a depth in m."""
     decay = float(column.decay.min())
     reach = float(np.clip(_FAR / max(decay, _FAR / _LARGEST), _SMALLEST, _LARGEST))
     if math.isfinite(column.floor_depth):
         bottom = column.floor_depth + 1.0
     else:
-        bottom = max(depth, reach_of_things.lowest) + reach
-    return WaterExtent(reach_of_things.radius + reach, bottom)
+        bottom = max(depth, reach_of_surfaces.lowest) + reach
+    return WaterExtent(reach_of_surfaces.radius + reach, bottom)
 
 
 def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:

@@ -262,8 +262,8 @@ def test_what_the_stone_hides_in_the_next_picture_is_marked(files):
     mask = flow_mask(view, depth, following, next_depth)
     # By rays of our own: what is on the way from the other camera to each place.
     eye = following.camera_to_world[:3, 3]
-    share = (-4.5 - eye[2]) / (points[..., 2] - eye[2])
-    crossed = eye + share[..., None] * (points - eye)
+    fraction = (-4.5 - eye[2]) / (points[..., 2] - eye[2])
+    crossed = eye + fraction[..., None] * (points - eye)
     behind = (np.abs(crossed[..., :2]) < 0.6).all(axis=-1) & ~stone & (points[..., 2] < -5)
     inside = mask != 100
     assert (behind & inside).sum() > 20
@@ -524,8 +524,8 @@ def test_hdf5_is_read_by_h5py(files):
             true = cast(OPTICS, view.camera_to_world)[0]
             assert file["depth"][()] == pytest.approx(np.where(np.isinf(true), 0, true), rel=1e-6)
             assert np.array_equal(file["instance_segmaps"][()] == 5, visible_masks(view)[5])
-            things = json.loads(file["instance_attribute_maps"][()])
-            assert things == [{"idx": 5, "name": "stone", "category_id": 1}]
+            objects = json.loads(file["instance_attribute_maps"][()])
+            assert objects == [{"idx": 5, "name": "stone", "category_id": 1}]
             camera = json.loads(file["camera"][()])
             assert np.array_equal(camera["cam2world_matrix"], view.camera_to_world)
 

@@ -15,7 +15,7 @@ from underwater_spectral.datasets.enumeration import enumerate_views
 from underwater_spectral.datasets.grouping import group_views
 from underwater_spectral.datasets.index import (
     Index,
-    SceneThing,
+    SceneObject,
     indexed,
     is_index,
     read_index,
@@ -101,11 +101,11 @@ def index(tmp_path) -> Index:
     spec = spec_with()
     views = enumerate_views(spec)
     jobs, places = group_views(spec, views, seeded=False)
-    thing = SceneThing("rock", "rocks", 7, 1, tuple(map(tuple, np.eye(4).tolist())))
+    scene_object = SceneObject("rock", "rocks", 7, 1, tuple(map(tuple, np.eye(4).tolist())))
     return Index(
         tmp_path, tmp_path / "spec.toml", tmp_path / "reef.blend", "12ab", {"engine": "eevee"},
         tuple(job.name for job in jobs), {v.name: indexed(v, places[v.name]) for v in views},
-        (thing,),
+        (scene_object,),
     )  # fmt: skip
 
 
@@ -115,7 +115,7 @@ def test_an_index_is_read_as_it_was_written(index, tmp_path):
     assert is_index(path)
     found = read_index(path)
     assert found.jobs == index.jobs
-    assert found.things == index.things
+    assert found.objects == index.objects
     assert (found.spec, found.scene) == (index.spec.resolve(), index.scene.resolve())
     for view, other in zip(found.views.values(), index.views.values(), strict=True):
         assert (view.name, view.job, view.frame) == (other.name, other.job, other.frame)
@@ -168,7 +168,7 @@ def test_points_are_where_the_views_see_them():
             if view.name in point.seen:
                 at = view.project(np.array(point.position))
                 assert point.seen[view.name] == pytest.approx(tuple(at), abs=1e-9)
-    # Where another thing is nearer, the point is not seen.
+    # Where another object is nearer, the point is not seen.
     wall = {"0": depths["0"], "1": np.full((60, 80), 0.5)}
     hidden = sparse_points(views[:1], lambda v: depths[v.name], lambda _: colours, 40)
     both = sparse_points(views, lambda v: wall[v.name], lambda _: colours, 40)
@@ -185,8 +185,8 @@ def test_no_iso_clips_what_is_below_white(index, tmp_path, iso):
     write_raw(tmp_path / "a.tiff", view, raw, grey, np.eye(3))
     counts = np.round(read_exr(tmp_path / "a.tiff")[0] * 65535)
     full = raw.detector.full_well * raw.detector.gain
-    share = (counts - raw.detector.black_level) / full
-    assert np.median(share) == pytest.approx(0.475, rel=0.02)
+    fraction = (counts - raw.detector.black_level) / full
+    assert np.median(fraction) == pytest.approx(0.475, rel=0.02)
 
 
 def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
@@ -209,8 +209,8 @@ def test_raw_pictures_are_counted_by_the_detector(index, tmp_path):
     middle, corner = channels[size[0] // 2, size[1] // 2], channels[0, 0]
     x, y = (0.5 - view.camera.cx) / view.camera.fx, (0.5 - view.camera.cy) / view.camera.fy
     # A count of 0.5 is 0.3 % of the darkest channel's.
-    share = (1 + x**2 + y**2) ** -2
-    assert (corner - 50) / (middle - 50) == pytest.approx(np.full(3, share), rel=0.01)
+    fraction = (1 + x**2 + y**2) ** -2
+    assert (corner - 50) / (middle - 50) == pytest.approx(np.full(3, fraction), rel=0.01)
     noisy = RawOutputs(Detector(), pattern="RGGB", file="dng")
     for name in ("b", "c"):
         write_raw(tmp_path / f"{name}.dng", view, noisy, grey, to_rec709)

@@ -140,7 +140,7 @@ class Ball:
     def clearance(self, point):
         return float(np.linalg.norm(point)) - self.radius
 
-    def seen_share(self, camera_to_world, camera):
+    def seen_fraction(self, camera_to_world, camera):
         del camera
         to_ball = -camera_to_world[:3, 3]
         cosine = to_ball @ -camera_to_world[:3, 2] / np.linalg.norm(to_ball)
@@ -159,7 +159,7 @@ RANDOM = {
 }
 
 
-def test_random_poses_keep_clear_and_see_things():
+def test_random_poses_keep_clear_and_see_objects():
     spec = parse_spec(content(poses=[RANDOM | {"clearance": 0.3, "in_view": 0.1}]), Path())
     found = {view.pose: view for view in enumerate_views(spec, Ball())}
     assert len(found) == 40
@@ -167,7 +167,7 @@ def test_random_poses_keep_clear_and_see_things():
         pose = view.camera_to_world.copy()
         pose[2, 3] += view.lowered
         assert Ball().clearance(pose[:3, 3]) >= 0.3 - 1e-6
-        assert Ball().seen_share(pose, view.camera.optics) > 0.1
+        assert Ball().seen_fraction(pose, view.camera.optics) > 0.1
     free = {v.pose: v for v in enumerate_views(parse_spec(content(poses=[RANDOM]), Path()))}
     inside = [v for v in free.values() if np.linalg.norm(v.camera_to_world[:3, 3] + [0, 0, 5]) < 1]
     assert inside  # which shows that the constraint did something
@@ -176,7 +176,7 @@ def test_random_poses_keep_clear_and_see_things():
 def test_a_camera_that_is_always_inside_rock_says_so():
     box = {"low": [-0.1, -0.1, -0.1], "high": [0.1, 0.1, 0.1], "clearance": 0.2}
     spec = parse_spec(content(poses=[RANDOM | box]), Path())
-    with pytest.raises(InputError, match="of 500 cameras none fits: 500 are inside things"):
+    with pytest.raises(InputError, match="of 500 cameras none fits: 500 are inside objects"):
         enumerate_views(spec, Ball())
     with pytest.raises(InputError, match="need the scene"):
         enumerate_views(spec)
@@ -295,7 +295,7 @@ def test_a_thousand_views_are_planned_in_a_second(tmp_path):
             "same point",
         ),
         ({"poses": [RANDOM | {"low": [3, 0, 0]}]}, "is empty; exchange"),
-        ({"poses": [RANDOM | {"in_view": 2}]}, "a share is 0 to 1"),
+        ({"poses": [RANDOM | {"in_view": 2}]}, "a fraction is 0 to 1"),
         ({"rig": [{"name": "a", "lamps": [{"power": -5}]}]}, "power is above 0"),
         (
             {"rig": [{"name": "a", "lamps": [{"power": 5, "emission": "neon?"}]}]},

@@ -37,7 +37,7 @@ def closed_shape(item: bpy.types.Object) -> Shape:
 
 
 def openness(scene: bpy.types.Scene, point: np.ndarray, rays: int = 300) -> float:
-    """Share of even light from above that reaches a point."""
+    """Fraction of even light from above that reaches a point."""
     index = np.arange(rays) + 0.5
     up, angle = np.sqrt(1 - index / rays), index * 2.399963
     across = np.sqrt(1 - up**2)

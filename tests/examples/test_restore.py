@@ -97,10 +97,10 @@ def restored(folder: Path, *options: str) -> np.ndarray:
 @pytest.mark.parametrize("water", FAR)
 def test_the_truth_restores_better_than_the_picture_alone(water, tmp_path, record_property):
     J = reef(water, tmp_path)
-    things = np.arange(CAMERA.height) >= 24
+    objects = np.arange(CAMERA.height) >= 24
 
     def error(picture):
-        return float(delta_e_CIE2000_images(picture[things], J[things]).mean())
+        return float(delta_e_CIE2000_images(picture[objects], J[objects]).mean())
 
     none = error(read_exr(tmp_path / "picture.exr")[0].astype(np.float64))
     blind = error(restored(tmp_path, "--blind"))

@@ -14,7 +14,7 @@ import numpy as np
 from mathutils import Matrix
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.water import water_body
-from underwater_spectral.scene.water.shade import Kept
+from underwater_spectral.scene.water.occlusion import Cache
 from underwater_spectral.settings.render_plan import RenderPlan, make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -115,7 +115,7 @@ class Drawing:
     def __init__(self, mode: str, first: RenderPlan, *, lamps: bool = False) -> None:
         self.scene, self.mode, self._first = build(lamps=lamps), mode, first
         self._own = [item for item in self.scene.objects if item.type != "CAMERA"]
-        self._stack, self._kept = contextlib.ExitStack(), Kept(of_job=True)
+        self._stack, self._cache = contextlib.ExitStack(), Cache(of_job=True)
         self._engine = self._stack.enter_context(self._opened())
         self._folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory()))
 
@@ -123,22 +123,22 @@ class Drawing:
         scene, plan = self.scene, self._first
         camera, extent = scene.camera, water_body.water_extent(scene, plan.column, DEPTH)
         if self.mode == "cycles":
-            return engines.cycles_bands(scene, camera, plan, extent, seed=1, kept=self._kept)
+            return engines.cycles_bands(scene, camera, plan, extent, seed=1, cache=self._cache)
         open_ = {"bands": engines.eevee_bands, "realtime": engines.eevee_realtime}[self.mode]
-        return open_(scene, camera, plan, extent, DEPTH, kept=self._kept)
+        return open_(scene, camera, plan, extent, DEPTH, cache=self._cache)
 
     def close(self) -> None:
         self._stack.close()
 
     @property
-    def things(self) -> list[bpy.types.Object]:
+    def objects(self) -> list[bpy.types.Object]:
         """What is the scene's own, lamps included."""
         return [item for item in self._own if item.name in bpy.data.objects]
 
     @contextlib.contextmanager
     def moved(self, by: Matrix, *, camera: bool = True) -> Iterator[None]:
         """Move all of the scene, or all but the camera."""
-        items = [*self.things, *([self.scene.camera] if camera else [])]
+        items = [*self.objects, *([self.scene.camera] if camera else [])]
         before = [item.matrix_world.copy() for item in items]
         for item, place in zip(items, before, strict=True):
             item.matrix_world = by @ place
@@ -161,7 +161,7 @@ class Drawing:
         now = now or self._first
         bpy.context.view_layer.update()
         self.scene.frame_set(self.scene.frame_current + 1)
-        self._kept.__init__(of_job=True)
+        self._cache.__init__(of_job=True)
         if self.mode == "cycles":
             self._engine.draw(seed, now.settings.samples)
         render = self._engine.frame(now, depth)

@@ -1,4 +1,4 @@
-"""What must not change the light among things: where a scene stands, its names, what is far away.
+"""What must not change the light among objects: where a scene stands, its names, what is far away.
 
 No picture is drawn: what EEVEE looks up is compared at the places that the camera sees and along
 its rays.
@@ -13,8 +13,8 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from underwater_spectral.scene.seen import surroundings
-from underwater_spectral.scene.water import eevee_water, shade
+from underwater_spectral.scene.readers import surroundings
+from underwater_spectral.scene.water import eevee_water, occlusion
 
 from . import scene as laws
 
@@ -55,10 +55,10 @@ def _seen(scene: bpy.types.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def read(scene: bpy.types.Scene, azimuth: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Ratios of the light on surfaces and of paths, by pixel, (DOWN, ACROSS)."""
     bpy.context.view_layer.update()
-    plan, kept = laws.plan(sun_azimuth=azimuth), shade.Kept(of_job=True)
-    around = kept.look(scene, scene.camera, plan.column, ())
+    plan, cache = laws.plan(sun_azimuth=azimuth), occlusion.Cache(of_job=True)
+    around = cache.look(scene, scene.camera, plan.column, ())
     eye = eevee_water.Eye(scene.camera, laws.DEPTH)
-    table = eevee_water._shaded(plan, scene, around, eye, kept)
+    table = eevee_water._occluded(plan, scene, around, eye, cache)
     origin, places, normals = _seen(scene)
     length = np.linalg.norm(places - origin, axis=1)
     ways = (places - origin) / length[:, None]
@@ -124,7 +124,7 @@ def _joined(_: bpy.types.Scene) -> None:
 def _renamed_and_reversed(scene: bpy.types.Scene) -> None:
     for number, item in enumerate(reversed(laws.meshes())):
         scene.collection.objects.unlink(item)
-        item.name = item.data.name = f"thing {number}"
+        item.name = item.data.name = f"object {number}"
         scene.collection.objects.link(item)
 
 
@@ -134,7 +134,7 @@ def _own_materials(_: bpy.types.Scene) -> None:
 
 
 def _instanced(scene: bpy.types.Scene) -> None:
-    """Things become those of a collection that an empty shows."""
+    """Objects become those of a collection that an empty shows."""
     collection = bpy.data.collections.new("shown")
     for item in laws.meshes():
         scene.collection.objects.unlink(item)

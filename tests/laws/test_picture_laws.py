@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from underwater_spectral.scene.seen import surroundings
+from underwater_spectral.scene.readers import surroundings
 
 from .scene import DEPTH, Drawing, off, plan, seal
 
@@ -80,7 +80,7 @@ def laws(request) -> Iterator[_Laws]:
 
 
 def _tenth(picture: np.ndarray) -> np.ndarray:
-    """Plant an error of a tenth in the lower half, where things are."""
+    """Plant an error of a tenth in the lower half, where objects are."""
     return picture * np.where(np.arange(len(picture)) > len(picture) // 2, 1.1, 1.0)[:, None, None]
 
 

@@ -14,7 +14,11 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
+from underwater_spectral.uw_spectral.transfer.channel_pixel import (
+    COLOURS,
+    SurfaceMaterial,
+    along_rays,
+)
 from underwater_spectral.validation.solved_cases import FROM_SUN, Case, LightAround
 
 COLOR = (0.8, 0.4, 0.2)
@@ -110,7 +114,7 @@ def render(
     else:
         scene_water.remove(scene)
         # Formulas are tested to more digits than EEVEE keeps of the colours of closures.
-        with mock.patch.object(frame_water.RealtimeWater, "keeps_closures", new=False):
+        with mock.patch.object(frame_water.RealtimeWater, "has_native_closures", new=False):
             realtime.add_realtime(scene, water, water_body.WaterExtent(2000.0, 2000.0))
         floor = bpy.data.objects.get("UW Floor")
         if floor is not None:  # the floor term of the background is what is tested
@@ -163,12 +167,12 @@ def expected_of_solved(column, phase, view: View, weights):
     return picture @ np.asarray(weights).T, where
 
 
-def expected_of_folded(water: frame_water.RealtimeWater, view: View, around=None):
+def expected_of_projected(water: frame_water.RealtimeWater, view: View, around=None):
     """Return the picture by the same tables in numpy, and where the square is.
 
-    ``around`` tells what things about points do to light scattered forward.
+    ``around`` tells what objects about points do to light scattered forward.
     """
-    column, light, w3 = water.column, water.folded, view.rays()
+    column, light, w3 = water.column, water.projected, view.rays()
     w = [w3[..., i, None] for i in range(3)]
     sky = dataclasses.replace(column.skylight, level=1.0)
     index = column.refractive_index if column.reflects else None
@@ -182,10 +186,10 @@ def expected_of_folded(water: frame_water.RealtimeWater, view: View, around=None
         y = np.maximum(depth - w[2] * P, 0.0)
         cosine = max(-(normal @ np.asarray(water.field.sun)), 0.0)
         lit = [np.full(P.shape, c * cosine / math.pi) for c in COLOR]
-        thing = Thing(COLOURS, lit, [np.full(P.shape, c) for c in COLOR])
+        surface = SurfaceMaterial(COLOURS, lit, [np.full(P.shape, c) for c in COLOR])
         ray = along_rays(light, water.field.sun, w)
         normals = [np.full(P.shape, x) for x in normal]
-        leaving = ray.leaving(thing, y, normals, P)
+        leaving = ray.leaving(surface, y, normals, P)
         points = np.hstack([part * P for part in w]) - np.array([0.0, 0.0, view.depth])
         does = None if around is None else around(points)
         picture[seen] = ray.surface(depth, y, w, P, leaving, around=does).total

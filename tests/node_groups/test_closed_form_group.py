@@ -148,8 +148,8 @@ def test_nodes_are_the_formula(empty_blender, tmp_path, views):
             wet = wet or _wet(tree)
             _give(wet, WATERS[name])
             with eevee_settings.realtime_settings(scene, camera, samples=1, water=None):
-                exr_output.write_float_exr(scene, tmp_path / "seen.exr")
-            seen = read_exr(tmp_path / "seen.exr")[0].astype(np.float64)
+                exr_output.write_float_exr(scene, tmp_path / "readers.exr")
+            seen = read_exr(tmp_path / "readers.exr")[0].astype(np.float64)
             wanted, where = _expected(wet, view)
             # A pixel across the edge of Snell's window is neither bright nor dark.
             zenith = np.degrees(np.arccos(view.rays()[..., 2]))

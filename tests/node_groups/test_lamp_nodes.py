@@ -11,7 +11,7 @@ from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
     PART_SIDE,
     shadow_directions,
@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
 )
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
-from underwater_spectral.uw_spectral.lamps.thrown_back import COUNT as PARTS
+from underwater_spectral.uw_spectral.lamps.virtual_point_lights import COUNT as PARTS
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -97,7 +97,7 @@ CHANNELS = channels_of(
 MEASURED = [0.9 - 0.8 * WAVES, 0.1 + 0.7 * WAVES]
 
 
-def _folded(profile=None, *, clouds=0.0, **more):
+def _projected(profile=None, *, clouds=0.0, **more):
     """Two lamps, of which the second is looked up, in water of seven bands."""
     b = 0.6 - 0.3 * WAVES
     water = lamp_water(0.05 + 0.3 * WAVES, b, seawater_mixture(b, [0.02] * 7))
@@ -106,14 +106,14 @@ def _folded(profile=None, *, clouds=0.0, **more):
     down = -shadow_directions()[:, 2]
     wall = shadow_map(np.where(down > 0.0, 2.5 / np.maximum(down, 1e-9), np.inf))
     form = profile or SpotProfile(math.radians(50), 0.3)
-    given = {"shadow": wall, "thrown": 1.0, "seen": 0.0, "radius": 0.02} | more
+    given = {"shadow": wall, "virtual": 1.0, "seen": 0.0, "radius": 0.02} | more
     lamp = Lamp((0.2, 0.0, 1.0), AXIS, INTENSITY, form, **given)
-    return fold_lamps([other, lamp], water, CHANNELS, MEASURED, clouds=clouds)
+    return project_lamps([other, lamp], water, CHANNELS, MEASURED, clouds=clouds)
 
 
-def _images(folded):
-    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured)
-    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def _images(projected):
+    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured)
+    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     return images
 
 
@@ -131,16 +131,16 @@ def _agree(seen, wanted):
         pytest.param(rov_lamp(), id="table", marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize("before_thing", [False, True])
-def test_nodes_are_the_formulas(square, tmp_path, profile, before_thing):
+@pytest.mark.parametrize("before_surface", [False, True])
+def test_nodes_are_the_formulas(square, tmp_path, profile, before_surface):
     at = _position(square, tmp_path)
-    folded = _folded(profile)
-    images = _images(folded)
+    projected = _projected(profile)
+    images = _images(projected)
 
     def ray(x, y):
-        # From behind the lamp to far before it, through the lamp and past it; or before a thing,
+        # From behind the lamp to far before it, through the lamp and past it; or before an object,
         # where what is bent by less than ten degrees is left out.
-        if before_thing:
+        if before_surface:
             return (x, 0.1, y - 3.0), (0.0, 0.0, 1.0), 6.0
         return (x, 0.1, y * 4.0), (0.0, 0.0, 1.0), 6.0 + x
 
@@ -149,19 +149,21 @@ def test_nodes_are_the_formulas(square, tmp_path, profile, before_thing):
         table = realtime_lamps.LampTable.of(graph, images)
         index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
         lamp = table.lamp(index)
-        past = ray_past_lamp(lamp, *ray(x, y), NODES, before_thing=before_thing)
-        light = table.in_water(index, folded.components)
+        past = ray_past_lamp(lamp, *ray(x, y), NODES, before_surface=before_surface)
+        light = table.in_water(index, projected.components)
         return light.along(lamp, past, NODES, table.integrate)
 
     seen = square(nodes, tmp_path / "lamp.exr")
-    _agree(seen, folded.path_light(*ray(at[..., :1], at[..., 1:2]), before_thing=before_thing))
+    _agree(
+        seen, projected.path_light(*ray(at[..., :1], at[..., 1:2]), before_surface=before_surface)
+    )
 
 
 def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     at = _position(square, tmp_path)
     # The second lamp is beside the way, and the first shines into the camera.
-    folded = _folded(seen=1.0, radius=0.3, shadow=None)
-    group = realtime_lamps.build_path(_images(folded), folded.components, ahead=False)
+    projected = _projected(seen=1.0, radius=0.3, shadow=None)
+    group = realtime_lamps.build_path(_images(projected), projected.components, ahead=False)
 
     def nodes(graph, position):
         del position
@@ -170,13 +172,13 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     seen = square(nodes, tmp_path / "lamp.exr")
     x, y = at[..., :1], at[..., 1:2]
     P = 3.0 + 0.0 * x  # of a camera without perspective
-    wanted = folded.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_thing=True)
+    wanted = projected.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_surface=True)
     _agree(seen, wanted)
 
 
 def test_the_group_ahead_is_the_formula(square, tmp_path):
-    folded = _folded(seen=1.0, radius=0.3, shadow=None)
-    group = realtime_lamps.build_path(_images(folded), folded.components, ahead=True)
+    projected = _projected(seen=1.0, radius=0.3, shadow=None)
+    group = realtime_lamps.build_path(_images(projected), projected.components, ahead=True)
 
     def nodes(graph, position):
         del position
@@ -187,15 +189,17 @@ def test_the_group_ahead_is_the_formula(square, tmp_path):
     seen = square(nodes, tmp_path / "lamp.exr")
     # The camera is above the water, whose surface counts as its depth; the floor is below that.
     P = distance_in_water(0.0, 1.0, 4.0)
-    _agree(seen, folded.path_light((0.0, 0.0, 3.0), (0.0, 0.0, -1.0), P)[None, None] + 0.0 * seen)
+    _agree(
+        seen, projected.path_light((0.0, 0.0, 3.0), (0.0, 0.0, -1.0), P)[None, None] + 0.0 * seen
+    )
 
 
 @pytest.mark.parametrize("measured", [0, 2])
-def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
+def test_the_group_of_surfaces_is_the_formula(square, tmp_path, measured):
     at = _position(square, tmp_path)
-    folded = _folded(thrown=0.2)
+    projected = _projected(virtual=0.2)
     names = ("D", "Seen", "E", "F", "J")
-    group = realtime_lamps.build_patch(_images(folded), names)
+    group = realtime_lamps.build_patch(_images(projected), names)
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
     seen = {}
     for name in names:
@@ -214,14 +218,14 @@ def test_the_group_of_things_is_the_formula(square, tmp_path, measured):
     x, y = at[..., :1], at[..., 1:2]
     patch = (x, y, 0.0), normal
     chosen = {"visible": 0.7, "measured": measured - 1 if measured else None}
-    D, F = folded.reflected(*patch, colour, 3.0 + 0.0 * x, **chosen)
-    J = sum(folded.reflected(*patch, colour, 0.0 * x, **chosen))
-    wanted = {"D": D, "F": F, "Seen": D + F, "E": folded.irradiance(*patch, 0.7), "J": J}
+    D, F = projected.reflected(*patch, colour, 3.0 + 0.0 * x, **chosen)
+    J = sum(projected.reflected(*patch, colour, 0.0 * x, **chosen))
+    wanted = {"D": D, "F": F, "Seen": D + F, "E": projected.irradiance(*patch, 0.7), "J": J}
     for name in names:
         _agree(seen[name], wanted[name])
 
 
-def test_parts_of_lit_things_are_the_formula(square, tmp_path):
+def test_parts_of_lit_objects_are_the_formula(square, tmp_path):
     at = _position(square, tmp_path)
     # Walls at the height of the square's middle keep the light of some from one side of it.
     down, x = -shadow_directions(PART_SIDE)[:, 2], shadow_directions(PART_SIDE)[:, 0]
@@ -236,16 +240,16 @@ def test_parts_of_lit_things_are_the_formula(square, tmp_path):
         )
         for number in range(PARTS)
     ]
-    folded = _folded(shadow=None, unblocked=1.0, parts=tuple(parts))
-    images = realtime_lamps.new_images(2, 2, folded.parts, folded.measured, 1)
-    realtime_lamps.write_lamps(images, folded, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    projected = _projected(shadow=None, unblocked=1.0, parts=tuple(parts))
+    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, 1)
+    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
     group = realtime_lamps.build_patch(images, ("Seen", "E"))
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
     x, y = at[..., :1], at[..., 1:2]
     patch = (x, y, 0.0), normal
     for name, wanted in (
-        ("Seen", sum(folded.reflected(*patch, colour, 3.0 + 0.0 * x))),
-        ("E", folded.irradiance(*patch)),
+        ("Seen", sum(projected.reflected(*patch, colour, 3.0 + 0.0 * x))),
+        ("E", projected.irradiance(*patch)),
     ):
 
         def nodes(graph, position, name=name):
@@ -261,11 +265,11 @@ def test_parts_of_lit_things_are_the_formula(square, tmp_path):
 @pytest.mark.parametrize("facets", [1, 2])
 def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
     at = _position(square, tmp_path)
-    folded = _folded(thrown=0.2, radius=0.1)
-    group = realtime_lamps.build_patch(_images(folded), ("Seen",), facets=facets)
+    projected = _projected(virtual=0.2, radius=0.1)
+    group = realtime_lamps.build_patch(_images(projected), ("Seen",), facets=facets)
     colour, normal, smooth = (0.8, 0.4, 0.1), (0.0, 0.28, 0.96), (0.28, 0.0, 0.96)
-    things = [Facets(normal, 0.5, (0.5, 0.3, 0.1), (0.2, 0.3, 0.4), (0.2, 0.3, 0.5), 1.3)]
-    things.append(Facets(smooth, 0.2, clear=(0.7, 0.7, 0.7), index=1.5))
+    surfaces = [Facets(normal, 0.5, (0.5, 0.3, 0.1), (0.2, 0.3, 0.4), (0.2, 0.3, 0.5), 1.3)]
+    surfaces.append(Facets(smooth, 0.2, clear=(0.7, 0.7, 0.7), index=1.5))
     values = {
         "Normal": normal, "Color": (*colour, 1.0), "Lamp Visibility": (0.0, 0.5, 0.0),
         "Mirror": (0.5, 0.3, 0.1, 1.0), "Edge": (0.2, 0.3, 0.4, 1.0),
@@ -284,8 +288,14 @@ def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
     seen = square(nodes, tmp_path / "lamp.exr")
     x, y = at[..., :1], at[..., 1:2]
     eye = (0.0, 0.0, 1.0)
-    found = folded.reflected(
-        (x, y, 0.0), normal, colour, 3.0 + 0.0 * x, visible=0.7, facets=things[:facets], to_eye=eye
+    found = projected.reflected(
+        (x, y, 0.0),
+        normal,
+        colour,
+        3.0 + 0.0 * x,
+        visible=0.7,
+        facets=surfaces[:facets],
+        to_eye=eye,
     )
     _agree(seen, sum(found))
 

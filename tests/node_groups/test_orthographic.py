@@ -8,12 +8,16 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene.seen import cameras
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers import cameras
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
-from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
+from underwater_spectral.uw_spectral.transfer.channel_pixel import (
+    COLOURS,
+    SurfaceMaterial,
+    along_rays,
+)
 from underwater_spectral.uw_spectral.water.phase import parse_phase
 
 WIDTH, DISTANCE, DEPTH = 8.0, 4.0, 6.0
@@ -33,7 +37,7 @@ def test_distance_is_along_the_axis(tmp_path):
     assert frame[2] == pytest.approx(WIDTH)
     water = frame_water.realtime_water(column, lobes, DEPTH, np.eye(3))
     seen = probe.render(
-        dataclasses.replace(water, seen=Snapshot(frame=frame)), VIEW, tmp_path / "a.exr"
+        dataclasses.replace(water, inputs=FrameInputs(frame=frame)), VIEW, tmp_path / "a.exr"
     )
 
     h, width = seen.shape[:2]
@@ -42,17 +46,17 @@ def test_distance_is_along_the_axis(tmp_path):
     turn = np.array(VIEW.matrix.to_3x3())
     w = [np.full((h, width, 1), part) for part in -turn[:, 2]]
     y_o = DEPTH - (turn[2, 1] * up)[..., None]
-    ray = along_rays(water.folded, water.field.sun, w)
+    ray = along_rays(water.projected, water.field.sun, w)
     sky = dataclasses.replace(column.skylight, level=1.0)
     wanted = ray.open_water(y_o, w, sky, column.refractive_index).total
     P, one = np.full(y_o.shape, DISTANCE), np.ones(y_o.shape)
     normal = turn[:, 2]
     facing = max(-float(normal @ column.sun_direction), 0.0)
-    thing = Thing(COLOURS, [one * c * facing / math.pi for c in probe.COLOR],
+    surface = SurfaceMaterial(COLOURS, [one * c * facing / math.pi for c in probe.COLOR],
                   [one * c for c in probe.COLOR])  # fmt: skip
     y = np.maximum(y_o - w[2] * P, 0.0)
     normals = [one * part for part in normal]
-    leaving = ray.leaving(thing, y, normals, P)
+    leaving = ray.leaving(surface, y, normals, P)
     on_it = ray.surface(y_o, y, w, P, leaving).total
     inside = up > -0.3
     assert seen[inside] == pytest.approx(on_it[inside], rel=3e-3)

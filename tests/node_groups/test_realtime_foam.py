@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values, realtime_waves
-from underwater_spectral.scene.seen.snapshot import Snapshot, ViewFromAir
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs, ViewFromAir
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -61,7 +61,9 @@ def _pictures(column, view, path, **seen):
 def test_from_above_it_is_a_matte_white_that_hides_the_water(tmp_path, empty_blender, column):
     view = probe.View(-1.0, turn=50.0, angle=25.0, square=None)
     above = ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4))
-    bare, foamy, raised = _pictures(column, view, tmp_path / "a.exr", seen=Snapshot(above=above))
+    bare, foamy, raised = _pictures(
+        column, view, tmp_path / "a.exr", inputs=FrameInputs(above=above)
+    )
     v = tuple(np.moveaxis(view.rays(), -1, 0))
     found, away = surface_ahead((0.0, 0.0, 1.0), v, raised.elevation, raised.highest, 1.0, 0.1)
     judged = (found > 0) & (v[2] < -0.15)
@@ -74,16 +76,16 @@ def test_from_above_it_is_a_matte_white_that_hides_the_water(tmp_path, empty_ble
     across = 1.0 / 0.978 / math.cos(math.radians(ZENITH))
     facing = np.maximum(-sum(n * s for n, s in zip(surface_normal(*slopes), sun, strict=True)), 0)
     white = (0.55 / math.pi) * (across * facing + math.pi * SKY)[..., None]
-    share = raised.foam_share(*place)[..., None]
-    judged &= share[..., 0] > 0.05
-    wanted = (1.0 - share) * bare + share * white
+    fraction = raised.foam_fraction(*place)[..., None]
+    judged &= fraction[..., 0] > 0.05
+    wanted = (1.0 - fraction) * bare + fraction * white
     blue = Bands.uniform(3).centres < 560.0
     print(f"\nfoam: {foamy[judged].mean() / wanted[judged].mean():.3f}")  # noqa: T201
     error = (np.abs(foamy - wanted) / wanted)[judged][:, blue]
-    assert share[judged].mean() > 0.2
+    assert fraction[judged].mean() > 0.2
     assert np.median(error) < 0.02
     assert foamy[judged][:, blue].mean() == pytest.approx(wanted[judged][:, blue].mean(), rel=0.03)
-    full = judged & (share[..., 0] > 0.99)
+    full = judged & (fraction[..., 0] > 0.99)
     falls = foamy[full].mean(axis=0) / foamy[full][:, blue].mean()
     assert np.all(falls[~blue] < 0.95)
 
@@ -96,14 +98,14 @@ def test_from_below_it_glows_with_what_it_lets_through(tmp_path, empty_blender, 
     start = (0.0, 0.0, -view.depth)
     found, away = surface_ahead(start, w, raised.elevation, raised.highest, -1.0)
     judged = (found > 0) & (w[2] > 0.3)
-    share = raised.foam_share(away * w[0], away * w[1])[..., None]
-    judged &= share[..., 0] > 0.05
+    fraction = raised.foam_fraction(away * w[0], away * w[1])[..., None]
+    judged &= fraction[..., 0] > 0.05
     E = 1.0 / 0.978 + math.pi * SKY
     glow = (0.45 / math.pi) * E * np.exp(-(ABSORPTION + 1e-3) * away[..., None])
-    wanted = (1.0 - share) * bare + share * glow
+    wanted = (1.0 - fraction) * bare + fraction * glow
     print(f"\nfoam: {foamy[judged].mean() / wanted[judged].mean():.3f}")  # noqa: T201
     error = (np.abs(foamy - wanted) / wanted)[judged]
-    assert share[judged].mean() > 0.2
+    assert fraction[judged].mean() > 0.2
     assert np.median(error) < 0.02
     assert foamy[judged].mean() == pytest.approx(wanted[judged].mean(), rel=0.03)
 

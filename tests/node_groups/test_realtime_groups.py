@@ -37,7 +37,7 @@ def _column(n: int, a, b, **changes) -> WaterColumn:
 def _errors(water, view, path, parts=(0, 1), *, edge=0.0):
     """Relative errors of nodes against numpy in parts of the picture."""
     seen = probe.render(water, view, path)
-    wanted, where = probe.expected_of_folded(water, view)
+    wanted, where = probe.expected_of_projected(water, view)
     far = np.ones(where.shape, bool)
     if edge:
         # The edge of Snell's window is steeper than single precision.
@@ -76,13 +76,13 @@ def test_groups_equal_numpy(tmp_path, n, phase, surface):
     ],
 )
 def test_sky_by_direction(tmp_path, empty_blender, sky, surface):
-    """Seen directly, and scattered forward in front of a thing."""
+    """Seen directly, and scattered forward in front of an object."""
     a, b = np.array([0.05, 0.02, 0.1]), np.full(3, 0.1)
     lobes = parse_phase("hg:0.9").for_bands(b)
     column = _column(3, a, b, surface=surface, sky=sky, floor_depth=np.inf, zenith=55.0,
                      sky_radiance=np.array([0.2, 0.3, 0.5]))  # fmt: skip
     square = ((-3.0, 0.1, -3.0), (6.0, 0.0, 0.0), (0.0, 2.0, -1.0))
-    # Away from the sun and towards it; a sunlit thing would be rounded twice.
+    # Away from the sun and towards it; a sunlit object would be rounded twice.
     for turn, parts in ((150.0, (0,)), (210.0, (0, 1))):
         view = probe.View(8.0, turn, 100.0, square=square)
         water = frame_water.realtime_water(column, lobes, view.depth, np.eye(3))
@@ -154,7 +154,7 @@ def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
         exposed = weights / max(white, 1e-30)
         values = frame_water.realtime_water(column, lobes, depth, exposed)
         seen = probe.render(values, view, tmp_path / "a.exr")
-        wanted, where = probe.expected_of_folded(values, view)
+        wanted, where = probe.expected_of_projected(values, view)
         inside = (where < 2) & ~((where == 1) & (probe.hit_depth(view) <= 0))
         assert np.isfinite(wanted[inside]).all()
         error, allowed = np.abs(seen - wanted)[inside], (2e-3 * np.abs(wanted) + 1e-6)[inside]

@@ -78,7 +78,7 @@ def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
     camera = np.array([0.0, 0.0, -view.depth])
     for s in (np.arange(STEPS) + 0.5) * end / STEPS:
         y = view.depth - w[2] * s
-        light = beam.scattered_once_at(y, w, np.full_like(w[2], s)) * (y > 0) * end / STEPS
+        light = beam.single_scattering_at(y, w, np.full_like(w[2], s)) * (y > 0) * end / STEPS
         shadowed = _meets_slab(camera + s * rays, -np.asarray(column.sun_direction))
         open_water += light
         lit += light * ~shadowed[..., None]

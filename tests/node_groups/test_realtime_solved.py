@@ -80,7 +80,7 @@ def _deeper(a, b, wavelengths, kind):
     ],
 )
 def test_pixels_in_layers_are_those_of_the_solution(tmp_path, kind, surface, sky, floor):
-    """A camera a metre above the turbid water, and things above and below its top."""
+    """A camera a metre above the turbid water, and objects above and below its top."""
     wavelengths = Bands.uniform(3).centres
     a, b = 0.03 + 0.3 * ((wavelengths - 400) / 300) ** 2, 0.1 * 550 / wavelengths
     lobes = parse_phase("mixture").for_bands(b, 0.003 * (550 / wavelengths) ** 4)

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values, realtime_waves
-from underwater_spectral.scene.seen.snapshot import Snapshot, ViewFromAir
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs, ViewFromAir
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -26,8 +26,12 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     pattern_at,
     under_waves,
 )
-from underwater_spectral.uw_spectral.transfer.above_water import leaving_share
-from underwater_spectral.uw_spectral.transfer.channel_pixel import COLOURS, Thing, along_rays
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_fraction
+from underwater_spectral.uw_spectral.transfer.channel_pixel import (
+    COLOURS,
+    SurfaceMaterial,
+    along_rays,
+)
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     surface_normal,
@@ -103,13 +107,13 @@ def _floor(now, contrast, column, view, reach=np.inf):
     pattern = np.maximum(_pattern(now, column, points, reach), 1.0 - 1.0 / contrast.max())
     water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
     water = water.under_waves(now, contrast, 1.0)
-    ray = along_rays(water.folded, water.field.sun, w)
+    ray = along_rays(water.projected, water.field.sun, w)
     one = np.ones_like(P)
     lit = [one * c / math.pi * -column.sun_direction[2] for c in probe.COLOR]
-    thing = Thing(COLOURS, lit, [one * c for c in probe.COLOR],
+    surface = SurfaceMaterial(COLOURS, lit, [one * c for c in probe.COLOR],
                   pattern=pattern[..., None])  # fmt: skip
     y, up = one * floor, (0.0 * one, 0.0 * one, one)
-    leaving = ray.leaving(thing, y, up, P)
+    leaving = ray.leaving(surface, y, up, P)
     return ray.surface(one * view.depth, y, w, P, leaving).total
 
 
@@ -164,7 +168,7 @@ def test_caustics_on_a_floor(pictures, depths):
 def test_places_are_looked_up_no_farther_than_that_from_the_eye(
     tmp_path, empty_blender, monkeypatch
 ):
-    """Beside edges of things they jump for miles, and a processor's filter takes every texel."""
+    """Beside edges of objects they jump for miles, and a processor's filter takes every texel."""
     monkeypatch.setattr(realtime_waves, "_FARTHEST", 0.2)
     monkeypatch.setattr(realtime_waves, "_FARTHEST_PER_HEIGHT", 0.2)
     empty_blender.eevee.shadow_pool_size = "128"
@@ -202,7 +206,7 @@ def _open_water(column, view, ripples=None, *, sky=1.0, depth=None):
     water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
     depth = np.full(w[0].shape, view.depth) if depth is None else depth
     above = dataclasses.replace(column.skylight, level=sky)
-    ray = along_rays(water.folded, water.field.sun, w)
+    ray = along_rays(water.projected, water.field.sun, w)
     return ray.open_water(depth, w, above, column.refractive_index, ripples=ripples).total
 
 
@@ -274,8 +278,8 @@ def test_surface_with_heights_from_above(tmp_path, empty_blender):
     column, n = _column(60.0, sky=1.0), 1.34
     view = dataclasses.replace(UP, depth=-1.0, turn=50.0, angle=25.0)
     water, now, contrast = _water(column, 0.0, sea=sea)
-    seen_by = Snapshot(above=ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4)))
-    water = frame_water.realtime_water(column, PHASE, 0.0, WEIGHTS, seen=seen_by)
+    seen_by = FrameInputs(above=ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4)))
+    water = frame_water.realtime_water(column, PHASE, 0.0, WEIGHTS, inputs=seen_by)
     water = water.under_waves(now, contrast, 1.0)
     water.numbers.single.update({realtime_values.GLITTER: 0.0})
     seen, rays, raised = probe.render(water, view, tmp_path / "a.exr"), view.rays(), now.raised
@@ -293,10 +297,10 @@ def test_surface_with_heights_from_above(tmp_path, empty_blender):
         ]  # fmt: skip
         R, bent, _ = seen_from_air(v, surface_normal(*slopes), n)
         bent = tuple(part[..., None] for part in bent)
-        ray = along_rays(water.folded, water.field.sun, bent)
+        ray = along_rays(water.projected, water.field.sun, bent)
         below = ray.open_water(0.0 * bent[2], bent, column.skylight, None).total
         R = R[..., None]
-        return (leaving_share(R, n) * below + R * column.skylight.level)[judged]
+        return (leaving_fraction(R, n) * below + R * column.skylight.level)[judged]
 
     wanted, level = picture(away), picture(-1.0 / np.minimum(v[2], -1e-3))
     error = np.abs(seen[judged] - wanted) / wanted

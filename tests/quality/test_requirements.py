@@ -11,7 +11,7 @@ from underwater_spectral.quality.combinations import BandChoice, ErrorEstimate, 
 from underwater_spectral.quality.costs import (
     COLUMNS,
     COSTED,
-    USUAL,
+    TYPICAL,
     read_costs,
 )
 from underwater_spectral.quality.light_reach import (
@@ -141,7 +141,7 @@ def test_full_shadow_takes_all_single_scattering_within_reach():
     dark = replace(seen, path_sunlit=np.zeros((len(seen), 5), dtype=bool))
     taken = picture(Optics(view), dark).parts[SHAFTS]
     w = tuple(seen.direction.T[..., None])
-    single = sun_beam(view.column, view.phase).scattered_once(5.0, w, dark.reached[:, None])
+    single = sun_beam(view.column, view.phase).single_scattering(5.0, w, dark.reached[:, None])
     wanted = -view.reduction.apply(single)
     # Channels are looked up in tables.
     assert (np.abs(taken - wanted) <= 1e-3 * np.abs(wanted).max(axis=0)).all()
@@ -175,7 +175,7 @@ def test_foam_is_seen_from_below():
     clean = replace(raised, raised=replace(raised.raised, foam=None))
     foamy, bare = (picture(Optics(view, waves=w), seen).plain for w in (raised, clean))
     x, y = (seen.direction[:, i] * 5.0 / np.maximum(seen.direction[:, 2], 1e-3) for i in (0, 1))
-    covered = (raised.raised.foam_share(x, y) > 0.0) & (seen.direction[:, 2] > 0.1)
+    covered = (raised.raised.foam_fraction(x, y) > 0.0) & (seen.direction[:, 2] > 0.1)
     assert 0 < covered.sum() < 100
     assert (foamy[covered] != bare[covered]).any(axis=1).all()
     assert foamy[~covered] == pytest.approx(bare[~covered])
@@ -319,8 +319,8 @@ def test_nothing_lies_beyond_visibility():
     for reflectance in (0.0, 0.9):
         P = np.array([[1.01 * far], [3.0 * far]])
         lit = reflectance / math.pi * view.light
-        left = np.exp(-view.attenuation * P)
-        seen = left * lit + (1.0 - left) * view.background
+        transmittance = np.exp(-view.attenuation * P)
+        seen = transmittance * lit + (1.0 - transmittance) * view.background
         rgb = view.reduction.apply(np.vstack([seen, view.background]))
         assert (
             delta_e_CIE2000_images(clip_to_display(rgb[:2]), clip_to_display(rgb[2:])).max() < 1.0
@@ -332,7 +332,7 @@ def test_nothing_lies_beyond_visibility():
 
 
 def scattered_more_than(bounces, depth, a, b, g, cosine, photons=40_000, most=60):
-    """Share of the diffuse scalar irradiance at a depth, by following photons (float weights)."""
+    """Fraction of the diffuse scalar irradiance at a depth, by photons (float weights)."""
     random = np.random.default_rng(3)
     y, mu = np.zeros(photons), np.full(photons, cosine)
     orders = np.zeros(most)
@@ -366,7 +366,7 @@ def test_costs_are_those_of_the_table():
     water = [row for row in rows if row["method"]]
     assert len(water) == 9
     for row in water:
-        options = USUAL | {term.name for term in COSTED if row[term.name]}
+        options = TYPICAL | {term.name for term in COSTED if row[term.name]}
         method = list(METHODS.values())[int(row["method"]) - 1]
         assert costs.sample(method, 1, options) == pytest.approx(row["ratio"])
         assert costs.sample(method, 3, options) == pytest.approx(3 * row["ratio"])
@@ -394,8 +394,8 @@ def test_few_rays_stand_for_all_that_is_seen():
     few = seen.subsample(60)
     assert [int((few.kind == kind).sum()) for kind in range(3)] == [20, 20, 20]
     for kind in range(3):
-        share = [view.pixels[view.kind == kind].sum() for view in (seen, few)]
-        assert share[0] == pytest.approx(share[1])
+        fraction = [view.pixels[view.kind == kind].sum() for view in (seen, few)]
+        assert fraction[0] == pytest.approx(fraction[1])
         assert few.weight[few.kind == kind].sum() == pytest.approx(1 / 3)
     assert len(seen.subsample(100)) == 100
     assert seen.subsample(1000) is seen
@@ -424,12 +424,12 @@ def test_diffuse_shadows_are_a_part():
     view, seen = viewpoint(), seen_points(shadow=0.1)
     assert DIFFUSE_SHADOWS not in picture(Optics(view), seen).parts
     hit = np.isfinite(seen.distance)
-    shaded = replace(seen, openness=np.where(hit, 0.0, 1.0))
-    part = picture(Optics(view), shaded).parts[DIFFUSE_SHADOWS]
+    occluded = replace(seen, openness=np.where(hit, 0.0, 1.0))
+    part = picture(Optics(view), occluded).parts[DIFFUSE_SHADOWS]
     assert (part[~hit] == 0).all()
     assert (luminance(part[hit]) < 0).all()
     lit = picture(Optics(view), replace(seen, sunlit=np.zeros(len(seen), dtype=bool)))
-    dark = picture(Optics(view), replace(shaded, sunlit=np.zeros(len(seen), dtype=bool)))
+    dark = picture(Optics(view), replace(occluded, sunlit=np.zeros(len(seen), dtype=bool)))
     level = hit & (np.abs(seen.normal[:, 2]) < 0.3)
     half = luminance(dark.without() - lit.without()) / luminance(lit.without())
     assert half[level].max() < -0.05
@@ -437,16 +437,16 @@ def test_diffuse_shadows_are_a_part():
 
 def test_diffuse_shadows_are_chosen_where_they_matter():
     seen = seen_points()
-    shaded = replace(seen, openness=np.where(np.isfinite(seen.distance), 0.2, 1.0))
+    occluded = replace(seen, openness=np.where(np.isfinite(seen.distance), 0.2, 1.0))
     given = Optics(viewpoint()), choices()
     chosen, less, none, kept, without = (
         decide([view], *given, target=target, **how)
         for view, target, how in (
-            (shaded, 0.3, {}),
-            (shaded, 20.0, {}),
+            (occluded, 0.3, {}),
+            (occluded, 20.0, {}),
             (seen, 0.3, {}),
             (seen, 0.3, {"keep": (DIFFUSE_SHADOWS,)}),
-            (shaded, 0.3, {"off": (DIFFUSE_SHADOWS,)}),
+            (occluded, 0.3, {"off": (DIFFUSE_SHADOWS,)}),
         )
     )
     assert DIFFUSE_SHADOWS in chosen.options
@@ -463,7 +463,7 @@ def test_diffuse_shadows_are_chosen_where_they_matter():
     assert "off, as given" in str({d.name: d for d in without.decisions}["diffuse shadows"])
 
 
-def test_openness_is_the_share_of_the_cosine():
+def test_openness_is_the_fraction_of_the_cosine():
     # Under a uniform sky and no surface the light comes from everywhere above alike.
     bright = make_viewpoint(Water.uniform(1e-9, 0.0), D65, EYE, 5.0, Bands.uniform(3),
                             sky_radiance=1.0)  # fmt: skip

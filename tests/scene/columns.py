@@ -24,9 +24,9 @@ def grey_column(a: float, b: float, **changes) -> WaterColumn:
     return WaterColumn(bands, np.full(3, a), np.full(3, b), **(values | changes))
 
 
-def layers_of(column: WaterColumn, lobes, shares=(1.0,)) -> list[CyclesPhase]:
+def layers_of(column: WaterColumn, lobes, fractions=(1.0,)) -> list[CyclesPhase]:
     """Return these lobes for the first layer, and the phase functions of those below."""
-    first = CyclesPhase(lobes, tuple(np.full(3, share) for share in shares))
+    first = CyclesPhase(lobes, tuple(np.full(3, fraction) for fraction in fractions))
     return [first, *(cycles_phase(layer.phase) for layer in column.below)]
 
 

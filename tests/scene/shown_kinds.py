@@ -45,15 +45,15 @@ class Kind:
     def mix(self, factor, one=RED, other=BLUE, blend="MIX"):
         node = self.node("Mix")
         node.data_type, node.blend_type = "RGBA", blend
-        share, *colours = [i for i in node.inputs if not i.is_unavailable]
-        for socket, value in zip((share, *colours), (factor, one, other), strict=True):
+        fraction, *colours = [i for i in node.inputs if not i.is_unavailable]
+        for socket, value in zip((fraction, *colours), (factor, one, other), strict=True):
             if isinstance(value, bpy.types.NodeSocket):
                 self.link(value, socket)
             else:
                 socket.default_value = value
         return next(o for o in node.outputs if o.type == "RGBA")
 
-    def attribute(self, domain, kind, name="painted", share=None):
+    def attribute(self, domain, kind, name="painted", fraction=None):
         """Add an attribute that runs across the plane, red at one side and blue at the other."""
         made = self.mesh.attributes.new(name, kind, domain)
         x = np.array(
@@ -66,11 +66,11 @@ class Kind:
                 for n in range(len(made.data))
             ]
         )
-        share = np.clip(0.3 + 0.5 * x, 0.0, 1.0) if share is None else share
+        fraction = np.clip(0.3 + 0.5 * x, 0.0, 1.0) if fraction is None else fraction
         if kind == "FLOAT":
-            made.data.foreach_set("value", share.astype(np.float32))
+            made.data.foreach_set("value", fraction.astype(np.float32))
         else:
-            values = np.array(RED) + share[:, None] * (np.array(BLUE) - RED)
+            values = np.array(RED) + fraction[:, None] * (np.array(BLUE) - RED)
             made.data.foreach_set("color", values.astype(np.float32).ravel())
 
     def file(self, name, pixels, *, floats=False):

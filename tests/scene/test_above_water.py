@@ -10,7 +10,12 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.water import apparent_places, realtime, scene_water, water_body
+from underwater_spectral.scene.water import (
+    realtime,
+    refraction_displacement,
+    scene_water,
+    water_body,
+)
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -19,7 +24,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     seen_from_air,
 )
-from underwater_spectral.uw_spectral.transfer.above_water import leaving_share, light_in_air
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_fraction, light_in_air
 
 from . import scenes, snapshot
 
@@ -47,7 +52,7 @@ def _ball() -> None:
 
 
 def _paint_white(scene: bpy.types.Scene) -> None:
-    """Give the last thing a matt white, and the picture few pixels."""
+    """Give the last object a matt white, and the picture few pixels."""
     material = bpy.data.materials.new("white")
     tree = material.node_tree
     tree.nodes.clear()
@@ -75,7 +80,7 @@ def _directions() -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
-def test_eevee_draws_sky_floor_and_things_where_and_as_they_seem(empty_blender):
+def test_eevee_draws_sky_floor_and_objects_where_and_as_they_seem(empty_blender):
     scene, plan = empty_blender, _plan()
     camera = _camera(scene)
     _ball()
@@ -98,7 +103,7 @@ def test_eevee_draws_sky_floor_and_things_where_and_as_they_seem(empty_blender):
     R, w, mirrored = seen_from_air(parts, (0.0, 0.0, 1.0), N)
     flat = tuple(np.broadcast_to(component, (SIZE, SIZE, 1)).ravel() for component in w)
     below = plan.solved_field(16).radiance(0.0, flat).reshape(image.shape)
-    seen = R * sky.radiance(mirrored) + leaving_share(R, N) * below
+    seen = R * sky.radiance(mirrored) + leaving_fraction(R, N) * below
     free = (v[..., 2] < -0.1) & (near < math.cos(math.radians(20.0)))
     off = image[free] / seen[free] - 1.0
     assert np.median(np.abs(off)) < 0.02
@@ -154,7 +159,7 @@ def test_a_camera_at_the_surface_shows_both_worlds(empty_blender, height):
     assert (np.abs(below / level - 1.0).max(axis=-1) > 0.1).all()
 
 
-def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender):
+def test_cycles_lights_objects_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender):
     scene, plan = empty_blender, _plan(sky="uniform", phase="hg:0.9", sun_zenith=50.0)
     camera = _camera(scene)
     camera.location.z, camera.rotation_euler.x, camera.data.angle = 3.0, 0.0, 0.2
@@ -172,7 +177,7 @@ def test_cycles_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_ble
 
 
 @pytest.mark.parametrize("height", [1.0, 0.3])
-def test_eevee_lights_things_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender, height):
+def test_eevee_lights_objects_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender, height):
     """A wall that faces the sun and the camera; the sun is drawn from elsewhere.
 
     An upright wall faces the mirrored sun as it does the sun, and half of what comes from below.
@@ -219,11 +224,11 @@ def test_undersides_are_lit_from_the_water_as_cycles_does_it(empty_blender, in_a
             seen.append(grey_scene.band_image(engine, many, depth).mean(axis=(0, 1)))
     # Its surface does not mirror the sun.
     light = light_in_air(plan.column, plan.solved_field(16))
-    left = 1.0
+    transmittance = 1.0
     if not in_air:
         c = plan.column.absorption + plan.column.scattering
-        left = N**2 * (1.0 - fresnel_reflectance(1.0, N)) * np.exp(-c * depth)
-    wanted = left * 0.8 / math.pi * (light.leaving + light.mirrored * light.sky)
+        transmittance = N**2 * (1.0 - fresnel_reflectance(1.0, N)) * np.exp(-c * depth)
+    wanted = transmittance * 0.8 / math.pi * (light.leaving + light.mirrored * light.sky)
     np.testing.assert_allclose(seen[1] - seen[0], wanted, rtol=0.03)
 
 
@@ -251,7 +256,7 @@ def test_what_is_bent_has_no_more_faces_than_a_scene_can_bear(kind):
         for k in range(40):
             bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -5.0 - k))
     bpy.context.view_layer.update()
-    apparent_places.subdivide(bpy.context.scene, (0.0, 0.0, 1.0))
+    refraction_displacement.subdivide(bpy.context.scene, (0.0, 0.0, 1.0))
     meshes = [x for x in bpy.data.objects if x.type == "MESH"]
     faces = [len(x.data.polygons) * 4 ** sum(m.render_levels for m in x.modifiers) for x in meshes]
     assert max(faces) > 4000, "they are subdivided"

@@ -28,8 +28,8 @@ def picture(plan):
     patches = np.stack([colorchecker_reflectance(patch).at(centres) for patch in PATCHES])
     background = field.radiance(DEPTH, w)
     light = field.Ed(DEPTH) / math.pi
-    left = np.exp(-plan.column.attenuation * distance)
-    seen = left * patches * light + (1.0 - left) * background
+    transmittance = np.exp(-plan.column.attenuation * distance)
+    seen = transmittance * patches * light + (1.0 - transmittance) * background
     return plan.reduction(DEPTH).apply(np.vstack([background, seen]))
 
 

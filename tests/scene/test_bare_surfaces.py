@@ -1,4 +1,4 @@
-"""Things without a material, and things that come after the water, are in it as all others."""
+"""Objects without a material, and objects that come after the water, are in it as all others."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _wall(*materials):
 
 
 @pytest.mark.parametrize("slots", [pytest.param(0, marks=pytest.mark.slow), 1])
-def test_without_a_material_things_are_blenders_grey_in_water(empty_blender, slots):
+def test_without_a_material_objects_are_blenders_grey_in_water(empty_blender, slots):
     scene = empty_blender
     camera = scene.camera = scenes.add_camera((0.0, 0.0, -5.0))
     scene.render.resolution_x, scene.render.resolution_y = 16, 9
@@ -151,7 +151,7 @@ def test_what_nodes_make_of_nothing_gets_a_material(registered, instances):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
-def test_things_that_cannot_be_changed_are_named(empty_blender, tmp_path):
+def test_objects_that_cannot_be_changed_are_named(empty_blender, tmp_path):
     wall = _wall()
     bpy.data.libraries.write(str(tmp_path / "wall.blend"), {wall})
     bpy.data.objects.remove(wall)

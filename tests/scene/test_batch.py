@@ -23,7 +23,7 @@ from underwater_spectral.jobs import (
     render_job,
 )
 from underwater_spectral.scene import sources
-from underwater_spectral.scene.seen import picture_size, pinhole
+from underwater_spectral.scene.readers import picture_size, pinhole
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
@@ -78,7 +78,7 @@ def test_the_record_holds_nothing_that_plays_no_part(blend, tmp_path):
     settings = record["settings"]
     assert settings["water"] == "jerlov:IB"
     assert not settings.keys() & {
-        "chlorophyll", "cdom", "minerals", "detritus", "second_water", "second_water_share",
+        "chlorophyll", "cdom", "minerals", "detritus", "second_water", "second_water_fraction",
         "wind_speed", "floor_reflectance", "shafts", "field",
     }  # fmt: skip
     assert not record.keys() & {"deeper_layers", "particles"}

@@ -55,14 +55,14 @@ def _column(b, **changes):
     return columns.grey_column(0.1, b, **{"floor_depth": 10.0} | changes)
 
 
-def _radiance(lobes, shares, tilt, tmp_path):
+def _radiance(lobes, fractions, tilt, tmp_path):
     """Mean radiance and its standard error, single and multiple scattering alike."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene, column = bpy.context.scene, _column(0.5, sky_radiance=0.1)
     scene.render.resolution_x = scene.render.resolution_y = 16
     camera = scenes.add_camera((0.0, 0.0, -3.0), (math.radians(tilt), 0.0, 0.0))
     camera.data.angle = math.radians(1.0)
-    phases = columns.layers_of(column, lobes, shares)
+    phases = columns.layers_of(column, lobes, fractions)
     cycles_water.add_water(scene, column, phases, water_body.water_extent(scene, column, 3.0))
     pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     scene.cycles.pixel_filter_type = "BOX"
@@ -74,14 +74,14 @@ def _radiance(lobes, shares, tilt, tmp_path):
 
 @pytest.mark.parametrize("tilt", [0.0, 90.0])
 def test_molecules_scatter_as_rayleigh_and_a_constant_do(tilt, tmp_path):
-    """1 + f cos² is f (1 + cos²) and a constant, by their shares of the integral."""
+    """1 + f cos² is f (1 + cos²) and a constant, by their fractions of the integral."""
     f = EinsteinSmoluchowski().anisotropy
-    share = f * (4.0 / 3.0) / (1.0 + f / 3.0)
+    fraction = f * (4.0 / 3.0) / (1.0 + f / 3.0)
     parts = ScatteringLobe("RAYLEIGH"), ScatteringLobe("HENYEY_GREENSTEIN", 0.0)
-    wanted, noise = _radiance(parts, (share, 1.0 - share), tilt, tmp_path)
+    wanted, noise = _radiance(parts, (fraction, 1.0 - fraction), tilt, tmp_path)
     one = cycles_phase(EinsteinSmoluchowski().for_bands(np.ones(3)))
     assert len(one.lobes) == 1
-    found, own_noise = _radiance(one.lobes, (one.shares[0][0],), tilt, tmp_path)
+    found, own_noise = _radiance(one.lobes, (one.fractions[0][0],), tilt, tmp_path)
     assert abs(found - wanted) < 3 * math.hypot(noise, own_noise)
     assert noise < 0.01 * wanted
 

@@ -13,7 +13,7 @@ from underwater_spectral.datasets.layer_file import bands_name
 from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realtime_values
 from underwater_spectral.scene import marks, stored_clouds
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.seen import clouds, volume_grids
+from underwater_spectral.scene.readers import clouds, volume_grids
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import new_clouds, realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
@@ -47,8 +47,8 @@ def _camera(width=32, height=20, angle=60.0):
     return camera
 
 
-def _puff(concentration=8.0, location=(0.0, 3.0, -DEPTH), constituent="minerals"):
-    item = new_clouds.add_puff(bpy.context.scene, constituent)
+def _blob(concentration=8.0, location=(0.0, 3.0, -DEPTH), constituent="minerals"):
+    item = new_clouds.add_blob(bpy.context.scene, constituent)
     item.location = location
     item.underwater.concentration = concentration
     bpy.context.view_layer.update()
@@ -106,7 +106,7 @@ def test_what_a_cloud_lets_through_of_a_wall_is_its_transmittance(tmp_path):
 
     def drawn(concentration):
         if concentration:
-            _puff(concentration)
+            _blob(concentration)
         with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as found:
             bands = found.passes[0]
             layers = found.frame(plan, DEPTH)(bands, tmp_path / "wall.exr")
@@ -122,10 +122,10 @@ def test_nodes_do_what_numpy_does(tmp_path):
     camera = _camera()
     plan = _plan()
     clear, _ = _images("bands", plan, tmp_path / "clear.exr")
-    _puff()
-    seen, _ = _images("bands", plan, tmp_path / "seen.exr")
+    _blob()
+    seen, _ = _images("bands", plan, tmp_path / "readers.exr")
     water = eevee_water(plan, bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
-    ((cloud, away),) = water.seen.clouds
+    ((cloud, away),) = water.inputs.clouds
     assert away == pytest.approx(3.0)
     numbers = cloud_numbers(cloud, water.field, water.channels, away)
     for row, column in ((10, 16), (6, 12), (14, 20)):
@@ -155,7 +155,7 @@ def test_nodes_do_what_numpy_does(tmp_path):
 def test_both_engines_draw_the_same_cloud(water, constituent, concentration, tmp_path):
     _camera(24, 16)
     plan = _plan(water=water, bands=6)
-    _puff(concentration, constituent=constituent)
+    _blob(concentration, constituent=constituent)
     eevee, _ = _images("bands", plan, tmp_path / "eevee.exr")
     cycles, _ = _images("cycles", replace(plan, settings=replace(plan.settings, samples=512)),
                         tmp_path / "cycles.exr")  # fmt: skip
@@ -167,13 +167,13 @@ def test_both_engines_draw_the_same_cloud(water, constituent, concentration, tmp
 
 
 @pytest.mark.slow
-def test_a_grid_is_what_a_puff_of_its_density_is(tmp_path):
+def test_a_grid_is_what_a_blob_of_its_density_is(tmp_path):
     _camera(16, 12)
     plan = _plan(bands=3, samples=512)
-    puff = _puff(10.0)
+    blob = _blob(10.0)
     one, _ = _images("cycles", plan, tmp_path / "puff.exr")
-    puff.underwater.constituent = stored_clouds.NO_CLOUD
-    item = _volume_of_a_puff(puff.location)
+    blob.underwater.constituent = stored_clouds.NO_CLOUD
+    item = _volume_of_a_blob(blob.location)
     item.underwater.constituent, item.underwater.concentration = "minerals", 10.0
     before = snapshot.snapshot()
     other, _ = _images("cycles", plan, tmp_path / "grid.exr")
@@ -183,13 +183,13 @@ def test_a_grid_is_what_a_puff_of_its_density_is(tmp_path):
 
 
 @pytest.mark.parametrize("engine", ["bands", pytest.param("realtime", marks=pytest.mark.slow)])
-def test_eevee_draws_a_grid_as_a_puff_of_its_density(engine, tmp_path):
+def test_eevee_draws_a_grid_as_a_blob_of_its_density(engine, tmp_path):
     _camera(16, 12)
     plan = _plan()
-    puff = _puff(10.0)
+    blob = _blob(10.0)
     one, _ = _images(engine, plan, tmp_path / "puff.exr")
-    puff.underwater.constituent = stored_clouds.NO_CLOUD
-    item = _volume_of_a_puff(puff.location)
+    blob.underwater.constituent = stored_clouds.NO_CLOUD
+    item = _volume_of_a_blob(blob.location)
     item.underwater.constituent, item.underwater.concentration = "minerals", 10.0
     item.rotation_euler.z = 0.4
     bpy.context.view_layer.update()
@@ -202,13 +202,13 @@ def test_eevee_draws_a_grid_as_a_puff_of_its_density(engine, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_puff_in_its_grid_is_one_cloud_twice_as_dense(tmp_path):
+def test_a_blob_in_its_grid_is_one_cloud_twice_as_dense(tmp_path):
     _camera(16, 12)
     plan = _plan()
-    _, other = _puff(6.0), _puff(6.0)
+    _, other = _blob(6.0), _blob(6.0)
     two, _ = _images("bands", plan, tmp_path / "two.exr")
     bpy.data.objects.remove(other)
-    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item = _volume_of_a_blob((0.0, 3.0, -DEPTH))
     item.underwater.constituent, item.underwater.concentration = "minerals", 6.0
     mixed, _ = _images("bands", plan, tmp_path / "mixed.exr")
     assert mixed[..., :2] == pytest.approx(two[..., :2], rel=0.03)
@@ -217,7 +217,7 @@ def test_a_puff_in_its_grid_is_one_cloud_twice_as_dense(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II"])
 def test_both_engines_draw_the_same_structure(water, tmp_path):
-    """Two dense halves with a gap between them, which no puff has."""
+    """Two dense halves with a gap between them, which no blob has."""
     _camera(24, 16)
     plan = _plan(water=water, bands=6)
     item = _halves((0.0, 3.0, -DEPTH))
@@ -250,7 +250,7 @@ def test_what_a_grid_lets_through_of_a_wall_is_its_transmittance(tmp_path):
 
     def drawn(concentration):
         if concentration:
-            item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+            item = _volume_of_a_blob((0.0, 3.0, -DEPTH))
             item.underwater.constituent = "minerals"
             item.underwater.concentration = concentration
         with engines.eevee_bands(scene, camera, plan, extent, DEPTH) as found:
@@ -269,7 +269,7 @@ def test_a_volume_that_is_no_cloud_and_has_no_material_is_left_out(tmp_path):
     _camera(8, 6)
     plan = _plan()
     clear, _ = _images("bands", plan, tmp_path / "clear.exr")
-    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item = _volume_of_a_blob((0.0, 3.0, -DEPTH))
     seen, notes = _images("bands", plan, tmp_path / "fog.exr")
     assert notes == ["volume 'Smoke' has no material and is left out by EEVEE"]
     assert seen == pytest.approx(clear, rel=1e-3)
@@ -291,17 +291,17 @@ def test_a_grid_without_density_is_said(tmp_path):
 
 def test_a_density_is_read_at_each_frame_and_not_more_often():
     _camera()
-    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item = _volume_of_a_blob((0.0, 3.0, -DEPTH))
     item.underwater.constituent = "minerals"
     cube = next(n for n in item.modifiers[0].node_group.nodes if "VolumeCube" in n.bl_idname)
     for frame, size in ((1, 1.75), (2, 0.5)):
         cube.inputs["Max"].default_value = (size,) * 3
         cube.inputs["Max"].keyframe_insert("default_value", frame=frame)
-    scene, kept = bpy.context.scene, volume_grids.KeptGrids(of_job=True)
+    scene, cache = bpy.context.scene, volume_grids.GridCache(of_job=True)
 
     def grid(frame):
         scene.frame_set(frame)
-        ((cloud,), notes) = kept.of(scene, clouds.clouds_of(scene, [550.0]).grids)
+        ((cloud,), notes) = cache.of(scene, clouds.clouds_of(scene, [550.0]).grids)
         assert not notes
         return cloud.grid
 
@@ -316,7 +316,7 @@ def test_a_density_is_read_at_each_frame_and_not_more_often():
 
 def test_files_and_sequences_are_read_as_they_stand_at_a_frame(tmp_path):
     scene, _ = bpy.context.scene, _camera()
-    made = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    made = _volume_of_a_blob((0.0, 3.0, -DEPTH))
     cube = next(n for n in made.modifiers[0].node_group.nodes if "VolumeCube" in n.bl_idname)
     for frame, size in ((1, 1.75), (2, 0.5)):
         cube.inputs["Max"].default_value = (size,) * 3
@@ -345,7 +345,7 @@ def test_live_water_follows_a_grid():
     group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
     group.bands, group.diffuse_shadows, group.scene_floor = 3, False, False
     live.add(scene)
-    item = _volume_of_a_puff((0.0, 3.0, -DEPTH))
+    item = _volume_of_a_blob((0.0, 3.0, -DEPTH))
     item.underwater.constituent = "minerals"
     assert live.update(scene)
     image = next(x for x in bpy.data.images if x.name.startswith(cloud_grids.NAME))
@@ -360,7 +360,7 @@ def test_live_water_follows_a_grid():
 
 def _halves(place):
     """Add a volume of two boxes beside each other, from geometry nodes."""
-    item = _volume_of_a_puff(place)
+    item = _volume_of_a_blob(place)
     tree = item.modifiers[0].node_group
     cube = next(n for n in tree.nodes if "VolumeCube" in n.bl_idname)
     cube.inputs["Min"].default_value, cube.inputs["Max"].default_value = (-1.0,) * 3, (1.0,) * 3
@@ -379,8 +379,8 @@ def _halves(place):
     return item
 
 
-def _volume_of_a_puff(place):
-    """Add a volume whose density is that of a puff, from geometry nodes."""
+def _volume_of_a_blob(place):
+    """Add a volume whose density is that of a blob, from geometry nodes."""
     tree = bpy.data.node_groups.new("Volume", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     cube = tree.nodes.new("GeometryNodeVolumeCube")
@@ -425,7 +425,7 @@ def test_live_water_follows_clouds():
     group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
     group.bands, group.diffuse_shadows, group.scene_floor = 3, False, False
     live.add(scene)
-    item = _puff(5.0)
+    item = _blob(5.0)
     assert live.update(scene, may_rebuild=False) is False
     assert live.update(scene)
     before = _numbers_in_image()
@@ -450,13 +450,13 @@ def _numbers_in_image():
 
 def test_shafts_are_said_not_to_heed_clouds_and_lamps_light_them():
     camera = _camera()
-    _puff()
+    _blob()
     lamp = bpy.data.objects.new("Torch", bpy.data.lights.new("Torch", "SPOT"))
     lamp.location = (0.3, 0.0, -DEPTH)
     bpy.context.scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
     water = eevee_water(_plan(shafts=True), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
-    said = " ".join(water.seen.cloud_notes)
+    said = " ".join(water.inputs.cloud_notes)
     assert "lamps" not in said
     assert "shafts of light are drawn as if it were not there" in said
 
@@ -466,7 +466,7 @@ def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
     _camera(16, 10)
     plan = _plan()
     clear, _ = _images("bands", plan, tmp_path / "clear.exr")
-    _puff(30.0, place)
+    _blob(30.0, place)
     beside, _ = _images("bands", plan, tmp_path / "beside.exr")
     assert beside == pytest.approx(clear, rel=2e-3, abs=1e-6)
 
@@ -474,7 +474,7 @@ def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
 @pytest.mark.parametrize("engine", ["bands", pytest.param("cycles", marks=pytest.mark.slow)])
 def test_a_keyframed_concentration_is_that_of_the_frame(engine, tmp_path):
     _camera(8, 6)
-    item = _puff(0.0)
+    item = _blob(0.0)
     plan = _plan(samples=64)
     for frame, amount in ((1, 0.0), (2, 60.0)):
         item.underwater.concentration = amount
@@ -488,7 +488,7 @@ def test_a_keyframed_concentration_is_that_of_the_frame(engine, tmp_path):
 
 def test_records_say_what_and_where():
     _camera()
-    item = _puff(7.5, (1.0, 2.0, -4.0))
+    item = _blob(7.5, (1.0, 2.0, -4.0))
     item.scale = (1.0, 2.0, 3.0)
     bpy.context.view_layer.update()
     (found,) = clouds.records(bpy.context.scene)
@@ -503,7 +503,7 @@ def test_records_say_what_and_where():
 def test_water_below_a_cloud_is_in_its_shadow():
     """Over the same water without the cloud, in both engines."""
     scene, camera = bpy.context.scene, _camera(32, 24)
-    item = _puff(80.0, (0.0, 4.0, -2.6))
+    item = _blob(80.0, (0.0, 4.0, -2.6))
     item.scale = (1.5, 1.5, 0.7)
     left = {}
     for engine, samples in (("eevee", 16), ("cycles", 2000)):
@@ -528,7 +528,7 @@ def test_water_below_a_cloud_is_in_its_shadow():
 
 def test_cycles_says_what_stands_for_the_phase_function_of_bubbles():
     camera = _camera()
-    _puff(constituent="bubbles"), _puff(constituent="bubbles")
+    _blob(constituent="bubbles"), _blob(constituent="bubbles")
     scene, plan = bpy.context.scene, _plan()
     extent = water_body.water_extent(scene, plan.column, DEPTH)
     with engines.cycles_bands(scene, camera, plan, extent, seed=1) as found:
@@ -537,7 +537,7 @@ def test_cycles_says_what_stands_for_the_phase_function_of_bubbles():
 
 def test_a_hidden_cloud_is_none():
     _camera()
-    item = _puff()
+    item = _blob()
     item.hide_render = True
     assert clouds.clouds_of(bpy.context.scene, [550.0]).objects == ()
     assert clouds.records(bpy.context.scene) == ()
@@ -550,7 +550,7 @@ def test_what_cannot_be_a_cloud_is_said():
     found = clouds.clouds_of(bpy.context.scene, [550.0])
     assert found.objects == ()
     assert "neither an empty nor a volume object" in found.notes[0]
-    flat = _puff()
+    flat = _blob()
     flat.scale = (1.0, 0.0, 1.0)
     bpy.context.view_layer.update()
     with pytest.raises(InputError, match=f"cloud '{flat.name}'.*flat"):
@@ -559,7 +559,7 @@ def test_what_cannot_be_a_cloud_is_said():
 
 def test_clouds_leave_with_the_water():
     scene, camera = bpy.context.scene, _camera()
-    _puff()
+    _blob()
     before = snapshot.snapshot()
     plan = _plan()
     extent = water_body.water_extent(scene, plan.column, DEPTH)

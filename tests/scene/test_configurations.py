@@ -201,7 +201,7 @@ def test_a_tone_that_it_lacks_is_refused_before_anything_is_rendered(tmp_path, m
 
 def test_a_view_that_another_configuration_had_is_left_behind():
     view = bpy.context.scene.view_settings
-    kept = view_transform.kept_view(view)
+    kept = view_transform.saved_view(view)
     view_transform.show(view, "standard", "medium")
     view_transform.give_back(view, {**kept, "view_transform": "ACES 1.0 - SDR Video"})
     assert view.view_transform == "Standard"

@@ -120,7 +120,7 @@ def test_groups_that_name_one_another_end():
         pytest.param("cycles", "node", marks=pytest.mark.slow),
     ],
 )
-def test_what_nodes_show_is_as_wet_as_other_things(empty_blender, engine, way):
+def test_what_nodes_show_is_as_wet_as_other_objects(empty_blender, engine, way):
     scene = empty_blender
     camera = scenes.add_camera((0.0, 0.0, -5.0))
     scene.camera = camera

@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.node_groups import uplift
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import cycles_settings, exr_output
-from underwater_spectral.scene.seen.lamps import lamps_of
+from underwater_spectral.scene.readers.lamps import lamps_of
 from underwater_spectral.scene.water import cycles_water, pass_values, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError

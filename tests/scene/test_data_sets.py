@@ -44,9 +44,9 @@ from underwater_spectral.jobs.manifest import read_manifest
 from underwater_spectral.jobs.progress import Progress
 from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.seen import surroundings
-from underwater_spectral.scene.seen.pinhole import pinhole_of, pose_of
-from underwater_spectral.scene.seen.room import Room
+from underwater_spectral.scene.readers import surroundings
+from underwater_spectral.scene.readers.pinhole import pinhole_of, pose_of
+from underwater_spectral.scene.readers.room import Room
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -194,28 +194,28 @@ def test_a_stage_is_what_it_says_and_leaves_no_trace(empty_blender):
 
 
 def test_categories_and_their_numbers_are_those_of_the_scene(empty_blender):
-    scene, things = _blank(), {}
+    scene, objects = _blank(), {}
     holder = bpy.data.collections.new("Everything")
     scene.collection.children.link(holder)
     for name in ("fish", "fish.001", "rock"):
-        things[name] = bpy.data.objects.new(name, bpy.data.meshes.new(name))
-        holder.objects.link(things[name])
+        objects[name] = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+        holder.objects.link(objects[name])
 
     def found():
-        rows = data_set_plan.things_of(scene, 1)
+        rows = data_set_plan.objects_of(scene, 1)
         return {row.name: (row.category, row.category_id) for row in rows}
 
     assert found() == {"fish": ("fish", None), "fish.001": ("fish", None), "rock": ("rock", None)}
     for name, number in (("fish", 4), ("fish.001", 4), ("rock", 9)):
-        things[name]["category_id"] = number
+        objects[name]["category_id"] = number
     assert found() == {"fish": ("fish", 4), "fish.001": ("fish", 4), "rock": ("rock", 9)}
-    things["rock"]["category_id"] = 4
+    objects["rock"]["category_id"] = 4
     assert set(found().values()) == {("category 4", 4)}
-    things["fish"]["category_id"] = 5
-    things["rock"]["category_id"] = 9
+    objects["fish"]["category_id"] = 5
+    objects["rock"]["category_id"] = 9
     with pytest.raises(InputError, match="category 'fish' have another"):
         found()
-    things["fish"]["category_id"] = "four"
+    objects["fish"]["category_id"] = "four"
     with pytest.raises(InputError, match="whole number"):
         found()
 
@@ -236,9 +236,9 @@ def test_room_knows_inside_and_outside(empty_blender):
     level = looking_at((0.0, -9.0, -5.0), (0.0, 0.0, -5.0))
     down = looking_at((6.0, 6.0, -5.0), (6.0, 6.0, -8.0))
     up = looking_at((6.0, 6.0, -5.0), (6.0, 6.0, 0.0))
-    assert room.seen_share(down, camera) == 1.0
-    assert room.seen_share(up, camera) == 0.0
-    assert 0.2 < room.seen_share(level, camera) < 0.6
+    assert room.seen_fraction(down, camera) == 1.0
+    assert room.seen_fraction(up, camera) == 0.0
+    assert 0.2 < room.seen_fraction(level, camera) < 0.6
 
 
 # --- From a specification to files ------------------------------------------------------------
@@ -296,7 +296,7 @@ def _polygon_centroid(corners: np.ndarray) -> np.ndarray:
 
 
 def _numbers(index) -> dict[str, int]:
-    return {thing.name: number for number, thing in enumerate(index.things, 1)}
+    return {scene_object.name: number for number, scene_object in enumerate(index.objects, 1)}
 
 
 def _centroid(mask: np.ndarray) -> np.ndarray:
@@ -664,8 +664,10 @@ def test_a_model_without_a_mesh_is_named(made, tmp_path, capsys):
     folder, index = tmp_path / "set", made.index
     shutil.copytree(made.folder, folder, ignore=shutil.ignore_patterns("bop"))
     bpy.ops.wm.open_mainfile(filepath=str(made.spec.with_name("discs.blend")))
-    (lost,) = (thing for thing in index.things if thing.name == "disc 0")
-    others = {thing.name for thing in index.things if thing.model == lost.model}
+    (lost,) = (scene_object for scene_object in index.objects if scene_object.name == "disc 0")
+    others = {
+        scene_object.name for scene_object in index.objects if scene_object.model == lost.model
+    }
     for name in others:
         bpy.data.objects[name].data.clear_geometry()
     notes: list[str] = []
@@ -793,7 +795,7 @@ count = 2
     (tmp_path / "spec.toml").write_text(before + poses + after)
     assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
     error = capsys.readouterr().err
-    assert "of 500 cameras none fits: 500 are inside things" in error
+    assert "of 500 cameras none fits: 500 are inside objects" in error
     assert "change the box" in error
 
 

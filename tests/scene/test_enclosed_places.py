@@ -5,9 +5,9 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene.seen import enclosed_places, surroundings
+from underwater_spectral.scene.readers import enclosed_places, surroundings
 from underwater_spectral.scene.viewport import live
-from underwater_spectral.scene.water import shade
+from underwater_spectral.scene.water import occlusion
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -71,7 +71,7 @@ def _said(build, at, turn=(1.5, 0.0, 0.0)):
     plan = make_plan(SceneSettings(bands=3, phase="hg:0.9"))
     around = surroundings.look_around(scene, camera, float(plan.column.attenuation.min()))
     weights = plan.reduction(-at[2]).weights
-    table = shade.table_of(around, plan.bands, plan.solved_field(), weights, -at[2])
+    table = occlusion.table_of(around, plan.bands, plan.solved_field(), weights, -at[2])
     return enclosed_places.notes(scene, camera, table, around)
 
 

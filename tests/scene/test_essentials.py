@@ -43,7 +43,7 @@ def test_hair_and_scatter_assets_render_in_every_mode(tmp_path, registered):
         means["bands"], abs=0.02 * float(means["bands"].max())
     )
     assert means["realtime"][1:] == pytest.approx(means["bands"][1:], rel=0.02)
-    # Noise, coarse shade and hair, which real time draws too bright: no proof, but dry things
+    # Noise, coarse occlusion and hair, which real time draws too bright: no proof, but dry objects
     # would be many times off.
     assert means["realtime"][1:] == pytest.approx(means["reference"][1:], rel=0.25)
     below_hair = height // 2, slice(width // 8, width // 4), 1

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.seen import lamps, view_tracing
+from underwater_spectral.scene.readers import lamps, view_tracing
 from underwater_spectral.scene.viewport import first_settings, live
 from underwater_spectral.scene.water import metering
 from underwater_spectral.settings.render_plan import plan_of

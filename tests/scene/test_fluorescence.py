@@ -1,4 +1,4 @@
-"""Things that fluoresce, as EEVEE draws them, against the sum over excitation and emission."""
+"""Objects that fluoresce, as EEVEE draws them, against the sum over excitation and emission."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import fluorescence
-from underwater_spectral.scene.seen import lamps
+from underwater_spectral.scene.readers import lamps
 from underwater_spectral.scene.water import realtime, scene_water, water_body
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings import render_plan
@@ -215,12 +215,12 @@ def _water(scene):
 def test_it_costs_nothing_where_nothing_glows(scene):
     plan, water = _water(scene)
     assert water.shape.fluorophores == 0
-    assert len(water.folded.glowing) == 3
+    assert len(water.projected.glowing) == 3
     realtime.add_realtime(scene, water, water_body.water_extent(scene, plan.column, DEPTH))
     assert not any("Fluorescent" in group.name for group in bpy.data.node_groups)
 
 
-def test_two_things_glow_each_by_its_own_and_it_leaves_no_trace(scene):
+def test_two_objects_glow_each_by_its_own_and_it_leaves_no_trace(scene):
     scenes.wall("other", (4.0, AWAY, -DEPTH), 2.0)
     _glow("coral-red", 0.5)
     _glow("coral-green", 0.25, "other")

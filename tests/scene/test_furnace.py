@@ -1,4 +1,4 @@
-"""White things in a white furnace cannot be told from what is behind them."""
+"""White objects in a white furnace cannot be told from what is behind them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import realtime_materials
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import (
     frame_water,
     realtime,
@@ -87,9 +87,9 @@ def _drawn(scene, camera, path, scattering=1e-6):
         1e-6, scattering, sun_irradiance=0.0, sky_radiance=1.0, floor_depth=12.0,
         floor_reflectance=1.0,
     )  # fmt: skip
-    seen = Snapshot(kinds=realtime_materials.kinds(contents.materials(scene)))
+    inputs = FrameInputs(kinds=realtime_materials.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
-    water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), seen=seen)
+    water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
     realtime.add_realtime(scene, water, water_body.water_extent(scene, column, _DEPTH))
     with eevee_settings.realtime_settings(scene, camera, samples=16, water=water):
         exr_output.write_float_exr(scene, path)
@@ -105,7 +105,7 @@ def _drawn(scene, camera, path, scattering=1e-6):
     ],
     ids=("first", "others"),
 )
-def test_white_things_vanish_in_a_white_furnace(empty_blender, tmp_path, kinds):
+def test_white_objects_vanish_in_a_white_furnace(empty_blender, tmp_path, kinds):
     scene, camera = empty_blender, _balls(kinds)
     scene.render.resolution_x = scene.render.resolution_y = _COLUMNS * _PIXELS
     image = _drawn(scene, camera, tmp_path / "a.exr")[0][..., 0]

@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import realtime_materials
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -75,11 +75,11 @@ def test_highlights_are_those_of_cycles(empty_blender, tmp_path, monkeypatch):
         1e-6, 1e-6, sun_irradiance=-_SUN[2], sun_cosine=-_SUN[2], sun_direction=_SUN,
         floor_depth=12.0,
     )  # fmt: skip
-    seen = Snapshot(kinds=realtime_materials.kinds(contents.materials(scene)))
+    inputs = FrameInputs(kinds=realtime_materials.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
-    water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), seen=seen)
+    water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
     for keeps in (True, False):
-        monkeypatch.setattr(frame_water.RealtimeWater, "keeps_closures", keeps)
+        monkeypatch.setattr(frame_water.RealtimeWater, "has_native_closures", keeps)
         realtime.add_realtime(scene, water, water_body.water_extent(scene, column, _DEPTH))
         with eevee_settings.realtime_settings(scene, camera, samples=16, water=water):
             exr_output.write_float_exr(scene, tmp_path / "a.exr")

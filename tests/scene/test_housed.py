@@ -1,4 +1,4 @@
-"""Pictures through ports: where things are, what they weigh, and what is refused."""
+"""Pictures through ports: where objects are, what they weigh, and what is refused."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from underwater_spectral.datasets.layer_file import camera_of, read_layers
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.seen import port_eye
+from underwater_spectral.scene.readers import port_eye
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.housing import HousingDescription
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_spectral_exr
@@ -106,7 +106,7 @@ NEAR = {"eevee": 0.2, "cycles": 0.1}
     ]
     + [pytest.param(port, "eevee", marks=pytest.mark.slow) for port in PORTS],
 )
-def test_things_are_where_the_port_shows_them(balls, tmp_path, port, engine):
+def test_objects_are_where_the_port_shows_them(balls, tmp_path, port, engine):
     samples = ("--samples", 64, "--water", "jerlov:I", "--engine", engine)
     image = _rendered(balls, tmp_path / "out", *samples, *OPTIONS[port], "--no-denoise")
     housing = _housing(port)

@@ -77,8 +77,8 @@ def test_layers_in_absorbing_water(tmp_path, tilt, w_z, depth):
     np.testing.assert_allclose(found, radiance(column, w, depth), rtol=off)
     # By hand: 0.05/4π e^{-0.3 (y + v down)} e^{-a v} dv, to the surface or for ever.
     rate = column.absorption - 0.3 * w_z
-    left = 1.0 - np.exp(-rate * depth / w_z) if w_z > 0 else 1.0
-    by_hand = 0.05 / (4 * math.pi) * math.exp(-0.3 * depth) * left / rate
+    transmittance = 1.0 - np.exp(-rate * depth / w_z) if w_z > 0 else 1.0
+    by_hand = 0.05 / (4 * math.pi) * math.exp(-0.3 * depth) * transmittance / rate
     np.testing.assert_allclose(found, by_hand, rtol=off)
 
 
@@ -147,7 +147,9 @@ def test_settings_switch_inelastic_light_on():
     with pytest.raises(InputError, match="bio: or case:"):
         make_plan(SceneSettings(inelastic="cdom"))
     with pytest.raises(InputError, match="second water"):
-        make_plan(replace(off, inelastic="all", second_water="jerlov:II", second_water_share=0.1))
+        make_plan(
+            replace(off, inelastic="all", second_water="jerlov:II", second_water_fraction=0.1)
+        )
     with pytest.raises(InputError, match="raman"):
         make_plan(SceneSettings(inelastic="ramen"))
 

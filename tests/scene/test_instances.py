@@ -11,9 +11,9 @@ from mathutils import Vector
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene.as_rendered import as_rendered
 from underwater_spectral.scene.materials import bare_surfaces
-from underwater_spectral.scene.seen import cameras, lamps
-from underwater_spectral.scene.seen.shown_lamps import shown_lamps
-from underwater_spectral.scene.seen.visible_meshes import visible_instances
+from underwater_spectral.scene.readers import cameras, lamps
+from underwater_spectral.scene.readers.shown_lamps import shown_lamps
+from underwater_spectral.scene.readers.visible_meshes import visible_instances
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -208,10 +208,10 @@ def test_instances_are_those_of_a_render(way, rendered):
     """Whatever the viewport's switches say; afterwards all is as it was."""
     scene = bpy.context.scene
     scenes.add_camera()
-    lamp, thing = _add("lamp", _spot()), scenes._cube("thing", (0.0, 0.0, 0.0))
+    lamp, body = _add("lamp", _spot()), scenes._cube("thing", (0.0, 0.0, 0.0))
     made = WAYS[way](lamp)
     if way in ("vertices", "faces"):
-        thing.parent = made
+        body.parent = made
         hidden = _add("hidden", _spot(), made)
         hidden.hide_render = True
     bpy.context.view_layer.update()

@@ -15,7 +15,7 @@ from underwater_spectral.jobs.farm import farm_bundle
 from underwater_spectral.jobs.farm.openjd_template import FarmJob
 from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.seen.lamp_files import lamp_files
+from underwater_spectral.scene.readers.lamp_files import lamp_files
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.manifests import small_manifest

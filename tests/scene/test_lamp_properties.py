@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene.engines import engines, exr_output
-from underwater_spectral.scene.seen import cameras, lamps
-from underwater_spectral.scene.seen.lamp_nodes import WATTS_PER_CANDELA, nodes_of
+from underwater_spectral.scene.readers import cameras, lamps
+from underwater_spectral.scene.readers.lamp_nodes import WATTS_PER_CANDELA, nodes_of
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.known_words import LAMP_SPECTRA
@@ -255,7 +255,7 @@ def test_constant_nodes_are_read(scene, tmp_path):
     assert factor(bulb) == pytest.approx(list(light.temperature_color), rel=0.01, abs=0.01)
     falloff = _emission(_light(), "ShaderNodeLightFalloff", Strength=2.5)
     assert factor(falloff) == pytest.approx([2.5] * 3)
-    assert nodes_of(falloff).unheeded == ()
+    assert nodes_of(falloff).unsupported == ()
     product = _emission(_light(), "ShaderNodeMath", operation="MULTIPLY")
     for socket, value in zip(product.node_tree.nodes["Math"].inputs, (2.0, 3.0), strict=False):
         socket.default_value = value

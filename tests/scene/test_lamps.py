@@ -11,8 +11,8 @@ import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene import marks, stored_lamps
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.seen import cameras, lamp_shadows, lamps
-from underwater_spectral.scene.seen.lamp_shadows import KeptLampShadows
+from underwater_spectral.scene.readers import cameras, lamp_shadows, lamps
+from underwater_spectral.scene.readers.lamp_shadows import LampShadowCache
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import lamp_rigs, water_body
 from underwater_spectral.settings import render_plan
@@ -22,7 +22,7 @@ from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.grouping import grouped
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
-from underwater_spectral.uw_spectral.lamps.thrown_back import COUNT
+from underwater_spectral.uw_spectral.lamps.virtual_point_lights import COUNT
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.illuminant import ABSOLUTE, RELATIVE, full_sun
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis
@@ -182,7 +182,7 @@ def test_a_metal_ball_shows_the_image_of_a_lamp(scene, tmp_path):
 
 @pytest.mark.slow
 def test_extremes_are_finite(scene, tmp_path):
-    """At the camera, on its ray, behind the wall, above the water, on a thing, near, far, dark."""
+    """At the camera, on its ray, behind the wall, above water, on an object, near, far, dark."""
     for place, power in (
         ((0.0, 0.0, -DEPTH), 10.0),
         ((0.0, 2.0, -DEPTH), 10.0),
@@ -209,12 +209,12 @@ def test_a_hundred_lamps_are_finite(scene, tmp_path):
     assert picture.max() > 0
 
 
-def test_things_keep_light_from_the_water_behind_them(scene):
-    """The wall does, but not one without a shadow, nor the water's own things."""
+def test_objects_keep_light_from_the_water_behind_them(scene):
+    """The wall does, but not one without a shadow, nor the water's own objects."""
     _lamp((0.0, 1.0, -DEPTH))
 
     def lit(*place):
-        found = KeptLampShadows().of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        found = LampShadowCache().of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
         return float(np.ravel(found.lamps[0].lit(tuple(np.array([[x]]) for x in place)))[0])
 
     assert lit(0.0, 2.9, 0.0) == 1.0
@@ -231,7 +231,7 @@ def test_things_keep_light_from_the_water_behind_them(scene):
 def test_shadows_are_computed_again_where_something_moved(scene, monkeypatch):
     """Else they are those of before; what is kept changes nothing."""
     one, other = _lamp((0.0, 1.0, -DEPTH)), _lamp((0.5, 1.5, -DEPTH))
-    wall, kept, traced = bpy.data.objects["wall"], KeptLampShadows(), []
+    wall, cache, traced = bpy.data.objects["wall"], LampShadowCache(), []
     first = lamp_shadows.Meshes.first
 
     def noted(self, *rays):
@@ -245,9 +245,9 @@ def test_shadows_are_computed_again_where_something_moved(scene, monkeypatch):
             item.location.y += step
         bpy.context.view_layer.update()
         found, before = lamps.lamps_of(scene, BANDS, RELATIVE), len(traced)
-        now = kept.of(scene, found).lamps
+        now = cache.of(scene, found).lamps
         count = len(traced) - before
-        for lamp, fresh in zip(now, KeptLampShadows().of(scene, found).lamps, strict=True):
+        for lamp, fresh in zip(now, LampShadowCache().of(scene, found).lamps, strict=True):
             assert (lamp.shadow is None) == (fresh.shadow is None)
             if lamp.shadow is not None:
                 np.testing.assert_array_equal(lamp.shadow.values, fresh.shadow.values)
@@ -269,16 +269,16 @@ def test_what_lamps_light_throws_light_back(scene):
     _lamp((0.0, 1.0, -DEPTH))
     (node,) = (n for n in bpy.data.materials["wall"].node_tree.nodes if n.type == "BSDF_DIFFUSE")
     water = lamp_water([0.1] * 3, [0.1] * 3, seawater_mixture([1.0] * 3, [0.02] * 3))
-    kept = KeptLampShadows()
+    cache = LampShadowCache()
 
-    def thrown(colour):
+    def virtual(colour):
         node.inputs["Color"].default_value = (*colour, 1.0)
         bpy.context.view_layer.update()
-        found = kept.of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
-        assert found.thrown == ()
-        return found.with_thrown_back(water, BANDS, (0.0, 0.0, -DEPTH)).thrown
+        found = cache.of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        assert found.virtual == ()
+        return found.with_virtual_lights(water, BANDS, (0.0, 0.0, -DEPTH)).virtual
 
-    white, red, black = (thrown(c) for c in ((0.8,) * 3, (0.8, 0.0, 0.0), (0.0,) * 3))
+    white, red, black = (virtual(c) for c in ((0.8,) * 3, (0.8, 0.0, 0.0), (0.0,) * 3))
     assert len(white) == len(red) == len(black) == COUNT
     for one in white:
         assert one.position[1] == pytest.approx(4.0, abs=1e-3)
@@ -321,7 +321,7 @@ def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
     assert lamps.left_out(scene) == {}
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
     assert "above the water" in found.notes[0]
-    assert "above the water" in " ".join(lamps.said_of(item))
+    assert "above the water" in " ".join(lamps.diagnostics(item))
     assert lamps.records(scene)[0]["through_surface"]
     assert lamps.records(scene)[0]["position"] == pytest.approx([0.0, 1.0, 2.0])
     assert found.from_air
@@ -379,16 +379,16 @@ def test_a_deck_keeps_light_from_the_water_and_a_housing_above_does_not(scene):
 
     def lit():
         bpy.context.view_layer.update()
-        found = KeptLampShadows().of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
+        found = LampShadowCache().of(scene, lamps.lamps_of(scene, BANDS, RELATIVE))
         (lamp,) = found.lamps
         below = (0.0, 0.0, -2.0 - lamp.position[2])
         return float(np.ravel(lamp.lit(tuple(np.array([[x]]) for x in below)))[0])
 
     assert lit() == 1.0
-    thing = scenes.wall("thing", (0.0, 0.0, 2.3), 1.0)
-    thing.rotation_euler.x = 0.0
+    body = scenes.wall("thing", (0.0, 0.0, 2.3), 1.0)
+    body.rotation_euler.x = 0.0
     assert lit() == 1.0
-    thing.location.z = 1.0
+    body.location.z = 1.0
     assert lit() == 0.0
 
 

@@ -1,4 +1,4 @@
-"""Layers of a picture: they add up, and say where things are."""
+"""Layers of a picture: they add up, and say where objects are."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from underwater_spectral.datasets import cryptomatte
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.jobs import batch, command_line, manifest, planning
 from underwater_spectral.scene.engines import eevee_engine, layer_passes
-from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.readers import cameras
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -114,7 +114,7 @@ def test_transmittance_is_exact_and_is_what_is_left(eevee):
 
 
 @pytest.mark.parametrize("engine", ["eevee", "cycles"])
-def test_places_are_those_of_the_things(engine, request, blend):
+def test_places_are_those_of_the_objects(engine, request, blend):
     frame, truth = request.getfixturevalue(engine)
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     scene = bpy.context.scene
@@ -143,19 +143,19 @@ def test_places_are_those_of_the_things(engine, request, blend):
 
 
 @pytest.mark.parametrize("engine", ["eevee", "cycles"])
-def test_numbers_and_cryptomatte_name_the_things(engine, request):
+def test_numbers_and_cryptomatte_name_the_objects(engine, request):
     frame, _ = request.getfixturevalue(engine)
     known = cryptomatte.read_manifest(frame.attributes, "CryptoObject")
     assert {"grey", "black"} <= set(known)
     assert known["grey"] == cryptomatte.identifier("grey")
     ranks = np.concatenate([frame[f"CryptoObject{rank:02d}"] for rank in range(3)], axis=-1)
     for name, left in (("grey", True), ("black", False)):
-        share = cryptomatte.coverage(ranks, known[name])
-        assert share[_inside(frame, name)].min() > 0.999
-        assert (np.argwhere(share > 0.5)[:, 1].mean() < SIZE[0] / 2) == left
+        fraction = cryptomatte.coverage(ranks, known[name])
+        assert fraction[_inside(frame, name)].min() > 0.999
+        assert (np.argwhere(fraction > 0.5)[:, 1].mean() < SIZE[0] / 2) == left
         # A square of 1.2 m, of which the picture cuts 0.22 m.
         per_metre = SIZE[0] / 0.72 / RANGE
-        assert share.sum() == pytest.approx(1.2 * 0.98 * per_metre**2, rel=0.03)
+        assert fraction.sum() == pytest.approx(1.2 * 0.98 * per_metre**2, rel=0.03)
 
 
 def test_cycles_tells_direct_light_from_the_rest(cycles, eevee):
@@ -201,7 +201,7 @@ def test_every_kind_of_water_has_its_outputs(changes):
     plan = render_plan.make_plan(SceneSettings(**values))
     extent = water_body.WaterExtent(50.0, 40.0)
     with eevee_engine.eevee_bands(scene, scene.camera, plan, extent, 5.0):
-        for name in ("UW Thing in Water", "UW Background"):
+        for name in ("UW Surface in Water", "UW Background"):
             nodes = bpy.data.node_groups[name].nodes
             found = {n.aov_name: n for n in nodes if n.bl_idname == "ShaderNodeOutputAOV"}
             light = {"J", "D", "B_water", "B_single", "B_lamps", "F"}
@@ -209,7 +209,7 @@ def test_every_kind_of_water_has_its_outputs(changes):
             assert {f"uw_{layer}" for layer in light} <= fed
             of_surfaces = {"uw_E", "uw_albedo", "uw_reflectance", "uw_numbers"}
             assert of_surfaces <= set(found)
-            assert (of_surfaces <= fed) == name.startswith("UW Thing")
+            assert (of_surfaces <= fed) == name.startswith("UW Surface")
     assert not list(scene.view_layers[0].aovs)
 
 
@@ -277,7 +277,7 @@ def test_other_cameras_and_words_are_refused(blend, tmp_path):
         pytest.param([*EEVEE, "--mode", "realtime"], marks=pytest.mark.slow),
     ],
 )
-def test_where_things_are_is_sharp_in_a_blurred_picture(engine, blend, tmp_path):
+def test_where_objects_are_is_sharp_in_a_blurred_picture(engine, blend, tmp_path):
     """Motion blur and depth of field are the picture's; these are of the frame's moment."""
     names, found = ("range", "normal", "motion", "instance"), []
     for blurred in (False, True):

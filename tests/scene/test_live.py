@@ -13,7 +13,7 @@ from underwater_spectral.scene.materials import wet_trees
 from underwater_spectral.scene.materials.inserted import has_inserted, own_input
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.viewport import live, submerging
-from underwater_spectral.scene.water import shade
+from underwater_spectral.scene.water import occlusion
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
 from underwater_spectral.settings.render_plan import make_plan, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -75,7 +75,7 @@ def _expected(scene, depth):
 def _assert_shows(scene, depth):
     expected = _expected(scene, depth)
     np.testing.assert_array_equal(
-        _texels(), realtime_tables.pixels(expected.folded).ravel(), strict=True
+        _texels(), realtime_tables.pixels(expected.projected).ravel(), strict=True
     )
     assert _shown() == pytest.approx(depth)
 
@@ -101,7 +101,7 @@ def test_haste_takes_few_bands_and_rest_takes_all():
 
 CHANGES = {
     "water": "jerlov:5C",
-    "second_water_share": 0.4,
+    "second_water_fraction": 0.4,
     "absorption_factor": 1.7,
     "scattering_factor": 2.0,
     "sensor": "ARRI D21",
@@ -150,7 +150,7 @@ def test_changes_arrive_without_new_nodes():
 
 
 def test_what_was_drawn_in_haste_is_packed_at_rest():
-    """Also where haste leaves nothing else to be done: few bands, and no shade."""
+    """Also where haste leaves nothing else to be done: few bands, and no occlusion."""
     scene = _scene()
     scene.underwater.bands, scene.underwater.diffuse_shadows = 4, False
     live.add(scene)
@@ -202,12 +202,12 @@ def test_another_shape_builds_other_nodes():
 
 def test_keyframes_work_in_playback():
     scene = _scene()
-    for frame, share, zenith in ((1, 0.0, 10.0), (11, 1.0, 60.0)):
-        scene.underwater.second_water_share = share
+    for frame, fraction, zenith in ((1, 0.0, 10.0), (11, 1.0, 60.0)):
+        scene.underwater.second_water_fraction = fraction
         scene.underwater.sun_zenith = zenith
-        scene.underwater.keyframe_insert("second_water_share", frame=frame)
+        scene.underwater.keyframe_insert("second_water_fraction", frame=frame)
         scene.underwater.keyframe_insert("sun_zenith", frame=frame)
-        scene.camera.location.z = -4.0 - 4.0 * share
+        scene.camera.location.z = -4.0 - 4.0 * fraction
         scene.camera.keyframe_insert("location", frame=frame)
     scene.underwater.second_water = "jerlov:7C"
     live.add(scene)
@@ -400,7 +400,7 @@ def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, sett
     assert live.problem(scene) == ""
     drawn = stored_settings.stored_settings(scene).in_mode("realtime").bands
     assert len(set(solved)) == len(solved)
-    assert {bands for bands, *_ in solved} == {drawn, min(drawn, shade.MOST_BANDS), *others}
+    assert {bands for bands, *_ in solved} == {drawn, min(drawn, occlusion.MOST_BANDS), *others}
 
 
 def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
@@ -415,7 +415,7 @@ def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
     solved.clear()
     update(scene)
     asked = list(solved)
-    assert {bands for bands, *_ in asked} == {40, shade.MOST_BANDS}
+    assert {bands for bands, *_ in asked} == {40, occlusion.MOST_BANDS}
     assert len(set(asked)) == len(asked)
     _assert_shows(scene, 5.0)
     assert solved == asked  # what is compared with knows the field

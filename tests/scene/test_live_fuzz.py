@@ -269,7 +269,7 @@ def check(before, user):
 
 
 FRAME, LIVE = (add, scene_water.remove), (live.add, live.take_out)
-"""What touches the user's things, in milliseconds; and all of live water."""
+"""What touches the user's objects, in milliseconds; and all of live water."""
 
 
 def try_round(seed, edits, path=None, water=FRAME):

@@ -61,19 +61,19 @@ def _group(name, *, keeps):
     for one in (*uplift.COLUMNS, uplift.MEASURED_INPUT) if keeps else ():
         tree.interface.new_socket(one, in_out="OUTPUT", socket_type="NodeSocketVector")
     if keeps:
-        tree.interface.new_socket(uplift.SHARE, in_out="OUTPUT", socket_type="NodeSocketFloat")
+        tree.interface.new_socket(uplift.FRACTION, in_out="OUTPUT", socket_type="NodeSocketFloat")
     return tree
 
 
 def add(scene):
-    """Put the frame of a water into a scene: all that touches the user's things, and no light."""
+    """Put the frame of a water into a scene: all that touches the user's objects, and no light."""
     scene_water.prepare(scene)
     plain, _ = bare_surfaces.dress(scene)
-    lit, keeping = _group("UW Surface", keeps=False), _group("UW Keeping", keeps=True)
+    lit, native = _group("UW Surface", keeps=False), _group("UW Keeping", keeps=True)
     materials, _ = scene_water.own_materials(scene, routed=False)
-    insert(materials, Surfaces(lit, keeping=keeping))
+    insert(materials, Surfaces(lit, native=native))
     world, floor = bpy.data.worlds.new("UW World"), bpy.data.materials.new("UW Floor")
-    parts = {marks.SURFACE: lit, marks.KEEPING: keeping}
+    parts = {marks.SURFACE: lit, marks.NATIVE: native}
     if plain is not None:
         parts["uw_plain"] = plain
     sun = bpy.data.lights.new("UW Sun", "SUN")
@@ -176,7 +176,7 @@ def _own_world_deleted():
 def _everything_renamed():
     for kind in ("objects", "collections", "materials", "worlds", "scenes", "meshes", "lights"):
         for number, block in enumerate(getattr(bpy.data, kind)):
-            block.name = f"thing {number}"
+            block.name = f"object {number}"
     for tree in [m.node_tree for m in bpy.data.materials] + [*bpy.data.node_groups]:
         for number, node in enumerate(tree.nodes):
             node.name = f"node {number}"
@@ -190,7 +190,7 @@ THEIRS = {
         _lamp_deleted, _lamp_made_single, _world_replaced, _own_world_deleted, _everything_renamed,
     )
 }  # fmt: skip
-"""Edits of the user's own things: the outcome is the same without water."""
+"""Edits of the user's own objects: the outcome is the same without water."""
 
 
 @pytest.mark.parametrize("edit", THEIRS)
@@ -267,7 +267,7 @@ OURS = {
         _pasted_into_the_own_world,
     )
 }  # fmt: skip
-"""Edits of the water's things: the user's are as before."""
+"""Edits of the water's objects: the user's are as before."""
 
 
 @pytest.mark.parametrize("edit", OURS)
@@ -360,8 +360,8 @@ def test_a_new_shader_is_wet_again(scene):
     assert wet_trees.is_dry(paint)
     giving_back.dry_but(set(bpy.data.materials) - {paint})
     assert len(_tree().nodes) == 3
-    lit, keeping = (marks.part(scene, name) for name in (marks.SURFACE, marks.KEEPING))
-    insert([paint], Surfaces(lit, keeping=keeping))
+    lit, native = (marks.part(scene, name) for name in (marks.SURFACE, marks.NATIVE))
+    insert([paint], Surfaces(lit, native=native))
     assert not wet_trees.is_dry(paint)
     assert wet_trees.own_shader(_tree()).links[0].from_node.bl_idname == "ShaderNodeEmission"
     scene_water.remove(scene)

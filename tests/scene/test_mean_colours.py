@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from underwater_spectral.scene.materials import mean_colours
 from underwater_spectral.scene.materials.mean_colours import mean_colour
-from underwater_spectral.scene.seen import surroundings
-from underwater_spectral.scene.seen.ray_casting import Meshes
-from underwater_spectral.scene.seen.surface_samples import visible_triangles
-from underwater_spectral.scene.seen.visible_meshes import visible_meshes
-from underwater_spectral.scene.water.shade import Kept
+from underwater_spectral.scene.readers import surroundings
+from underwater_spectral.scene.readers.ray_casting import Meshes
+from underwater_spectral.scene.readers.surface_samples import visible_triangles
+from underwater_spectral.scene.readers.visible_meshes import visible_meshes
+from underwater_spectral.scene.water.occlusion import Cache
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -47,11 +47,13 @@ def _shown(ray="camera"):
     """Mean colour of what covers, and coverage, of what the add-on sees."""
     bpy.context.view_layer.update()
     (shown,) = visible_meshes(bpy.context.evaluated_depsgraph_get(), (), ray)
-    shares = np.bincount(shown.arrays.parts, minlength=len(shown.means)) / len(shown.arrays.parts)
-    coverage = sum(s * mean.coverage for s, mean in zip(shares, shown.means, strict=True))
+    fractions = np.bincount(shown.arrays.parts, minlength=len(shown.means)) / len(
+        shown.arrays.parts
+    )
+    coverage = sum(s * mean.coverage for s, mean in zip(fractions, shown.means, strict=True))
     colour = sum(
         s * mean.coverage * np.array(mean.colour)
-        for s, mean in zip(shares, shown.means, strict=True)
+        for s, mean in zip(fractions, shown.means, strict=True)
     )
     return colour / coverage, coverage
 
@@ -116,7 +118,7 @@ def test_meshes_of_one_material_have_means_of_their_own():
             point.vector = (left + 0.01 + 0.48 * point.vector[0], point.vector[1])
     bpy.context.view_layer.update()
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    found = sorted(thing.colours[0].tolist() for thing in visible_triangles(depsgraph))
+    found = sorted(surface.colours[0].tolist() for surface in visible_triangles(depsgraph))
     np.testing.assert_allclose(found, [[0.1, 0.2, 0.3], [0.7, 0.6, 0.5]], atol=1e-3)
     rays = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]]), np.array([[0.0, 0.0, -1.0]] * 2)
     hits = Meshes(depsgraph, (), "camera").first(*rays, np.full(2, np.inf))
@@ -180,7 +182,7 @@ def test_a_colour_that_is_a_guess_is_said(node, into, said, monkeypatch):
     bpy.context.object.data.materials.append(material)
     bpy.context.view_layer.update()
     column = make_plan(SceneSettings(bands=3)).column
-    kept = Kept()
+    kept = Cache()
     kept.look(scene, camera, column)
     assert len(kept.notes) == said
     assert all("'Sand' (Magic Texture)" in note and "0.5" in note for note in kept.notes)

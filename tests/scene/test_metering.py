@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.jobs import command_line, planning
 from underwater_spectral.node_groups import realtime_tables
 from underwater_spectral.scene import marks, stored_settings
-from underwater_spectral.scene.seen import cameras, lamps
+from underwater_spectral.scene.readers import cameras, lamps
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import metering
 from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
@@ -19,7 +19,7 @@ from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance
 from underwater_spectral.uw_spectral.surface.refraction import seen_from_air
-from underwater_spectral.uw_spectral.transfer.above_water import leaving_share
+from underwater_spectral.uw_spectral.transfer.above_water import leaving_fraction
 
 DEPTH = 5.0
 CHOSEN = SceneSettings(exposure="auto-picture", phase="hg:0.924", bands=4)
@@ -43,8 +43,8 @@ def test_the_picture_is_exposed_to_middle_grey(monkeypatch):
     """The mean of what was metered, times the gain, is middle grey, by the table of rays."""
     seen = {}
 
-    def spy(Y, share):
-        seen["mean"] = float(np.asarray(Y) @ share)
+    def spy(Y, fraction):
+        seen["mean"] = float(np.asarray(Y) @ fraction)
         seen["bright"] = float(np.quantile(Y, 0.98))
         return np.log2(min(0.18 / seen["mean"], 1.0 / seen["bright"]))
 
@@ -82,7 +82,7 @@ def test_from_the_air_mirrored_sky_and_the_light_of_the_water_are_metered():
     v = tuple(np.array([direction[:] for _, direction in pairs]).T[..., None])
     R, w, mirrored = seen_from_air(v, (0.0, 0.0, 1.0), n)
     below = plan.solved_field(16).radiance(0.0, tuple(component[:, 0] for component in w))
-    seen = R * sky.radiance(mirrored) + leaving_share(R, n) * below
+    seen = R * sky.radiance(mirrored) + leaving_fraction(R, n) * below
     mean = luminance(plan.viewpoint(0.0, 0.0).reduction.apply(seen)).mean()
     assert stops == pytest.approx(np.log2(0.18 / mean), abs=0.03)
     # The sky alone: what the water is does not count.
@@ -138,7 +138,7 @@ def test_live_water_and_a_job_expose_alike():
     np.testing.assert_allclose(manifest.developments[0].weights, expected)
     water = eevee_water(plan, scene, Eye(scene.camera, DEPTH), expected)
     live.add(scene)
-    np.testing.assert_array_equal(_texels(scene), realtime_tables.pixels(water.folded).ravel())
+    np.testing.assert_array_equal(_texels(scene), realtime_tables.pixels(water.projected).ravel())
     # The camera turns away from the ball: another picture, another exposure.
     before = _texels(scene)
     scene.camera.rotation_euler.x -= 1.0

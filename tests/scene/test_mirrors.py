@@ -105,10 +105,10 @@ def test_a_rough_mirror_shows_the_mean_of_the_water_that_its_facets_face(empty_b
     w = z[..., None] * n + r * np.cos(angle)[..., None] * side
     w = (w + r * np.sin(angle)[..., None] * np.cross(n, side)).reshape(-1, 3).T
     eye = (0.0, -1.0, 0.0)
-    share = round_highlight(n, eye, halfway(eye, w), w, roughness**4)
+    fraction = round_highlight(n, eye, halfway(eye, w), w, roughness**4)
     L = plan.solved_field(16).radiance(DEPTH, tuple(w))
     # What white facets throw from one to another comes as the rest does.
-    wanted = share @ L / share.sum() * np.exp(-NEAR * plan.column.absorption)
+    wanted = fraction @ L / fraction.sum() * np.exp(-NEAR * plan.column.absorption)
     low = wanted * np.exp(-NEAR * plan.column.scattering)
     assert (seen < 1.03 * wanted).all()
     assert (seen > 0.97 * low).all()

@@ -10,8 +10,8 @@ import bpy
 import pytest
 from underwater_spectral.jobs import batch, job_files
 from underwater_spectral.scene import scripts, unlit_scans
-from underwater_spectral.scene.seen import missing_data
-from underwater_spectral.scene.unheeded import unheeded_of_camera
+from underwater_spectral.scene.readers import missing_data
+from underwater_spectral.scene.unsupported import unsupported_of_camera
 from underwater_spectral.tests.scene import scenes
 
 SMALL = ["--samples", 1, "--resolution", 8, 8, "--phase", "hg:0.8", "--bands", 2]
@@ -174,9 +174,9 @@ def driven(tmp_path, empty_blender) -> Path:
     text.write("import bpy\nbpy.app.driver_namespace['deep'] = lambda frame: -5.0 - frame\n")
     text.use_module = True
     for place, words in enumerate(("frame * 0.0", "deep(frame) + 0.0")):
-        thing = bpy.data.objects.new(f"driven{place}", None)
-        bpy.context.collection.objects.link(thing)
-        thing.driver_add("location", 2).driver.expression = words
+        item = bpy.data.objects.new(f"driven{place}", None)
+        bpy.context.collection.objects.link(item)
+        item.driver_add("location", 2).driver.expression = words
     path = tmp_path / "driven.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path
@@ -233,18 +233,18 @@ def test_unlit_scans_and_far_cameras_are_named(empty_blender):
     assert not unlit_scans.notes(scene)
     camera = scenes.add_camera((500_000.0, 0.0, -5.0), (0.0, 0.0, 0.0))
     bpy.context.view_layer.update()
-    (note,) = unheeded_of_camera(scene, camera, traced=True)
+    (note,) = unsupported_of_camera(scene, camera, traced=True)
     assert "5e+05 m from the origin" in note
     assert "31 mm" in note
     camera.location.x = 5_000.0
     bpy.context.view_layer.update()
-    assert not unheeded_of_camera(scene, camera, traced=True)
+    assert not unsupported_of_camera(scene, camera, traced=True)
 
 
 def test_a_driver_with_an_error_is_named(empty_blender):
-    thing = bpy.data.objects.new("broken", None)
-    bpy.context.collection.objects.link(thing)
-    thing.driver_add("location", 0).driver.expression = "frame +"
+    item = bpy.data.objects.new("broken", None)
+    bpy.context.collection.objects.link(item)
+    item.driver_add("location", 0).driver.expression = "frame +"
     bpy.context.scene.frame_set(2)
     (note,) = scripts.notes()
     assert "'broken'" in note

@@ -104,17 +104,17 @@ def test_bands_are_chosen_from_the_contrast():
     water = _water(scene, bands=6)
     part = water.in_channels(channels_of_bands(water.column.bands, (3, 4, 5)))
     assert part.shape.waves
-    share = part.folded.caustics / part.folded.sunlit
-    deepest = share[:, :, -1, 0]
+    fraction = part.projected.caustics / part.projected.sunlit
+    deepest = fraction[:, :, -1, 0]
     assert deepest == pytest.approx(np.tile(water.contrast[-1, 3:], (len(deepest), 1)))
 
 
 def test_strength_scales_the_contrast():
     scene = _scene()
     one, none = (_water(scene, caustics=x) for x in (1.0, 0.0))
-    assert np.all(none.folded.caustics == 0.0)
+    assert np.all(none.projected.caustics == 0.0)
     assert none.numbers.single[realtime_values.CAUSTIC_STRENGTH] == 0.0
-    assert np.abs(one.folded.caustics / one.folded.sunlit)[:3, :, 5, 0].min() > 0.2
+    assert np.abs(one.projected.caustics / one.projected.sunlit)[:3, :, 5, 0].min() > 0.2
 
 
 def test_time_of_the_waves():

@@ -9,7 +9,7 @@ import pytest
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.materials import own_water
-from underwater_spectral.scene.unheeded import unheeded
+from underwater_spectral.scene.unsupported import unsupported
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -61,7 +61,7 @@ def test_it_is_named(make, words):
     scenes.add_camera((0.0, 0.0, -5.0))
     make()
     bpy.context.view_layer.update()
-    found = [note for note in unheeded(bpy.context.scene) if own_water.ADVICE in note]
+    found = [note for note in unsupported(bpy.context.scene) if own_water.ADVICE in note]
     assert len(found) == bool(words)
     assert all(words in note and "'Plane'" in note for note in found)
 
@@ -98,7 +98,7 @@ def test_it_is_hidden_while_there_is_live_water_and_comes_back():
     live.add(scene)
     assert sea.hide_render
     assert sea.hide_viewport
-    assert any("left out" in note and "'Plane'" in note for note in unheeded(scene))
+    assert any("left out" in note and "'Plane'" in note for note in unsupported(scene))
     getattr(scene, stored_settings.PROPERTY).hide_own_water = False
     live.update(scene)
     assert not sea.hide_render

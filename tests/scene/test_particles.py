@@ -221,7 +221,7 @@ def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 64, 36
     camera.location = (0.0, 0.0, -5.0)
-    # Without shade, things keep away nothing of the light that is scattered forward past them.
+    # Without shade, objects keep away nothing of the light that is scattered forward past them.
     plan = _plan(phase="hg:0.0", samples=16, sun_azimuth=90.0, layers="instance,material")
     kind = replace(KINDS["snow"], wander=0.0)
     part = SizeClass(0.2, 0.4, 6.0, 150, (0.0, 0.0))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene.seen import clouds
+from underwater_spectral.scene.readers import clouds
 from underwater_spectral.scene.water import moving_surface, new_plumes
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.errors import InputError
@@ -44,7 +44,7 @@ def test_plumes_are_below_the_foam_of_the_frame_and_thin_out(scene):
         x, y, z = item.location
         around = np.hypot(*np.meshgrid(*[np.linspace(-1.0, 1.0, 21)] * 2)) < 1.0
         sides = np.meshgrid(x + np.linspace(-1.0, 1.0, 21), y + np.linspace(-1.0, 1.0, 21))
-        assert (waves.foam_share(*sides) * around).max() > 0.3
+        assert (waves.foam_fraction(*sides) * around).max() > 0.3
         assert z < 0.0
         fresh.append(item.underwater.concentration)
     air = []

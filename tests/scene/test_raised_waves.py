@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.seen import waterline
+from underwater_spectral.scene.readers import waterline
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import moving_surface, water_body
 from underwater_spectral.scene.water.eevee_water import Eye

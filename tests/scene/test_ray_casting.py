@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from underwater_spectral.scene.seen.ray_casting import Meshes
+from underwater_spectral.scene.readers.ray_casting import Meshes
 from underwater_spectral.tests.scene import scenes
 
 
@@ -20,7 +20,7 @@ def _add(name, data, location, scale=(1.0, 1.0, 1.0)):
 
 
 def _crowd():
-    """Cubes that share a mesh, a bent tube, instances, a flattened cube, and hidden things."""
+    """Cubes that share a mesh, a bent tube, instances, a flattened cube, and hidden objects."""
     cube = scenes._cube("cube", (0.0, 0.0, -5.0))
     random = np.random.default_rng(1)
     for index in range(30):

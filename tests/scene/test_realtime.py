@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.materials import wet_trees
-from underwater_spectral.scene.seen.lamps import SceneLamps, lamps_of
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
+from underwater_spectral.scene.readers.lamps import SceneLamps, lamps_of
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
@@ -31,7 +31,7 @@ def _water(
         depth,
         np.eye(3),
         shafts=shafts,
-        seen=Snapshot(reflectances or {}, lamps=lamps or SceneLamps()),
+        inputs=FrameInputs(reflectances or {}, lamps=lamps or SceneLamps()),
     )
 
 
@@ -49,7 +49,7 @@ def test_removal_restores_every_value(shafts):
         surface="flat",
         lamps=lamps_of(scene, columns.grey_column(0.1, 0.1).bands, RELATIVE),
     )
-    assert len(water.seen.lamps.lamps) == 2
+    assert len(water.inputs.lamps.lamps) == 2
     notes = _add(scene, water)
     assert len(notes) == 2
     assert all("mirrors" in note for note in notes)

@@ -17,7 +17,7 @@ from underwater_spectral.scene.materials import (
     shader_nodes,
     wet_trees,
 )
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
@@ -118,7 +118,7 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     weights = np.linalg.inv(uplift_basis(column.bands))
     phase = parse_phase("hg:0.8").for_bands(np.ones(3))
     kinds = realtime_materials.kinds(bpy.data.materials)
-    water = frame_water.realtime_water(column, phase, 8.0, weights, seen=Snapshot(kinds=kinds))
+    water = frame_water.realtime_water(column, phase, 8.0, weights, inputs=FrameInputs(kinds=kinds))
     notes = realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
     # In the closed form mirrors are matte.
     assert {"'metal'" in note for note in notes} == {True, False}
@@ -188,7 +188,7 @@ def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch)
     column = columns.grey_column(0.1, 0.1)
     phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
     water = frame_water.realtime_water(
-        column, phase, 5.0, np.eye(3), seen=Snapshot(
+        column, phase, 5.0, np.eye(3), inputs=FrameInputs(
             {"measured": np.linspace(0.2, 0.8, 3)},
             kinds=realtime_materials.kinds(bpy.data.materials),
         ),
@@ -196,13 +196,13 @@ def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch)
     bpy.context.view_layer.update()
     before, pictures = snapshot.snapshot(), []
     for keeps in (True, False):
-        monkeypatch.setattr(frame_water.RealtimeWater, "keeps_closures", keeps)
+        monkeypatch.setattr(frame_water.RealtimeWater, "has_native_closures", keeps)
         realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
         for material in materials:
             # What the sun's colours and the light of the water need is computed once.
             groups = [getattr(node, "node_tree", None) for node in material.node_tree.nodes]
             named = [group.name for group in groups if group is not None]
-            assert sum(name.startswith(("UW Water", "UW Thing")) for name in named) == 1
+            assert sum(name.startswith(("UW Water", "UW Surface")) for name in named) == 1
         with eevee_settings.realtime_settings(scene, camera, samples=8, water=water):
             exr_output.write_float_exr(scene, tmp_path / "a.exr")
         pictures.append(read_exr(tmp_path / "a.exr")[0].astype(float))
@@ -291,10 +291,10 @@ def _cut_out(name: str, *, nodes: int) -> bpy.types.Material:
 
 
 def _cut_out_water() -> frame_water.RealtimeWater:
-    seen = Snapshot(kinds=realtime_materials.kinds(bpy.data.materials))
+    seen = FrameInputs(kinds=realtime_materials.kinds(bpy.data.materials))
     phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
     return frame_water.realtime_water(
-        columns.grey_column(0.01, 0.0), phase, 5.0, np.eye(3), seen=seen
+        columns.grey_column(0.01, 0.0), phase, 5.0, np.eye(3), inputs=seen
     )
 
 
@@ -342,13 +342,13 @@ def test_only_facets_in_lamplight_pay(empty_blender):
     found = [realtime_materials.kinds([m]).facets for m in (matte, glossy, coated)]
     assert found == [0, 1, 2]
     column = columns.grey_column(0.1, 0.1)
-    seen = Snapshot(kinds=realtime_materials.kinds([coated]))
+    seen = FrameInputs(kinds=realtime_materials.kinds([coated]))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
-    water = frame_water.realtime_water(column, phase, 4.0, np.eye(3), seen=seen)
+    water = frame_water.realtime_water(column, phase, 4.0, np.eye(3), inputs=seen)
     assert water.shape.facets == 0
 
 
-def test_clear_things_that_hide_lamps_are_said(empty_blender):
+def test_clear_objects_that_hide_lamps_are_said(empty_blender):
     """EEVEE's dithering throws away what is wholly transparent, emission and all."""
     material, tree, output = scenes._material("pane")
     glass = tree.nodes.new("ShaderNodeBsdfGlass")

@@ -9,12 +9,12 @@ from underwater_spectral.jobs import batch, planning
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.as_rendered import as_rendered
 from underwater_spectral.scene.materials.mean_colours import mean_colour, mean_surface
-from underwater_spectral.scene.seen import lamps, surroundings
-from underwater_spectral.scene.seen.lamp_shadows import KeptLampShadows
-from underwater_spectral.scene.seen.ray_casting import Meshes
-from underwater_spectral.scene.seen.surface_samples import visible_triangles
-from underwater_spectral.scene.seen.surroundings import has_things, look_around
-from underwater_spectral.scene.seen.visible_meshes import visible_meshes
+from underwater_spectral.scene.readers import lamps, surroundings
+from underwater_spectral.scene.readers.lamp_shadows import LampShadowCache
+from underwater_spectral.scene.readers.ray_casting import Meshes
+from underwater_spectral.scene.readers.surface_samples import visible_triangles
+from underwater_spectral.scene.readers.surroundings import has_objects, look_around
+from underwater_spectral.scene.readers.visible_meshes import visible_meshes
 from underwater_spectral.scene.water import giving_back, scene_water
 from underwater_spectral.scene.water.water_body import scene_reach
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -92,7 +92,7 @@ def test_lamps_of_a_collection_that_is_left_out_shine_where_they_are_instanced()
 
 
 @pytest.mark.parametrize("where", HIDDEN)
-def test_things_that_are_not_rendered_do_nothing(where):
+def test_objects_that_are_not_rendered_do_nothing(where):
     scene = bpy.context.scene
     cutter = scenes._cube("cutter", (500.0, 0.0, -5.0))
     part = _in_collection(cutter)
@@ -101,14 +101,14 @@ def test_things_that_are_not_rendered_do_nothing(where):
     HIDDEN[where](cutter, part)
     bpy.context.view_layer.update()
     assert _shown() == 0
-    assert not has_things(scene)
+    assert not has_objects(scene)
     assert scene_reach(scene).radius == 0.0
     found = look_around(scene, None, 0.1)
-    assert len(found.things) == 0
+    assert len(found.surfaces) == 0
 
 
 @pytest.mark.parametrize("where", IN_VIEWPORT)
-def test_things_that_only_the_viewport_hides_count_in_jobs(where):
+def test_objects_that_only_the_viewport_hides_count_in_jobs(where):
     scene = bpy.context.scene
     rock = scenes._cube("rock", (0.0, 5.0, -5.0))
     part = _in_collection(rock)
@@ -163,7 +163,7 @@ def test_an_instancer_hides_what_it_shows_and_sources_need_not_be_shown():
     assert _shown() == 0
 
 
-def test_things_without_shadow_shade_nothing():
+def test_objects_without_shadow_shade_nothing():
     ghost = scenes._cube("ghost", (0.0, 5.0, -5.0))
     ghost.visible_shadow = False
     bpy.context.view_layer.update()
@@ -206,7 +206,7 @@ def test_what_light_goes_through_shades_nothing(kind):
     _lamp().location = (0.0, 0.0, -4.0)
     bpy.context.view_layer.update()
     found = lamps.lamps_of(scene, Bands.uniform(3), RELATIVE)
-    (seen,) = KeptLampShadows().of(scene, found).seen
+    (seen,) = LampShadowCache().of(scene, found).seen
     assert np.isinf(seen.distances).all()
     rays = np.array([[0.0, 0.0, -4.0]]), np.array([[0.0, 1.0, 0.0]]), np.array([np.inf])
     depsgraph = bpy.context.evaluated_depsgraph_get()
@@ -253,9 +253,9 @@ def test_mean_colours_follow_groups_and_masks():
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "share"), [(0.35, 0.68, 0.455), (0.45, 0.6, 0.385), (0.4, 0.5, 0.737)]
+    ("low", "high", "fraction"), [(0.35, 0.68, 0.455), (0.45, 0.6, 0.385), (0.4, 0.5, 0.737)]
 )
-def test_patches_of_noise_count_by_what_they_cover(low, high, share):
+def test_patches_of_noise_count_by_what_they_cover(low, high, fraction):
     """Shares are those of 65 536 pixels of the texture, as Cycles renders it."""
     material = scenes.textured()
     tree = material.node_tree
@@ -270,7 +270,7 @@ def test_patches_of_noise_count_by_what_they_cover(low, high, share):
     tree.links.new(mapped.outputs[0], mix.inputs[0])
     result = next(o for o in mix.outputs if o.type == "RGBA")
     tree.links.new(result, tree.nodes["Principled BSDF"].inputs["Base Color"])
-    expected = (share, 0.1 + 0.2 * share, 0.5)
+    expected = (fraction, 0.1 + 0.2 * fraction, 0.5)
     assert mean_colour(material) == pytest.approx(expected, abs=0.003)
 
 
@@ -292,16 +292,16 @@ def test_what_an_attribute_of_the_mesh_mixes_has_its_colour_where_it_is():
     inside = mesh.attributes.new("inside", "FLOAT", "POINT")
     inside.data.foreach_set("value", [float(v.co.x > 0.1) for v in mesh.vertices])
     bpy.context.view_layer.update()
-    (thing,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
-    x = thing.corners[:, :, 0]
-    colours = thing.colours[thing.arrays.parts]
+    (surface,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
+    x = surface.corners[:, :, 0]
+    colours = surface.colours[surface.arrays.parts]
     assert colours[x.max(axis=1) < 0.1] == pytest.approx(np.array([[0.0, 0.1, 0.2]] * 8))
     assert colours[x.min(axis=1) > 0.1] == pytest.approx(np.array([[0.4, 0.5, 0.6]] * 6))
     bpy.context.object.data = mesh.copy()
     bpy.context.object.data.attributes.remove(bpy.context.object.data.attributes["inside"])
     bpy.context.view_layer.update()
-    (thing,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
-    assert thing.colours[thing.arrays.parts] == pytest.approx(np.array([[0.0, 0.1, 0.2]] * 16))
+    (surface,) = visible_triangles(bpy.context.evaluated_depsgraph_get())
+    assert surface.colours[surface.arrays.parts] == pytest.approx(np.array([[0.0, 0.1, 0.2]] * 16))
 
 
 def test_an_eye_just_under_the_surface_stays_where_it_is(monkeypatch):
@@ -319,8 +319,8 @@ def test_an_eye_just_under_the_surface_stays_where_it_is(monkeypatch):
 def _night(tmp_path, *, keyed):
     """Green by Cycles and by EEVEE; of two frames, if the lamp is keyed to go out in the second."""
     bpy.data.batch_remove(bpy.data.objects)
-    thing = scenes._cube("thing", (0.0, 5.0, -5.0))
-    thing.data.materials.append(scenes.principled("white", (1.0, 1.0, 1.0, 1.0)))
+    surface = scenes._cube("thing", (0.0, 5.0, -5.0))
+    surface.data.materials.append(scenes.principled("white", (1.0, 1.0, 1.0, 1.0)))
     scenes.add_camera((0.0, 0.0, -5.0), (np.pi / 2, 0.0, 0.0))
     item = _lamp(energy=500.0)
     for frame in (1, 2) if keyed else ():
@@ -497,13 +497,13 @@ def test_the_water_reaches_as_far_as_every_frame_and_camera(tmp_path):
     assert _extent(*fast)[0] == pytest.approx(width - np.hypot(5.0, 5.0) + 200.0)
     near.animation_data_clear()
     near.location.x = 0.0
-    thing = scenes._cube("swimmer", (0.0, 0.0, -5.0))
+    surface = scenes._cube("swimmer", (0.0, 0.0, -5.0))
     for frame, z in ((1, -5.0), (2, -90.0), (3, -5.0)):
-        thing.location.z = z
-        thing.keyframe_insert("location", frame=frame)
+        surface.location.z = z
+        surface.keyframe_insert("location", frame=frame)
     assert _extent(*fast)[1] == pytest.approx(bottom - 8.0 + 91.0)
-    thing.animation_data_clear()
-    thing.location.z = -5.0
+    surface.animation_data_clear()
+    surface.location.z = -5.0
     far = scenes.add_camera((0.0, 120.0, -5.0))
     assert far.name != near.name
     both = _extent(*fast, "--cameras", f"{near.name},{far.name}")

@@ -16,7 +16,7 @@ from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.quality import requirements
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.seen import cameras, view_tracing
+from underwater_spectral.scene.readers import cameras, view_tracing
 from underwater_spectral.scene.water import new_clouds, water_body
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -73,11 +73,13 @@ def test_a_subject_of_one_percent_counts_as_the_water_does():
     bpy.context.view_layer.update()
     seen = _look(scene, camera)
     hit = np.isfinite(seen.distance)
-    share = seen.pixels[hit].sum()
-    assert 0.005 < share < 0.02
-    assert hit.sum() >= 1000 * share / 2
+    fraction = seen.pixels[hit].sum()
+    assert 0.005 < fraction < 0.02
+    assert hit.sum() >= 1000 * fraction / 2
     assert seen.pixels.sum() == pytest.approx(1)
-    assert seen.weight[hit].sum() == pytest.approx(min(share, 0.01) / (min(share, 0.01) + 0.01))
+    assert seen.weight[hit].sum() == pytest.approx(
+        min(fraction, 0.01) / (min(fraction, 0.01) + 0.01)
+    )
     assert len(_look(scene, camera, rays=20)) == 20
 
 
@@ -91,7 +93,7 @@ def test_floor_and_shadows_are_found():
     assert floor.any()
     down = -seen.direction[floor, 2] * seen.distance[floor]
     assert down == pytest.approx(4.0, rel=1e-5)
-    assert 0.1 < seen.shaded_path < 0.9
+    assert 0.1 < seen.occluded_path < 0.9
     assert not seen.sunlit[np.isfinite(seen.distance)].all()
     under = floor & (np.abs(seen.origin + seen.direction * seen.distance[:, None])[:, 0] < 1)
     assert seen.openness[floor].min() < 0.7
@@ -206,7 +208,7 @@ def _picture(scene, camera, options):
 
 
 @pytest.mark.parametrize("grey", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
-def test_what_things_block_is_worth_what_renders_say(grey):
+def test_what_objects_block_is_worth_what_renders_say(grey):
     scenes._cube("block", (0.0, 4.0, -5.6)).data.materials.append(
         scenes.principled("paint", (grey, grey, grey, 1.0))
     )
@@ -218,10 +220,10 @@ def test_what_things_block_is_worth_what_renders_say(grey):
     options += ["--surface", "flat", "--floor-depth", "8"]
     choice = _choose(scene, camera, options, target=0.4, keep=frozenset(["floor_depth", "samples"]))
     effect = {d.name: d for d in choice.required.decisions}["diffuse shadows"].effect_delta_e
-    # Each kind of thing counts alike, as in the estimate.
+    # Each kind of object counts alike, as in the estimate.
     kind = _look(scene, camera, _column(floor_depth=8.0), rays=48 * 27).kind.reshape(27, 48)
-    pictures = [_picture(scene, camera, [*options, shade])
-                for shade in ("--diffuse-shadows", "--no-diffuse-shadows")]  # fmt: skip
+    pictures = [_picture(scene, camera, [*options, occlusion])
+                for occlusion in ("--diffuse-shadows", "--no-diffuse-shadows")]  # fmt: skip
     difference = delta_e_CIE2000_images(*pictures)
     drawn = np.mean([difference[kind == k].mean() for k in np.unique(kind)])
     assert effect == pytest.approx(drawn, rel=0.3)
@@ -319,7 +321,7 @@ def test_clouds_change_what_terms_are_worth(registered):
     worth = []
     for dense in (False, True):
         if dense:
-            item = new_clouds.add_puff(scene, "minerals")
+            item = new_clouds.add_blob(scene, "minerals")
             item.location, item.scale = (0.0, 3.0, -5.0), (4.0,) * 3
             item.underwater.concentration = 40.0
             bpy.context.view_layer.update()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.seen import surroundings
+from underwater_spectral.scene.readers import surroundings
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import continued_seabed, seabed, water_body
 from underwater_spectral.settings import render_plan
@@ -204,7 +204,7 @@ def test_the_floor_that_continues_a_flat_seabed_lies_just_under_it(diver):
     assert FLOOR - 0.02 < ground.bottom < FLOOR
 
 
-def test_it_lies_under_the_lowest_place_of_a_hilly_one_and_not_under_things(diver):
+def test_it_lies_under_the_lowest_place_of_a_hilly_one_and_not_under_objects(diver):
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=60, y_subdivisions=60, size=36.0)
     hills = bpy.context.object
     hills.location.z = -FLOOR

@@ -46,18 +46,18 @@ def test_number_of_bands_replaces_stored_wavelengths():
 
 
 def test_a_mode_decides_how_many_bands_if_nobody_does():
-    usual = SceneSettings()
-    assert (usual.in_mode("realtime").bands, usual.in_mode("bands").bands) == (40, 8)
+    default = SceneSettings()
+    assert (default.in_mode("realtime").bands, default.in_mode("bands").bands) == (40, 8)
     assert SceneSettings(bands=5).in_mode("realtime").bands == 5
     assert SceneSettings(band_placement="optimised").in_mode("realtime").bands == 8
-    assert usual.in_mode("realtime").with_at_most(8).bands == 8
+    assert default.in_mode("realtime").with_at_most(8).bands == 8
     listed = SceneSettings(wavelengths="450,550,650")
     assert listed.with_at_most(2) == listed
 
 
 def test_scripts_that_ask_for_the_solved_field_go_on():
-    usual = SceneSettings()
-    assert command_line.merge(usual, command_line.parse(["--field", "solved"])) == usual
+    default = SceneSettings()
+    assert command_line.merge(default, command_line.parse(["--field", "solved"])) == default
     with pytest.raises(InputError, match=r"--field: invalid choice: 'closed-form'"):
         command_line.parse(["--field", "closed-form"])
 

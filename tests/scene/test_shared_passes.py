@@ -30,7 +30,7 @@ def test_passes_are_shared_where_that_is_wanted():
     assert _plan("3C", share_passes=False).passes == [(0,), (1,), (2,)]
     assert _plan("IA", phase="hg:0.8", share_passes=False).passes == [(0, 1, 2)]
     plan = _plan("3C")
-    for values in (*cycles_phases(plan)[0].shares, *cycles_phases(plan)[0].shapes):
+    for values in (*cycles_phases(plan)[0].fractions, *cycles_phases(plan)[0].shapes):
         assert not np.ptp(values, axis=-1).any()
 
 
@@ -59,9 +59,9 @@ def test_shared_passes_are_as_bright_as_single_ones():
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     camera = grey_scene.build_scene(DEPTH, 36, 27)
     means = []
-    for share in (True, False):
+    for fraction in (True, False):
         images = [
-            grey_scene.cycles_image(_plan("3C", share_passes=share), camera, 256, seed)
+            grey_scene.cycles_image(_plan("3C", share_passes=fraction), camera, 256, seed)
             for seed in (1, 2)
         ]
         mean = np.mean(images, axis=(0, 1, 2))

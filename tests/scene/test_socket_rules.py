@@ -14,14 +14,14 @@ from underwater_spectral.scene.materials import (
     band_colors,
     bare_colours,
     inlined_shaders,
-    kept_closures,
+    native_closures,
     realtime_materials,
     wet_trees,
 )
 from underwater_spectral.scene.materials.inserted import has_inserted
 from underwater_spectral.scene.materials.mean_colours import mean_colour
-from underwater_spectral.scene.seen.lamp_nodes import nodes_of
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
+from underwater_spectral.scene.readers.lamp_nodes import nodes_of
 from underwater_spectral.scene.water import frame_water, realtime, water_body
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -237,8 +237,8 @@ def test_lamps_read_their_nodes_as_cycles_does(wall, tmp_path, space):
         bpy.data.objects.remove(item)
         item = _lamp(wall, make)
         found, wanted = nodes_of(item.data), drawn() / plain
-        if found.unheeded or not np.allclose(found.factor, wanted, rtol=0.02, atol=2e-3):
-            wrong[name] = found.factor.round(3), wanted.round(3), found.unheeded
+        if found.unsupported or not np.allclose(found.factor, wanted, rtol=0.02, atol=2e-3):
+            wrong[name] = found.factor.round(3), wanted.round(3), found.unsupported
     assert not wrong, wrong
 
 
@@ -447,7 +447,7 @@ def _told_of_light(tree, strength=1.0):
 
 def test_materials_that_share_a_group_of_shaders_are_lit_one_way(empty_blender):
     group = bpy.data.node_groups.new("water", "ShaderNodeTree")
-    surfaces = realtime_materials.Surfaces(group, keeping=group)
+    surfaces = realtime_materials.Surfaces(group, native=group)
     for own, expected in ((False, 0), (True, 1)):
         shared = [_group(lambda g, _: _diffuse(g)) for _ in range(2)]
         made = (
@@ -457,11 +457,11 @@ def test_materials_that_share_a_group_of_shaders_are_lit_one_way(empty_blender):
             ),
         )
         materials = _tiles(empty_blender, made)[-2:]
-        assert len(kept_closures.kept_materials(materials, surfaces)) == expected
+        assert len(native_closures.native_materials(materials, surfaces)) == expected
 
 
 @pytest.mark.slow
-def test_opaque_things_are_as_bright_however_they_are_expressed(empty_blender, tmp_path):
+def test_opaque_objects_are_as_bright_however_they_are_expressed(empty_blender, tmp_path):
     """In water; a group that a clear material shares is lit first, for both."""
     scene, shared = empty_blender, _group(lambda g, _: _diffuse(g))
     made = {
@@ -479,9 +479,9 @@ def test_opaque_things_are_as_bright_however_they_are_expressed(empty_blender, t
         item.location.z -= 8.0
     bpy.context.view_layer.update()
     column = columns.grey_column(0.05, 0.02)
-    seen = Snapshot(kinds=realtime_materials.kinds(materials))
+    inputs = FrameInputs(kinds=realtime_materials.kinds(materials))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
-    water = frame_water.realtime_water(column, phase, 3.0, np.eye(3), seen=seen)
+    water = frame_water.realtime_water(column, phase, 3.0, np.eye(3), inputs=inputs)
     realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
     with eevee_settings.realtime_settings(scene, scene.camera, samples=4, water=water):
         found = dict(zip(made, _seen(scene, tmp_path / "a.exr"), strict=False))

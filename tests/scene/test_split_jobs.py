@@ -33,7 +33,7 @@ from underwater_spectral.jobs import (
 )
 from underwater_spectral.jobs import manifest as manifests
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.seen import external_files
+from underwater_spectral.scene.readers import external_files
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.manifests import small_manifest
@@ -55,11 +55,11 @@ def dive(tmp_path, empty_blender) -> Path:
     box = scenes._cube("box", (0.0, 8.0, -6.0))
     box.data.materials.append(scenes.principled("paint"))
     camera = scenes.add_camera()
-    for frame, share in ((1, 0.0), (4, 1.0)):
-        camera.location.z, box.location.x = -5.0 - share, share
+    for frame, fraction in ((1, 0.0), (4, 1.0)):
+        camera.location.z, box.location.x = -5.0 - fraction, fraction
         camera.keyframe_insert("location", frame=frame)
         box.keyframe_insert("location", frame=frame)
-        scene.underwater.chlorophyll = 0.5 + share
+        scene.underwater.chlorophyll = 0.5 + fraction
         scene.underwater.keyframe_insert("chlorophyll", frame=frame)
     path = tmp_path / "dive.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
@@ -292,10 +292,10 @@ def test_two_jobs_in_one_folder_do_not_mix(dive, capsys, monkeypatch):
     # One that writes nevertheless, such as a worker between two passes.
     other = dive.with_name("other")
     assert _run(dive, *FAST, "--water", "jerlov:9C", "--out", other) == 0
-    usual = work.render
+    typical = work.render
 
     def overtaken(*given, **named):
-        for step in usual(*given, **named):
+        for step in typical(*given, **named):
             mine = step[0].file.path
             shutil.copy(other / mine.relative_to(out), mine)
             yield step
@@ -502,7 +502,7 @@ def test_a_manifest_is_read_as_it_was_written(tmp_path):
 
 @pytest.mark.parametrize(("engine", "alike"), [("cycles", True), ("eevee", False)])
 def test_a_pass_of_eevee_is_that_of_a_path_of_the_camera(tmp_path, engine, alike):
-    """Its shade is computed for all frames of the job; a still camera has one place."""
+    """Its occlusion is computed for all frames of the job; a still camera has one place."""
     made = small_manifest(tmp_path, 3)
     made = dataclasses.replace(made, output=dataclasses.replace(made.output, engine=engine))
     shorter = dataclasses.replace(made, frames=(1, 2), views=made.views[:2])

@@ -11,7 +11,7 @@ import pytest
 from mathutils import Euler
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.seen import stereo
+from underwater_spectral.scene.readers import stereo
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 

@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from underwater_spectral.scene.seen import unusable_places
-from underwater_spectral.scene.seen.threads import visible_threads
+from underwater_spectral.scene.readers import unusable_places
+from underwater_spectral.scene.readers.threads import visible_threads
 from underwater_spectral.scene.water import water_body
 
 EYE = (0.0, -40.0, 0.0)

@@ -10,8 +10,8 @@ import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import realtime_materials
-from underwater_spectral.scene.seen.closed_bodies import closed_materials, is_closed
-from underwater_spectral.scene.seen.snapshot import Snapshot
+from underwater_spectral.scene.readers.closed_bodies import closed_materials, is_closed
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -35,7 +35,7 @@ def _translucent(weight):
     return material
 
 
-def _things(scene):
+def _objects(scene):
     """Put two sheets and a ball over a camera that looks up."""
     scene.camera = camera = scenes.add_camera((0.0, 0.0, -_DEPTH), (math.pi, 0.0, 0.0))
     camera.data.angle = 2.0 * math.atan(1.5 * _PITCH / _UP)
@@ -60,15 +60,15 @@ def test_light_crosses_one_sheet_or_two_walls(
 ):
     """In clear water over a black floor everything is known."""
     scene = empty_blender
-    camera = _things(scene)
+    camera = _objects(scene)
     before = snapshot.snapshot()
     column = columns.grey_column(
         1e-6, 1e-6, sun_irradiance=sun, sky_radiance=sky, floor_depth=12.0, floor_reflectance=0.0
     )
-    seen = Snapshot(kinds=realtime_materials.kinds(contents.materials(scene)))
+    inputs = FrameInputs(kinds=realtime_materials.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
-    monkeypatch.setattr(frame_water.RealtimeWater, "keeps_closures", keeps)
-    water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), seen=seen)
+    monkeypatch.setattr(frame_water.RealtimeWater, "has_native_closures", keeps)
+    water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
     realtime.add_realtime(scene, water, water_body.water_extent(scene, column, _DEPTH))
     with eevee_settings.realtime_settings(scene, camera, samples=16, water=water):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
-from underwater_spectral.scene.seen import cameras, lamps, surroundings, unusable_places
+from underwater_spectral.scene.readers import cameras, lamps, surroundings, unusable_places
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings

@@ -1,4 +1,4 @@
-"""Porous things are darker in water, in every engine; others stay as they are."""
+"""Porous objects are darker in water, in every engine; others stay as they are."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _sand(name: str, *, porous: bool) -> bpy.types.Material:
     return material
 
 
-def test_only_porous_things_get_groups_and_all_comes_back():
+def test_only_porous_objects_get_groups_and_all_comes_back():
     sand, paint = _sand("sand", porous=True), _sand("paint", porous=False)
     before = snapshot()
     wet_colours.insert([sand, paint])
@@ -46,7 +46,7 @@ def test_only_porous_things_get_groups_and_all_comes_back():
     assert snapshot() == before
 
 
-def test_shade_takes_them_for_wet():
+def test_occlusion_takes_them_for_wet():
     sand, paint = _sand("sand", porous=True), _sand("paint", porous=False)
     np.testing.assert_allclose(mean_colour(sand), WET_SAND, atol=0.002)
     np.testing.assert_allclose(mean_colour(paint), SAND, atol=1e-6)

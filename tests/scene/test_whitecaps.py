@@ -68,8 +68,8 @@ def test_from_below_it_glows(camera, foamy):
     seen, plan = _seen(camera, -0.2, 180.0)
     light, column = light_in_air(plan.column), plan.column
     E = light.sun * math.cos(math.radians(40.0)) + light.sky
-    left = np.exp(-0.2 * column.absorption)
-    np.testing.assert_allclose(seen, 0.45 / math.pi * E * left, rtol=0.05)
+    transmittance = np.exp(-0.2 * column.absorption)
+    np.testing.assert_allclose(seen, 0.45 / math.pi * E * transmittance, rtol=0.05)
 
 
 def test_values_of_foam_are_there_only_with_it(empty_blender):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import marks, stored_settings
 from underwater_spectral.scene.engines import exr_output
-from underwater_spectral.scene.seen import surroundings
+from underwater_spectral.scene.readers import surroundings
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

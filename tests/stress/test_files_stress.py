@@ -293,7 +293,7 @@ def test_damaged_scenes(empty_blender, tmp_path, capfd, record_property):
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)
     whole = path.read_bytes()
     contents = [b"", b"BLENDER", b"BLENDER-v502", bytes(1000), np.random.default_rng(3).bytes(5000)]
-    contents += [whole[: int(len(whole) * share)] for share in (0.001, 0.01)]
+    contents += [whole[: int(len(whole) * fraction)] for fraction in (0.001, 0.01)]
     paths = []
     for number, content in enumerate(contents):
         paths.append(tmp_path / f"damaged_{number}.blend")

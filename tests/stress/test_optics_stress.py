@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import LightField, light_field_of
-from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_share
+from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_fraction
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
@@ -20,7 +20,7 @@ from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
     euphotic_depth,
     horizontal_visibility,
-    light_left,
+    transmitted_light,
 )
 from underwater_spectral.uw_spectral.imaging.water_colour import dominant_colour, water_swatch
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -71,7 +71,7 @@ COEFFICIENTS = st.sampled_from([0.0, 1e-300, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 1e3, 1
 ZENITHS = st.sampled_from([0.0, 89.9]) | st.floats(0.0, 89.9)
 DEPTHS = st.sampled_from([0.0, 1e-6, 1e-3, 1.0, 1000.0]) | st.floats(0.0, 1000.0)
 BELOW = st.sampled_from([1e-6, 1e-3, 1.0, 1e4, math.inf]) | st.floats(1e-3, 1000.0)
-SHARES = st.sampled_from([0.0, 0.2, 1.0]) | st.floats(0.0, 1.0)
+FRACTIONS = st.sampled_from([0.0, 0.2, 1.0]) | st.floats(0.0, 1.0)
 # Sea particles, molecules, and what lies between: all that scatter no more backwards than forwards.
 FORWARD = (
     "hg:0", "hg:0.5", "hg:0.8", "hg:0.95", "hg:0.99", "petzold", "rayleigh", "isotropic",
@@ -103,10 +103,10 @@ class Case:
     @property
     def entering(self) -> np.ndarray:
         """Irradiance that enters, shape (n,)."""
-        column, share = self.column, 1.0
+        column, fraction = self.column, 1.0
         if column.reflects:
-            share = column.skylight.transmittance(column.refractive_index)
-        return column.sun_irradiance + math.pi * share * column.sky_radiance
+            fraction = column.skylight.transmittance(column.refractive_index)
+        return column.sun_irradiance + math.pi * fraction * column.sky_radiance
 
     def depths(self) -> np.ndarray:
         return np.linspace(0.0, min(self.column.floor_depth, 1000.0), 9)[:, None]
@@ -134,7 +134,7 @@ def cases(draw, phases=FORWARD + LIMITS, indices=(1.0, 1.1, 1.34, 2.0), zeniths=
     direction = sun_travel_direction(zenith, draw(st.sampled_from([0.0, 77.0, -360.0])), index)
     column = WaterColumn(
         bands, a, b, float(sun), float(in_water_cosine(zenith, index)), direction, float(sky),
-        floor, draw(SHARES), draw(st.sampled_from(SURFACES)), index,
+        floor, draw(FRACTIONS), draw(st.sampled_from(SURFACES)), index,
         sky=draw(fixed.get("kinds", st.sampled_from(SKIES))),
     )  # fmt: skip
     water = solve_closed_form(light_field_of(column, phase), phase, depth, direction)
@@ -158,8 +158,8 @@ def test_radiance_is_finite_and_not_negative(cases_, record_property):
         _sound(sky, "sky")
         for P in (0.0, *DISTANCES, math.inf):
             _sound(water.path(y, w, P), "path")
-            _sound(closed_beam(water).scattered_once(y, w, P), "single scattering")
-            _sound(forward_scattered_share(water, min(P, 1e7)), "forward-scattered")
+            _sound(closed_beam(water).single_scattering(y, w, P), "single scattering")
+            _sound(forward_scattered_fraction(water, min(P, 1e7)), "forward-scattered")
         if column.reflects:
             up = (w[0], w[1], np.abs(w[2]))
             index = column.refractive_index
@@ -241,11 +241,11 @@ def test_what_must_be_monotone(cases_, record_property):
         P = np.geomspace(1e-3, 1e4, 30)[:, None]
         direct, together = (
             np.exp(-field.c * P),
-            np.exp(-field.c * P) + forward_scattered_share(case.water, P),
+            np.exp(-field.c * P) + forward_scattered_fraction(case.water, P),
         )
-        for share in (direct, together):
-            assert (share <= 1.0).all()
-            assert (np.diff(share, axis=0) <= 1e-15).all()
+        for fraction in (direct, together):
+            assert (fraction <= 1.0).all()
+            assert (np.diff(fraction, axis=0) <= 1e-15).all()
         darker = dataclasses.replace(
             case.column, absorption=case.column.absorption * more + 1e-4, floor_reflectance=0.0
         )
@@ -288,7 +288,7 @@ def solved(draw, phases=FORWARD + LIMITS, layers=(1, 1, 2, 3)):
     field = solve_discrete_ordinates(
         water, np.full(n, float(sun)), sun_travel_direction(zenith, azimuth, index or 1.0),
         sky=Sky.standard(draw(st.sampled_from(SKIES)), np.full(n, float(sky)), toward),
-        refractive_index=index, floor_reflectance=draw(SHARES),
+        refractive_index=index, floor_reflectance=draw(FRACTIONS),
     )  # fmt: skip
     return field, water
 
@@ -323,7 +323,7 @@ def test_solved_field_is_finite(cases_, record_property):
         _sound(np.float32(table.aureole), "aureole", -math.inf)
         assert (table.layers is None) == (not field.layered)
         if table.layers is not None:
-            _sound(np.float32(table.layers.once), "once")
+            _sound(np.float32(table.layers.single), "once")
             for c, scaled in zip(table.layers.extinction, (False, True), strict=True):
                 y = table.depth_scale.depths()
                 each = field.extinction_between(y, y, scaled=scaled).T[:, None]
@@ -455,8 +455,8 @@ def test_single_precision_follows_double(cases_, record_property):
             far = np.float32(P)
             path, few_path = water.path(y, w, P), few.path(near, few_w, far)
             _agrees(few_path, path, floor, "path")
-            single = closed_beam(water).scattered_once(y, w, P)
-            few_single = closed_beam(few).scattered_once(near, few_w, far)
+            single = closed_beam(water).single_scattering(y, w, P)
+            few_single = closed_beam(few).single_scattering(near, few_w, far)
             _agrees(few_single, single, floor, "single scattering")
             _agrees(few_path - few_single, path - single, np.maximum(floor, path), "many times")
             seen = Pixel(water, y, w, P, white, behind).total
@@ -532,7 +532,7 @@ def test_readouts_of_every_water(cases_, record_property):
             for n in (count, 60)
         ]
         view = views[0]
-        _sound(light_left(view), "light left")
+        _sound(transmitted_light(view), "light left")
         weights = _or_input_error(lambda: view.reduction.weights)
         if weights is not None:
             assert np.isfinite(weights).all()

@@ -13,7 +13,7 @@ from mathutils import Vector
 from underwater_spectral.jobs import command_line, scene_requirements
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import cycles_settings, eevee_settings, exr_output
-from underwater_spectral.scene.seen import cameras
+from underwater_spectral.scene.readers import cameras
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import (
     cycles_water,
@@ -355,7 +355,7 @@ def _expected(column, rays):
     """Radiance of the open water along the rays of a picture, by numpy."""
     water = frame_water.realtime_water(column, PHASE, 5.0, np.eye(3))
     w = [np.array(rays)[:, axis, None] for axis in range(3)]
-    ray = along_rays(water.folded, water.field.sun, w)
+    ray = along_rays(water.projected, water.field.sun, w)
     sky = dataclasses.replace(column.skylight, level=1.0)
     index = column.refractive_index if column.reflects else None
     return ray.open_water(np.full(w[0].shape, 5.0), w, sky, index).total

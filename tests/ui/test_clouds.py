@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import pytest
 from underwater_spectral.jobs import manifest as manifests
-from underwater_spectral.scene.seen import clouds
+from underwater_spectral.scene.readers import clouds
 from underwater_spectral.tests.scene.manifests import small_manifest
 
 

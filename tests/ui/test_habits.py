@@ -1,4 +1,4 @@
-"""What people expect of a panel: reset, preferences, help, languages, things to grab."""
+"""What people expect of a panel: reset, preferences, help, languages, objects to grab."""
 
 from __future__ import annotations
 

@@ -151,11 +151,11 @@ def test_undo_to_settings_that_the_water_had_not_followed_is_one_update(scene, w
 def test_loading_an_old_file_is_one_update(scene, work):
     water = scene.underwater
     with live_updates.transaction():
-        water.second_water_share, scene.underwater_panel.version = 0.5, 0
+        water.second_water_fraction, scene.underwater_panel.version = 0.5, 0
         water.bl_system_properties_get()["turbidity"] = 1.75
     work.clear()
     handlers._loaded()
-    assert (water.second_water_share, water.scattering_factor) == (0.0, 1.75)
+    assert (water.second_water_fraction, water.scattering_factor) == (0.0, 1.75)
     assert scene.underwater_panel.version == migration.VERSION
     assert work == ["values"]
 
@@ -191,7 +191,7 @@ def test_a_window_updates_once_it_is_idle(scene, work, window):
         bpy.context.view_layer.update()  # the edit handler leaves the work to the timer
         assert work == before
         assert window() == 1
-        # Shade may follow, once nothing has changed for a moment.
+        # Occlusion may follow, once nothing has changed for a moment.
         assert work[len(before) :] in ([expected], [expected, "values"])
         assert not live.is_stale(scene)
     before = work.copy()

@@ -8,14 +8,14 @@ from underwater_spectral.ui import migration
 
 def test_a_file_without_a_version_is_migrated_on_load(tmp_path):
     water = bpy.context.scene.underwater
-    water.water, water.second_water_share = "jerlov:III", 0.5
+    water.water, water.second_water_fraction = "jerlov:III", 0.5
     path = str(tmp_path / "old.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     scene = bpy.context.scene
     assert scene.underwater_panel.version == migration.VERSION
     assert scene.underwater.water == "jerlov:III"
-    assert scene.underwater.second_water_share == 0.0
+    assert scene.underwater.second_water_fraction == 0.0
 
 
 def test_steps_run_once_and_in_order():
@@ -69,3 +69,29 @@ def test_switches_and_turbidity_of_version_1_keep_their_meaning():
     assert water.scattering_factor == 1.75
     assert curve.data_path == "underwater.scattering_factor"
     assert "turbidity" not in water.bl_system_properties_get()
+
+
+def test_names_of_version_2_are_carried_on():
+    scene = bpy.context.scene
+    water, panel = scene.underwater, scene.underwater_panel
+    water.water, water.second_water, panel.version = "jerlov:III", "jerlov:I", 2
+    stored = water.bl_system_properties_get()
+    stored["second_water_share"], stored["mirrored_things"] = 0.25, True
+    water.keyframe_insert("second_water_fraction", frame=3)
+    (curve,) = migration._curves(scene)
+    curve.data_path = "underwater.second_water_share"
+    migration.migrate(scene)
+    assert (water.second_water_fraction, water.planar_reflections) == (0.25, True)
+    assert curve.data_path == "underwater.second_water_fraction"
+    assert not {"second_water_share", "mirrored_things"} & set(
+        water.bl_system_properties_get().keys()
+    )
+    assert panel.version == migration.VERSION
+
+
+def test_a_fraction_without_a_second_water_in_version_0_means_nothing():
+    water = bpy.context.scene.underwater
+    water.water = "jerlov:III"
+    water.bl_system_properties_get()["second_water_share"] = 0.5
+    migration.migrate(bpy.context.scene)
+    assert water.second_water_fraction == 0.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from underwater_spectral.ui.plots import (
     plot_coefficients,
-    plot_light_left,
     plot_sensor,
+    plot_transmitted_light,
     spectrum_colours,
 )
 from underwater_spectral.uw_spectral.errors import InputError
@@ -65,12 +65,12 @@ def test_a_curve_lies_where_its_values_are():
 
 
 def test_light_fills_the_area_below_it():
-    picture = plot_light_left(Spectrum(RANGE, np.array([0.2, 0.2]), "light"))
+    picture = plot_transmitted_light(Spectrum(RANGE, np.array([0.2, 0.2]), "light"))
     column = picture[:, 200, :3]
     # The axis ends at 20 %: the fill reaches 95 % of the plot area.
     filled = np.flatnonzero(np.ptp(column, axis=1) > 0.3)
     assert filled.min() == pytest.approx(17 + 0.05 * 121, abs=2)
-    none = plot_light_left(Spectrum(RANGE, np.zeros(2), "no light"))
+    none = plot_transmitted_light(Spectrum(RANGE, np.zeros(2), "no light"))
     assert not (np.ptp(none[20:130, 60:300, :3], axis=2) > 0.3).any()
 
 
@@ -78,12 +78,12 @@ def test_light_fills_the_area_below_it():
 def test_any_order_of_magnitude_draws(scale):
     values = scale * np.array([1.0, 3.0])
     valid(plot_coefficients({"a": Spectrum(RANGE, values, "a")}, BANDS), (320, 160))
-    valid(plot_light_left(Spectrum(RANGE, np.minimum(values, 1.0), "light")), (320, 160))
+    valid(plot_transmitted_light(Spectrum(RANGE, np.minimum(values, 1.0), "light")), (320, 160))
 
 
 def test_light_outside_the_table_is_not_drawn():
     short = Spectrum(np.array([500.0, 600.0]), np.ones(2), "light", "")
-    picture = plot_light_left(short, BANDS)
+    picture = plot_transmitted_light(short, BANDS)
     assert valid(picture, (320, 160))[60, 50, :3].max() < 0.5
 
 

@@ -110,7 +110,7 @@ def test_every_row_of_the_table_is_whole():
         assert shown.name.startswith(setting.label), name
         assert name == "contrast" or all(all(words) for words in setting.choices.values()), name
         if not isinstance(setting.default, str | bool):
-            low, high = setting.usual or setting.limits
+            low, high = setting.soft_limits or setting.limits
             assert setting.limits[0] <= low <= setting.default <= high <= setting.limits[1], name
 
 

@@ -31,10 +31,11 @@ LIGHT = {
     *("scene", "scene.session", "scene.stored_settings", "scene.stored_lamps", "scene.units"),
     "scene.stored_clouds",
     "scene.stored_materials",
-    *("scene.raised_limits", "scene.scripts", "scene.unheeded", "scene.rendered"),
+    *("scene.raised_limits", "scene.scripts", "scene.unsupported", "scene.rendered"),
     *("scene.animation", "scene.water", "scene.water.lamp_rigs", "jobs", "jobs.job", "jobs.stage"),
     "scene.water.new_clouds",
     *("settings", "settings.scene_settings", "settings.setting", "settings.known_words"),
+    "settings.former_names",
     *("quality", "quality.methods"),
 }
 HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}

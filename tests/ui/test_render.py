@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from underwater_spectral.jobs import job_files
 from underwater_spectral.scene.engines.exr_output import write_float_exr
-from underwater_spectral.scene.seen.external_files import external_files
+from underwater_spectral.scene.readers.external_files import external_files
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.scene.viewport import live
@@ -97,7 +97,7 @@ def test_live_water_shows_layers(tmp_path):
     forget_files()
     same = previews.compute(scene).readouts
     assert pictures.readouts.visibility == pytest.approx(same.visibility, rel=0.02)
-    assert np.all(pictures.readouts.light_left.values > same.light_left.values)
+    assert np.all(pictures.readouts.transmitted_light.values > same.transmitted_light.values)
     assert bpy.ops.underwater.render() == {"FINISHED"}
     assert is_live(scene)
     assert (tmp_path / "out" / "0001.exr").exists()
@@ -119,7 +119,7 @@ class _Modal:
             event_timer_remove=lambda timer: self.calls.append(f"{timer} removed"),
             modal_handler_add=lambda _: self.calls.append("handler added"),
             progress_begin=lambda *_: self.calls.append("progress begun"),
-            progress_update=lambda share: self.shown.append(round(share, 3)),
+            progress_update=lambda fraction: self.shown.append(round(fraction, 3)),
             progress_end=lambda: self.calls.append("progress ended"),
             windows=[],
         )

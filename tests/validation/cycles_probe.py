@@ -57,9 +57,9 @@ def _of_blocks(values: np.ndarray) -> Measurement:
     return Measurement(flat.mean(), flat.std(ddof=1) / math.sqrt(len(flat)))
 
 
-def radiance(scene, column, lobes, depth, rotation, *, samples, path, shares=(1.0,), size=16):
+def radiance(scene, column, lobes, depth, rotation, *, samples, path, fractions=(1.0,), size=16):
     """Radiance in one direction (a narrow camera), band 0."""
-    phases = columns.layers_of(column, lobes, shares)
+    phases = columns.layers_of(column, lobes, fractions)
     return radiance_of_phases(
         scene, column, phases, depth, rotation, samples=samples, path=path, size=size
     )
@@ -74,7 +74,7 @@ def radiance_of_phases(scene, column, phases, depth, rotation, *, samples, path,
     return _of_blocks(pixels[..., 0])
 
 
-def downwelling_irradiance(scene, column, lobes, depth, *, samples, path, shares=(1.0,)):
+def downwelling_irradiance(scene, column, lobes, depth, *, samples, path, fractions=(1.0,)):
     """Ed on a small white horizontal patch, too small to change the light, band 0."""
     half = 0.004 / float(column.attenuation.max()) ** 0.5
     mesh = bpy.data.meshes.new("collector")
@@ -95,13 +95,13 @@ def downwelling_irradiance(scene, column, lobes, depth, *, samples, path, shares
     camera = _camera(scene, depth - half / 10, (0.0, 0.0, 0.0))
     camera.data.type = "ORTHO"
     camera.data.ortho_scale = half
-    phases = columns.layers_of(column, lobes, shares)
+    phases = columns.layers_of(column, lobes, fractions)
     pixels = _pixels(scene, camera, column, phases, samples, path)
     bpy.data.objects.remove(collector)
     return _of_blocks(math.pi * pixels[..., 0])
 
 
-def upwelling_scalar_irradiance(scene, column, lobes, depth, *, samples, path, shares=(1.0,)):
+def upwelling_scalar_irradiance(scene, column, lobes, depth, *, samples, path, fractions=(1.0,)):
     """Eou: the radiance of all directions below the horizon, integrated, band 0."""
     width, height = 64, 32
     scene.render.resolution_x, scene.render.resolution_y = width, height
@@ -109,7 +109,7 @@ def upwelling_scalar_irradiance(scene, column, lobes, depth, *, samples, path, s
     camera.data.type = "PANO"
     camera.data.panorama_type = "EQUIRECTANGULAR"
     pixels = _pixels(
-        scene, camera, column, columns.layers_of(column, lobes, shares), samples, path
+        scene, camera, column, columns.layers_of(column, lobes, fractions), samples, path
     )[..., 0]
     below = pixels[height // 2 :]
     edges = np.linspace(0.0, math.pi / 2, height // 2 + 1)

@@ -1,4 +1,4 @@
-"""Bio-optical waters against published Kd, and the share of inelastic light."""
+"""Bio-optical waters against published Kd, and the fraction of inelastic light."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ def test_inversion_of_light_solved_for_known_waters(inverted):
     for zenith, row in inverted.items():
         assert np.median(np.abs(row["a"] - 1)) < (0.06 if zenith == 0 else 0.04)
         # Usual ocean: where Kd(490) and chlorophyll go together as in Morel et al. (2007).
-        usual = row["a"][1:4] - 1
-        assert np.abs(usual).max() < 0.11
+        typical = row["a"][1:4] - 1
+        assert np.abs(typical).max() < 0.11
 
 
 def test_inversion_needs_sun_and_backscatter(inverted):
@@ -128,18 +128,18 @@ def test_case1_waters_against_measured_Kd():
 
 def test_raman_comes_to_dominate_the_red_with_depth():
     for C in (0.03, 0.3):
-        share = figures.red_share(Constituents.case1(C))
-        assert np.all(np.diff(share[:4]) > 0)
-        assert share[0] < 0.2
-        assert share[figures.RED_DEPTHS.index(20.0)] > 0.9
+        fraction = figures.red_fraction(Constituents.case1(C))
+        assert np.all(np.diff(fraction[:4]) > 0)
+        assert fraction[0] < 0.2
+        assert fraction[figures.RED_DEPTHS.index(20.0)] > 0.9
 
 
-def test_inelastic_share_of_the_baltic():
+def test_inelastic_fraction_of_the_baltic():
     """Gutierrez et al. 2008: about 2 % of the radiance."""
-    shares = figures.luminous_shares(named_waters()["baltic"].constituents)
-    assert shares["all"] == pytest.approx(0.02, rel=0.25)
-    parts = sum(shares[name] for name in figures.PROCESSES)
-    assert parts == pytest.approx(shares["all"], rel=1e-9)
+    fractions = figures.luminous_fractions(named_waters()["baltic"].constituents)
+    assert fractions["all"] == pytest.approx(0.02, rel=0.25)
+    parts = sum(fractions[name] for name in figures.PROCESSES)
+    assert parts == pytest.approx(fractions["all"], rel=1e-9)
 
 
 def test_twelve_waters_are_twelve_colours():

@@ -60,7 +60,7 @@ def test_all_colours_are_scattered_alike(plume):
 
 
 def test_the_series_steps_where_reflection_ceases_to_be_total(plume):
-    """Within 83° a disc's light is mirrored evenly; beyond, Fresnel's share of it and a little."""
+    """Within 83° a disc's light is mirrored evenly; beyond, Fresnel's part of it and a little."""
     step = 180.0 - 2.0 * math.degrees(math.asin(1.0 / INDEX))
     assert step == pytest.approx(83.5, abs=0.1)
     rest = 1.0 - plume.diffracted

@@ -52,7 +52,7 @@ def test_ratios_of_bands_that_share_their_paths_are_no_more_certain_than_one():
 @pytest.mark.slow
 def test_materials_agree_with_mitsuba():
     found = mitsuba_materials.measure(6, 32, "scalar_rgb")
-    # Not EEVEE: the shade of tests is coarse.
+    # Not EEVEE: the occlusion of tests is coarse.
     for name in (CYCLES, STRAIGHT):
         ratio, error = found.of_all_bands(name, MITSUBA)
         for place in (DIFFUSE, METAL, PLASTIC, PANE):

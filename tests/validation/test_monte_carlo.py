@@ -376,8 +376,8 @@ def test_emission_of_a_line(engine):
     lost = started - ended
     assert abs(lost - 0.3 * count["line"].sum()) < 5 * math.sqrt(0.3 * count["line"].sum())
     assert count["line"][1] == 0
-    share = count["line"][0] / (count["line"][0] + count["absorption by water"][0])
-    assert abs(share - 0.5) < 0.02
+    fraction = count["line"][0] / (count["line"][0] + count["absorption by water"][0])
+    assert abs(fraction - 0.5) < 0.02
 
 
 def test_full_yield_loses_no_photon():

@@ -104,8 +104,8 @@ def test_radiance_grows_by_the_square_of_the_index():
     s = ((up * n - cosine) / (up * n + cosine)) ** 2
     p = ((up - n * cosine) / (up + n * cosine)) ** 2
     reflected = ((n - 1.0) / (n + 1.0)) ** 2, (s + p) / 2.0
-    for w, share in zip(((0.0, 0.0, 1.0), (across, 0.0, up)), reflected, strict=True):
-        assert field.radiance(0.5, w)[0] == pytest.approx(n**2 * (1.0 - share), rel=1e-3)
+    for w, fraction in zip(((0.0, 0.0, 1.0), (across, 0.0, up)), reflected, strict=True):
+        assert field.radiance(0.5, w)[0] == pytest.approx(n**2 * (1.0 - fraction), rel=1e-3)
     # Of a uniform sky level water reflects 6.6 %, known since Judd (1942) for n = 1.33.
     assert field.Ed(0.5)[0] == pytest.approx(np.pi * (1.0 - 0.066), rel=0.005)
 
@@ -117,9 +117,9 @@ def test_radiance_of_lake_pend_oreille(phase):
     c of 1957 meters is good to some percent and the water was not even: Gershun's absorption
     of the tables differs by ± 10 % between depths, which over 60 m is a factor of 2.
     """
-    share = tyler.lake().sky_share()
-    assert 0.1 < share < 0.3
-    solved, closed = tyler.modelled(phase, share)
+    fraction = tyler.lake().sky_fraction()
+    assert 0.1 < fraction < 0.3
+    solved, closed = tyler.modelled(phase, fraction)
     found = tyler.misfit(solved)
     assert found.median < 0.15
     assert found.shape < 0.10
@@ -129,7 +129,7 @@ def test_radiance_of_lake_pend_oreille(phase):
 
 def test_a_broad_phase_function_does_not_fit_the_lake():
     """The comparison tells phase functions apart."""
-    found = tyler.misfit(tyler.modelled("hg:0.8", tyler.lake().sky_share())[0])
+    found = tyler.misfit(tyler.modelled("hg:0.8", tyler.lake().sky_fraction())[0])
     assert found.median > 0.4
     assert found.shape > 0.15
 

@@ -55,7 +55,7 @@ def test_irradiance():
     assert errors["Eu"][black] <= 0.2
     assert errors["Eu, integrated"][black] <= 0.03
     assert errors["Eu, integrated"][bright] <= 0.02
-    assert errors["Eu share of Ed"].max() <= 0.01
+    assert errors["Eu fraction of Ed"].max() <= 0.01
 
 
 def test_reference_against_a_second_solver():

@@ -7,12 +7,12 @@ of the water is the solved field of :mod:`..transfer`.
 from .closed_form import ClosedForm, solve_closed_form
 from .light_field import LightField, light_field_of, solve_light_field
 from .one_lobe import plain_water
-from .undisturbed_water import UndisturbedWater
+from .unoccluded_water import UnoccludedWater
 
 __all__ = [
     "ClosedForm",
     "LightField",
-    "UndisturbedWater",
+    "UnoccludedWater",
     "light_field_of",
     "plain_water",
     "solve_closed_form",

@@ -27,7 +27,7 @@ from ..transfer.sky import Sky
 from ..water.phase import henyey_greenstein
 from .closed_form import ClosedForm
 from .light_field import two_stream_field
-from .undisturbed_water import UndisturbedWater
+from .unoccluded_water import UnoccludedWater
 
 _ORDERS = 5
 _LEAST = 1e-6
@@ -53,7 +53,7 @@ class LobeSeries:
     Attributes
     ----------
     g, f : array
-        Asymmetry, and share of the scattering that the scaled beam keeps.
+        Asymmetry, and fraction of the scattering that the scaled beam keeps.
     x : array
         Scatterings on the slant path from the surface.
     """
@@ -64,11 +64,11 @@ class LobeSeries:
 
     def spread(self, p: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return p*, given the phase function p at s2 = sin²(angle / 2)."""
-        share, g, total, summed, summed_g = 1.0, self.g, 0.0, 0.0, 0.0
+        fraction, g, total, summed, summed_g = 1.0, self.g, 0.0, 0.0, 0.0
         for order in range(1, _ORDERS + 1):
-            total = total + share * henyey_greenstein(g, s2, m)
-            summed, summed_g = summed + share, summed_g + share * g
-            share, g = share * self.x / (order + 1.0), g * self.g
+            total = total + fraction * henyey_greenstein(g, s2, m)
+            summed, summed_g = summed + fraction, summed_g + fraction * g
+            fraction, g = fraction * self.x / (order + 1.0), g * self.g
         del p
         beam = m.exp(-self.f * self.x)
         # Of all orders together: (e^x - 1)/x = e^x phi(x), and with gⁿ: g e^{gx} phi(gx).
@@ -85,8 +85,8 @@ class LobeSeries:
         return total - (excess0 + 3.0 * excess1 * (1.0 - 2.0 * s2)) / (4.0 * math.pi)
 
 
-def surface_shares(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Operand]:
-    """Share of uniform skylight that a flat surface lets in, and of upward light it sends back.
+def surface_fractions(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Operand]:
+    """Fraction of uniform skylight that a flat surface lets in, and of upward light it sends back.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def surface_shares(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Ope
 
     Examples
     --------
-    >>> let_in, sent_back = surface_shares(1.34)
+    >>> let_in, sent_back = surface_fractions(1.34)
     >>> round(float(let_in), 3), round(float(sent_back), 3)
     (0.932, 0.481)
     """
@@ -125,8 +125,8 @@ def plain_water(
     r: Operand,
     index: Operand,
     m: Mathematics = NUMPY,
-) -> UndisturbedWater:
-    """Return undisturbed water as a camera sees it, from numbers.
+) -> UnoccludedWater:
+    """Return unoccluded water as a camera sees it, from numbers.
 
     Parameters
     ----------
@@ -156,10 +156,10 @@ def plain_water(
     >>> water.open_water(5.0, (1.0, 0.0, 0.0)).total.round(4)
     array([0.0188])
     """
-    let_in, sent_back = surface_shares(index, m)
+    let_in, sent_back = surface_fractions(index, m)
     field = two_stream_field(
         a, b, g, chi2, E, -sun[2],
         E_sky=np.pi * L_sky * let_in, R=sent_back, r=r, y_f=y_f, m=m,
     )  # fmt: skip
     aureole = LobeSeries(g, chi2, m.minimum(b * y_o / field.mu_s, _MOST))
-    return UndisturbedWater(ClosedForm(field, OneLobe(g), aureole, sun), Sky(L_sky), index)
+    return UnoccludedWater(ClosedForm(field, OneLobe(g), aureole, sun), Sky(L_sky), index)

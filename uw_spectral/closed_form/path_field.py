@@ -51,7 +51,7 @@ class PathField:
         L_surface: Operand = 0.0,
         m: Mathematics = NUMPY,
     ) -> Operand:
-        """Radiance L(y, w) of the undisturbed water with its floor or surface behind.
+        """Radiance L(y, w) of the unoccluded water with its floor or surface behind.
 
         Parameters
         ----------

@@ -1,11 +1,11 @@
 """What a pixel contains, in bands, and the light on what it shows.
 
-With the radiance field L(y, w) of the undisturbed water, a camera at depth y_o that sees a
+With the radiance field L(y, w) of the unoccluded water, a camera at depth y_o that sees a
 surface at distance P gets
 
     L = path + e^{-cP} L_end + (e^{-cp P} - e^{-cP}) L_beyond,
 
-the water on the way, the surface itself, and the undisturbed light from beyond it that is
+the water on the way, the surface itself, and the unoccluded light from beyond it that is
 scattered forward into the pixel. Open water is the same with the water's own boundary at
 its end. EEVEE draws the same sum in channels, :mod:`..transfer.channel_pixel`.
 """
@@ -23,8 +23,8 @@ from ..transfer.path_integral import transmittance
 from ..transfer.radiance_field import PathLight
 
 
-def forward_scattered_share(water: PathLight, P: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Share of the background that reaches the camera scattered forward, over distance P."""
+def forward_scattered_fraction(water: PathLight, P: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Fraction of the background that reaches the camera scattered forward, over distance P."""
     return m.maximum(m.exp(-water.cp * P) - m.exp(-water.c * P), 0.0)
 
 
@@ -35,7 +35,7 @@ class Pixel:
     Parameters
     ----------
     water : PathLight
-        The undisturbed water.
+        The unoccluded water.
     y_o : float or array
         Depth of the camera, m.
     w : three floats or arrays
@@ -45,11 +45,11 @@ class Pixel:
     L_end : float or array
         Radiance of what is seen.
     L_beyond : float or array
-        Radiance of the undisturbed water from there on.
+        Radiance of the unoccluded water from there on.
     m : Mathematics
         Elementary functions.
     coverage : float or array
-        Share of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
+        Fraction of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
     """
 
     water: PathLight
@@ -74,12 +74,12 @@ class Pixel:
     @functools.cached_property
     def forward_scattered(self) -> Operand:
         """Light of the surroundings, blurred over what is seen by scattering at small angles."""
-        return self.forward_share * self.L_beyond * self.coverage
+        return self.point_spread * self.L_beyond * self.coverage
 
     @functools.cached_property
-    def forward_share(self) -> Operand:
-        """Share of :func:`forward_scattered_share`."""
-        return forward_scattered_share(self.water, self.P, self.m)
+    def point_spread(self) -> Operand:
+        """Fraction of :func:`forward_scattered_fraction`."""
+        return forward_scattered_fraction(self.water, self.P, self.m)
 
     @functools.cached_property
     def total(self) -> Operand:

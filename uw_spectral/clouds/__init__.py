@@ -1,7 +1,7 @@
 """Matter that floats in a part of the water: clouds of silt, plumes, blooms."""
 
+from .gaussian_blob import GaussianBlob
 from .matter import SuspendedMatter, suspended_matter
-from .puff import Puff
 from .solved_cloud import Cloud
 
-__all__ = ["Cloud", "Puff", "SuspendedMatter", "suspended_matter"]
+__all__ = ["Cloud", "GaussianBlob", "SuspendedMatter", "suspended_matter"]

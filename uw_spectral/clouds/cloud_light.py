@@ -3,9 +3,10 @@
 Scaled as the closed form of the water is: light that the forward peak of a cloud's matter scatters
 counts as unscattered (:class:`.BluntPhase`). What is left scatters widely, and to any order:
 
-- once, of the sun, with its way through all clouds exactly (a closed form for puffs),
+- once, of the sun, with its way through all clouds exactly (a closed form for blobs),
 - of the water's own diffuse light, as far as it enters along the six directions of the axes,
-- and again: of what has been scattered the share p that escapes leaves, the rest is scattered once
+- and again: of what has been scattered the fraction p that escapes leaves, the rest is scattered
+once
   more where it is (Sobolev's escape probability). That sums to a series in closed form.
 
 In light from all sides that is the same everywhere, a cloud that does not absorb is invisible.
@@ -27,7 +28,7 @@ from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from . import density_grid
 from .density_grid import Grid
-from .puff import FAR, Puff, RayInPuff
+from .gaussian_blob import FAR, GaussianBlob, RayInBlob
 
 STEPS = 8
 """Steps in which the light that a cloud scatters to the camera is added up."""
@@ -78,11 +79,11 @@ class CloudNumbers:
     Attributes
     ----------
     middle, rows
-        Of :class:`.Puff`.
+        Of :class:`.GaussianBlob`.
     extinction, scaled : channels
         Of its matter where it is densest, with and without the forward peak, 1/m.
     albedo : channels
-        Share of the scaled extinction that scatters.
+        Fraction of the scaled extinction that scatters.
     sun : channels
         Normal irradiance of the sun, its forward peak included, in the depth of the middle,
         as it is seen from ``reference``.
@@ -96,8 +97,8 @@ class CloudNumbers:
     forward : channels
         What water scatters forward from behind the cloud to in front of it, beyond the peak of the
         water's own tables: the cloud blocks that, 1/m.
-    kept : channels
-        What keeps light from things below, at density 1, 1/m: it is not scattered forward.
+    transport : channels
+        What keeps light from objects below, at density 1, 1/m: it is not scattered forward.
     reference : number
         Distance in m that the light is given for.
     asymmetry, ceiling, peak : numbers
@@ -108,7 +109,7 @@ class CloudNumbers:
         What :meth:`escaping` is at so many standard deviations from the middle, as a mean over
         all sides; see :func:`with_escapes`.
     grid : Grid, optional
-        Its density, if it is none of a puff: ``middle`` and ``rows`` are then those of the puff
+        Its density, if it is none of a blob: ``middle`` and ``rows`` are then those of the blob
         that is most like it.
     """
 
@@ -124,8 +125,8 @@ class CloudNumbers:
     ambient_decay: Operand
     water: Operand
     forward: Operand
-    kept: Operand
-    albedo_kept: Operand
+    transport: Operand
+    transport_albedo: Operand
     reference: Operand
     asymmetry: Operand
     ceiling: Operand
@@ -135,9 +136,9 @@ class CloudNumbers:
     grid: Grid | None = None
 
     @property
-    def puff(self) -> Puff:
+    def blob(self) -> GaussianBlob:
         """Where it is."""
-        return Puff(self.middle, self.rows)
+        return GaussianBlob(self.middle, self.rows)
 
     def towards_sun(
         self, point: Sequence[Operand], back: Sequence[Operand], m: Mathematics
@@ -145,7 +146,7 @@ class CloudNumbers:
         """Integral of the density from a place along the direction to the sun, m."""
         if self.grid is not None:
             return self.grid.towards_sun(point, back, m)
-        return self.puff.along(point, back, m).column(FAR, m)
+        return self.blob.along(point, back, m).column(FAR, m)
 
     def from_lamp(
         self, number: Operand, lamp: Sequence[Operand], way: Sequence[Operand], m: Mathematics
@@ -153,25 +154,25 @@ class CloudNumbers:
         """Integral of the density from a lamp of a number over a way, m."""
         if self.grid is not None:
             return self.grid.from_lamp(number, lamp, way, m)
-        return self.puff.between(lamp, way, m)
+        return self.blob.between(lamp, way, m)
 
     def escaping(self, point: Sequence[Operand], m: Mathematics) -> Operand:
-        """Share of light scattered at a place that leaves the cloud, in channels."""
+        """Fraction of light scattered at a place that leaves the cloud, in channels."""
         if self.grid is not None:
-            return m.exp(-self.kept * self.grid.at(point, m)[2])
-        return _sum([m.exp(-self.kept * x) for x in self.puff.outwards(point, m)]) / 6.0
+            return m.exp(-self.transport * self.grid.at(point, m)[2])
+        return _sum([m.exp(-self.transport * x) for x in self.blob.outwards(point, m)]) / 6.0
 
     def escaping_about(self, point: Sequence[Operand], m: Mathematics) -> Operand:
         """Return the same as a mean over all places as far out; in short."""
         if self.escapes is None:
             return self.escaping(point, m)
-        u = self.puff.place(point)
+        u = self.blob.place(point)
         out = m.minimum(m.sqrt(dot(u, u)) * ((ESCAPES - 1.0) / _FARTHEST_OUT), ESCAPES - 1.001)
         return self.escapes.at(out)
 
     def again(self, escaping: Operand, light: Operand) -> Operand:
         """Scalar irradiance of what of a place's light is scattered there twice and more often."""
-        again = (1.0 - escaping) * self.albedo_kept
+        again = (1.0 - escaping) * self.transport_albedo
         return again * light / (1.0 - again)
 
     def linear(self, cosine: Operand) -> Operand:
@@ -186,9 +187,9 @@ class Veil:
     Attributes
     ----------
     unscattered : channels
-        Share of light that passes without any change.
+        Fraction of light that passes without any change.
     passed : channels
-        Share that passes, or is scattered within the forward peak.
+        Fraction that passes, or is scattered within the forward peak.
     light : channels
         Radiance that the clouds themselves scatter to the camera.
     middle : number
@@ -196,7 +197,7 @@ class Veil:
     forward : channels
         Of the clouds, see :class:`CloudNumbers`, as a mean.
     sunlit, daylit : channels
-        Of :func:`.daylit_shares`.
+        Of :func:`.daylit_fractions`.
     """
 
     unscattered: Operand
@@ -311,22 +312,22 @@ class Together:
         One or more.
     """
 
-    puffs: Group | None
+    blobs: Group | None
     grids: Sequence[CloudNumbers]
 
     @property
     def alone(self) -> bool:
         """Whether there is one only."""
-        return self.puffs is None and len(self.grids) == 1
+        return self.blobs is None and len(self.grids) == 1
 
     def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
         """Add up terms of each."""
-        own = [] if self.puffs is None else [self.puffs.total(terms)]
+        own = [] if self.blobs is None else [self.blobs.total(terms)]
         return _added([*own, *(terms(cloud) for cloud in self.grids)])
 
     def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
         """Multiply factors of each."""
-        own = [] if self.puffs is None else [self.puffs.product(factor)]
+        own = [] if self.blobs is None else [self.blobs.product(factor)]
         return functools.reduce(operator.mul, [*own, *(factor(cloud) for cloud in self.grids)])
 
 
@@ -352,12 +353,16 @@ class Clouds:
         """Unit direction to the sun."""
         return [-x for x in self.sun]
 
-    def sunlight_left(self, point: Sequence[Operand]) -> Operand:
-        """Share of the sun's light that clouds leave on a thing at a place, in channels."""
-        return self.left("kept", lambda cloud: cloud.towards_sun(point, self.back, self.m))
+    def sunlight_transmittance(self, point: Sequence[Operand]) -> Operand:
+        """Fraction of the sun's light that clouds leave on an object at a place, in channels."""
+        return self.transmittance(
+            "transport", lambda cloud: cloud.towards_sun(point, self.back, self.m)
+        )
 
-    def skylight_left(self, point: Sequence[Operand], *, all_round: bool = False) -> Operand:
-        """Share of all other light from above that they leave there, in channels.
+    def skylight_transmittance(
+        self, point: Sequence[Operand], *, all_round: bool = False
+    ) -> Operand:
+        """Fraction of all other light from above that they leave there, in channels.
 
         The part of it that comes along the sun's beam is dimmed as that is; the rest is not.
 
@@ -370,16 +375,16 @@ class Clouds:
             scatters it to all sides. It is that of two streams in a layer, 1 / (1 + ¾ τ (1 - g)).
         """
 
-        def left(cloud: CloudNumbers) -> Operand:
-            share = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
-            lost = cloud.kept * cloud.towards_sun(point, self.back, self.m)
-            kept = 1.0 / (1.0 + _LAYER * lost) if all_round else self.m.exp(-lost)
-            return 1.0 - share * (1.0 - kept)
+        def transmittance(cloud: CloudNumbers) -> Operand:
+            fraction = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
+            lost = cloud.transport * cloud.towards_sun(point, self.back, self.m)
+            transport = 1.0 / (1.0 + _LAYER * lost) if all_round else self.m.exp(-lost)
+            return 1.0 - fraction * (1.0 - transport)
 
-        return self.group.product(left)
+        return self.group.product(transmittance)
 
-    def left(self, rate: str, column: Callable[[CloudNumbers], Operand]) -> Operand:
-        """Share of light that clouds leave, in channels.
+    def transmittance(self, rate: str, column: Callable[[CloudNumbers], Operand]) -> Operand:
+        """Fraction of light that clouds leave, in channels.
 
         Parameters
         ----------
@@ -412,7 +417,7 @@ class Clouds:
         s2 : number
             sin² of half the angle by which sunlight turns to travel against w.
         add, follow : callable
-            Add up the steps, through puffs and through grids.
+            Add up the steps, through blobs and through grids.
         """
         m = self.m
 
@@ -420,15 +425,15 @@ class Clouds:
         grids = () if self.group.alone else self.group.grids
         rays = self.rays(grids, origin, w, P, add)
 
-        def way(cloud: CloudNumbers) -> RayInPuff:
-            return rays.get(id(cloud)) or cloud.puff.along(origin, w, m)
+        def way(cloud: CloudNumbers) -> RayInBlob:
+            return rays.get(id(cloud)) or cloud.blob.along(origin, w, m)
 
         def of_cloud(cloud: CloudNumbers) -> Sequence[Operand]:
             p = self.bluntly(cloud, s2)
             if cloud.grid is not None:
                 return of_column(cloud, *through_grid(cloud, cloud.grid, p))
             ray = way(cloud)
-            share = ray.column(P, m)
+            fraction = ray.column(P, m)
             start = m.clamp(ray.middle - SPAN / ray.rate, 0.0 * P, P)
             step = (m.clamp(ray.middle + SPAN / ray.rate, 0.0 * P, P) - start) / STEPS
 
@@ -441,7 +446,7 @@ class Clouds:
                 return self._source(cloud, point, s, p, w)
 
             (light,) = add(STEPS, self.steps(cloud, way, places, (0.0, P, STEPS), source))
-            return of_column(cloud, share, light, m.clamp(ray.middle, 0.0 * P, P) * share)
+            return of_column(cloud, fraction, light, m.clamp(ray.middle, 0.0 * P, P) * fraction)
 
         def through_grid(cloud: CloudNumbers, grid: Grid, p: Operand) -> Sequence[Operand]:
             start, step = grid.steps(origin, w, P, m)
@@ -457,10 +462,10 @@ class Clouds:
             return follow(density_grid.STEPS, terms, m.less(0.0, step))
 
         def of_column(
-            cloud: CloudNumbers, share: Operand, light: Operand, middle: Operand
+            cloud: CloudNumbers, fraction: Operand, light: Operand, middle: Operand
         ) -> Sequence[Operand]:
-            direct, scaled = cloud.extinction * share, cloud.scaled * share
-            return direct, scaled, light, middle, cloud.forward * share, share
+            direct, scaled = cloud.extinction * fraction, cloud.scaled * fraction
+            return direct, scaled, light, middle, cloud.forward * fraction, fraction
 
         direct, scaled, light, middle, forward, weight = self.group.total(of_cloud)
         weight = weight + _LEAST
@@ -469,7 +474,7 @@ class Clouds:
     def steps(
         self,
         cloud: CloudNumbers,
-        ray: Callable[[CloudNumbers], RayInPuff],
+        ray: Callable[[CloudNumbers], RayInBlob],
         places: Callable[[Operand], Sequence[Operand]],
         ends: tuple[Operand, Operand, int],
         source: Callable[[Operand], Operand],
@@ -495,16 +500,16 @@ class Clouds:
             near, here, far = places(index)
             near = m.select(m.less(0.5, index), near, first)
             far = m.select(m.less(count - 1.5, index), last, far)
-            left, gone = (m.exp(-cloud.scaled * own_ray.column(s, m)) for s in (near, far))
+            transmittance, gone = (m.exp(-cloud.scaled * own_ray.column(s, m)) for s in (near, far))
 
             def dimmed(other: CloudNumbers) -> Sequence[Operand]:
                 return (other.scaled * ray(other).column(here, m),)
 
-            share = left - gone
+            fraction = transmittance - gone
             if not self.group.alone:
                 own = cloud.scaled * own_ray.column(here, m)
-                share = share * m.exp(own - self.group.total(dimmed)[0])
-            return (share * source(here),)
+                fraction = fraction * m.exp(own - self.group.total(dimmed)[0])
+            return (fraction * source(here),)
 
         return term
 
@@ -519,8 +524,8 @@ class Clouds:
     def rays(
         self, grids: Sequence[CloudNumbers], origin: Sequence[Operand], w: Sequence[Operand],
         P: Operand, add: Sum,
-    ) -> dict[int, RayInPuff]:  # fmt: skip
-        """Return ways through grids as those through puffs of the same moments, by identity.
+    ) -> dict[int, RayInBlob]:  # fmt: skip
+        """Return ways through grids as those through blobs of the same moments, by identity.
 
         Loops cannot look into each other: what they need of grids is found before them.
         """
@@ -528,7 +533,7 @@ class Clouds:
 
     def _moments(
         self, grid: Grid, origin: Sequence[Operand], w: Sequence[Operand], P: Operand, add: Sum
-    ) -> RayInPuff:
+    ) -> RayInBlob:
         m = self.m
         start, step = grid.steps(origin, w, P, m)
 
@@ -544,7 +549,7 @@ class Clouds:
     def grid_steps(
         self,
         cloud: CloudNumbers,
-        ray: Callable[[CloudNumbers], RayInPuff],
+        ray: Callable[[CloudNumbers], RayInBlob],
         path: tuple[Sequence[Operand], Sequence[Operand]],
         places: Callable[[Operand], Sequence[Operand]],
         source: Callable[[Sequence[Operand], Operand, Sequence[Operand]], Operand],
@@ -573,16 +578,16 @@ class Clouds:
             point = [x + along * s for x, along in zip(*path, strict=True)]
             here = grid.at(point, m)
             column = here[0] * (far - near)
-            left, gone = (m.exp(-cloud.scaled * x) for x in (before, before + column))
+            transmittance, gone = (m.exp(-cloud.scaled * x) for x in (before, before + column))
 
             def dimmed(other: CloudNumbers) -> Sequence[Operand]:
                 return (other.scaled * ray(other).column(s, m),)
 
-            share = left - gone
+            fraction = transmittance - gone
             if not self.group.alone:
                 own = cloud.scaled * ray(cloud).column(s, m)
-                share = share * m.exp(own - self.group.total(dimmed)[0])
-            return column, (share * source(point, s, here), column * s)
+                fraction = fraction * m.exp(own - self.group.total(dimmed)[0])
+            return column, (fraction * source(point, s, here), column * s)
 
         return term
 
@@ -599,19 +604,19 @@ class Clouds:
 
         def towards_sun(other: CloudNumbers) -> Sequence[Operand]:
             column = other.towards_sun(point, self.back, m)
-            return other.scaled * column, other.kept * column
+            return other.scaled * column, other.transport * column
 
         if here is not None and self.group.alone:
-            columns = cloud.scaled * here[1], cloud.kept * here[1]
+            columns = cloud.scaled * here[1], cloud.transport * here[1]
         else:
             columns = self.group.total(towards_sun)
-        left, widely = (m.exp(-part) for part in columns)
+        transmittance, widely = (m.exp(-part) for part in columns)
         unspread = cloud.sun * m.exp(-(cloud.sun_decay * below))
         decay = m.exp(-(cloud.ambient_decay * below))
-        sun = unspread * left
-        turned = unspread * (widely - left)
+        sun = unspread * transmittance
+        turned = unspread * (widely - transmittance)
         spread = cloud.spread * decay * widely
-        escaping = cloud.escaping(point, m) if here is None else m.exp(-(cloud.kept * here[2]))
+        escaping = cloud.escaping(point, m) if here is None else m.exp(-(cloud.transport * here[2]))
         ambient = cloud.ambient * decay * escaping
         again = cloud.again(escaping, sun + turned + spread + ambient)
         linear = cloud.linear(-dot(w, self.sun))

@@ -8,11 +8,11 @@ from ..mathematics import Operand
 from .cloud_light import Clouds, Sum, add_up
 
 STEPS = 6
-"""Places of a path that are looked at, one in each equal share of the light that it brings."""
+"""Places of a path that are looked at, one in each equal fraction of the light that it brings."""
 _SHORTEST = 1e-3  # optical depth
 
 
-def daylit_shares(
+def daylit_fractions(
     clouds: Clouds,
     origin: Sequence[Operand],
     w: Sequence[Operand],
@@ -21,7 +21,7 @@ def daylit_shares(
     chance: Operand,
     add: Sum = add_up,
 ) -> tuple[Operand, Operand]:
-    """Shares of daylight on a path that clouds leave, in channels: of the sun's, and of the rest.
+    """Fractions of daylight on a path that clouds leave, in channels: of the sun's, of the rest.
 
     What was scattered before comes along the sun's beam in part, and is dimmed there as that is.
 
@@ -35,7 +35,7 @@ def daylit_shares(
         At which sunlight that is scattered once falls off along it, 1/m:
         :meth:`.ChannelWater.falling_off`.
     chance : number
-        Even from 0 to 1: where in its share each place lies.
+        Even from 0 to 1: where in its fraction each place lies.
     add : callable
         Adds up the places.
     """
@@ -45,10 +45,12 @@ def daylit_shares(
     span = 1.0 - m.exp(-x)
 
     def terms(index: Operand) -> Sequence[Operand]:
-        share = (index + chance) * (1.0 / STEPS)
-        s = P * (-m.log(1.0 - share * span) / x)
+        fraction = (index + chance) * (1.0 / STEPS)
+        s = P * (-m.log(1.0 - fraction * span) / x)
         point = [a + b * s for a, b in zip(origin, w, strict=True)]
-        return clouds.sunlight_left(point), clouds.skylight_left(point, all_round=True)
+        return clouds.sunlight_transmittance(point), clouds.skylight_transmittance(
+            point, all_round=True
+        )
 
-    once, scattered = add(STEPS, terms)
-    return once * (1.0 / STEPS), scattered * (1.0 / STEPS)
+    single, scattered = add(STEPS, terms)
+    return single * (1.0 / STEPS), scattered * (1.0 / STEPS)

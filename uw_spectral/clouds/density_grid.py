@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from .puff import Puff, RayInPuff
+from .gaussian_blob import GaussianBlob, RayInBlob
 
 STEPS = 40
 """Steps in which a ray is followed through a grid."""
@@ -24,7 +24,7 @@ WAYS = np.array(
     [*np.eye(3), *-np.eye(3), *((np.array(list(np.ndindex(2, 2, 2))) - 0.5) * 2.0 / math.sqrt(3.0))]
 )
 WEIGHTS = np.array([1.0 / 15.0] * 6 + [3.0 / 40.0] * 8)
-"""Directions along axes and diagonals, and their shares of a mean over all (Lebedev's rule)."""
+"""Directions along axes and diagonals, and their fractions of a mean over all (Lebedev's rule)."""
 LAMP_NODES = 24
 """Nodes along each side of a box that know what is between them and lamps."""
 _LAMP_STEPS = 40
@@ -159,7 +159,7 @@ class Grid:
         return m.less(start, m.minimum(end, 1.0)) * self.lamps.at(number, places)
 
 
-def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> RayInPuff:
+def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> RayInBlob:
     """Return the Gaussian whose integral along a ray has the same moments.
 
     Parameters
@@ -170,7 +170,7 @@ def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> 
     mass = m.maximum(column, _EMPTY)
     middle = first / mass
     spread = m.sqrt(m.maximum(second / mass - middle * middle, _EMPTY))
-    return RayInPuff(middle, 1.0 / spread, column, nearly=True)
+    return RayInBlob(middle, 1.0 / spread, column, nearly=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,21 +245,21 @@ class DensityGrid:
         vars(self)["outwards"] = known.outwards
         return self
 
-    def lit(self, sun: ArrayLike, kept: float, lamps: Sequence[Sequence[float]] = ()) -> Grid:
+    def lit(self, sun: ArrayLike, transport: float, lamps: Sequence[Sequence[float]] = ()) -> Grid:
         """Return what formulas need of it.
 
         Parameters
         ----------
         sun : array_like, shape (3,)
             Unit direction that sunlight travels to, z up.
-        kept : float
+        transport : float
             Of :func:`escape_column`.
         lamps : sequence of places, m
         """
         found = (
             self.density,
             self.column_towards(-np.asarray(sun, dtype=np.float64)),
-            escape_column(self.outwards, kept),
+            escape_column(self.outwards, transport),
         )
         nodes = ArrayNodes(np.stack(found, axis=-1))
         shining = None
@@ -272,14 +272,14 @@ class DensityGrid:
         below = self.places()[..., 2] < 0.0
         return DensityGrid(self.density * below, self.corner, self.axes)
 
-    def blob(self) -> Puff:
-        """Return the puff of the same middle and spread along each axis."""
+    def blob(self) -> GaussianBlob:
+        """Return the blob of the same middle and spread along each axis."""
         mass = self.density.sum()
         u = np.indices(self.counts).reshape(3, -1)
         weight = self.density.ravel() / mass if mass > 0 else np.full(u.shape[1], 1.0 / u.shape[1])
         middle = u @ weight
         spread = np.sqrt(((u - middle[:, None]) ** 2) @ weight + _THINNEST)
-        return Puff.of_axes(self.corner + self.axes @ middle, self.axes * (2.0 * spread))
+        return GaussianBlob.of_axes(self.corner + self.axes @ middle, self.axes * (2.0 * spread))
 
     def column_towards(self, direction: ArrayLike) -> Array:
         """Integral of the density from each node along a direction, m, by the trapezoidal rule."""
@@ -352,19 +352,19 @@ def _moved(values: Array, by: int, axis: int) -> Array:
     return out
 
 
-def escape_column(outwards: Array, kept: float) -> Array:
+def escape_column(outwards: Array, transport: float) -> Array:
     """Length of matter that lets through as much as what leaves to all sides does on average.
 
     Parameters
     ----------
     outwards : array, shape (14, ...)
         Integrals of the density along :data:`WAYS`, m.
-    kept : float
+    transport : float
         What keeps light at density 1, 1/m.
     """
-    if kept <= 0:
+    if transport <= 0:
         return np.tensordot(WEIGHTS, outwards, 1)
-    return -np.log(np.tensordot(WEIGHTS, np.exp(-kept * outwards), 1)) / kept
+    return -np.log(np.tensordot(WEIGHTS, np.exp(-transport * outwards), 1)) / transport
 
 
 def node_counts(size: ArrayLike) -> tuple[int, int, int]:

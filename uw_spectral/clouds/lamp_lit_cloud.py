@@ -2,7 +2,7 @@
 
 A cloud's light is that of :mod:`.cloud_light` with the lamp in place of the sun: scattered once,
 spread forward on the way, and scattered again where it is. It comes to a place in the cloud as it
-comes to a thing that faces the lamp, and from there to the camera as the light of a thing does:
+comes to an object that faces the lamp, and from there to the camera as the light of an object does:
 what the water scatters forward on either way is in it (:attr:`.ChannelLight.floating`). Steps are
 even in asinh(s/h), s from the point of the ray that is nearest to the lamp and h its distance from
 it: fine about a lamp in the cloud.
@@ -23,10 +23,10 @@ from ..lamps.multiple_scattering import asinh, light_along
 from ..mathematics import Operand, dot
 from ..transfer.sun_beam import half_angle2
 from .cloud_light import ISOTROPIC, SPAN, CloudNumbers, Clouds, March, Sum, add_up, march
-from .puff import RayInPuff
+from .gaussian_blob import RayInBlob
 
 STEPS = 8
-"""Steps in which the light of a lamp that a puff scatters is added up."""
+"""Steps in which the light of a lamp that a blob scatters is added up."""
 GRID_STEPS = 20
 """The same of a grid."""
 
@@ -56,7 +56,7 @@ class LampAndClouds:
     w: Sequence[Operand]
     P: Operand
     number: Operand = 0.0
-    rays: Mapping[int, RayInPuff] = field(default_factory=dict)
+    rays: Mapping[int, RayInBlob] = field(default_factory=dict)
 
     def seen(
         self,
@@ -72,31 +72,31 @@ class LampAndClouds:
         light : ChannelLight
             Of the lamp in the water, and in clouds.
         integrate, add, follow : callable
-            Add up the terms of the quadratures, and of the steps through puffs and grids.
+            Add up the terms of the quadratures, and of the steps through blobs and grids.
         """
         m, lamp, past = self.clouds.m, self.lamp, self.past
         t0 = m.maximum(past.t0, 0.0)
-        straight = self.clouds.left("extinction", lambda cloud: self._column(cloud, t0))
+        straight = self.clouds.transmittance("extinction", lambda cloud: self._column(cloud, t0))
         disc = light.unscattered.at(t0) * disc_seen(lamp, past, m)
-        once, more = light_along(lamp, past, light, m, integrate, self.left)
+        single, more = light_along(lamp, past, light, m, integrate, self.transmittance)
 
         (turned,) = self.clouds.group.total(lambda x: self.scattered(x, light, add, follow))
-        return once + more + disc * straight + turned
+        return single + more + disc * straight + turned
 
-    def left(self, s: Operand, where: Sequence[Operand]) -> Operand:
-        """Share of the light of a place that clouds leave, from the lamp on: a :data:`.Left`."""
+    def transmittance(self, s: Operand, where: Sequence[Operand]) -> Operand:
+        """Fraction of light that clouds leave on the way from the lamp: :data:`.Transmittance`."""
         m, start = self.clouds.m, self.lamp.position
 
         def lost(cloud: CloudNumbers) -> Sequence[Operand]:
             seen = self._column(cloud, s)
             between = cloud.from_lamp(self.number, start, where, m)
-            return (cloud.scaled * seen + cloud.kept * between,)
+            return (cloud.scaled * seen + cloud.transport * between,)
 
         return m.exp(-self.clouds.group.total(lost)[0])
 
-    def _ray(self, cloud: CloudNumbers) -> RayInPuff:
+    def _ray(self, cloud: CloudNumbers) -> RayInBlob:
         known = self.rays.get(id(cloud))
-        return known or cloud.puff.along(self.origin, self.w, self.clouds.m, nearly=True)
+        return known or cloud.blob.along(self.origin, self.w, self.clouds.m, nearly=True)
 
     def _column(self, cloud: CloudNumbers, s: Operand) -> Operand:
         return self._ray(cloud).column(s, self.clouds.m)
@@ -130,7 +130,7 @@ class LampAndClouds:
         if cloud.grid is not None:
 
             def in_grid(point: Sequence[Operand], s: Operand, here: Sequence[Operand]) -> Operand:
-                return self._source(cloud, light, s, point, m.exp(-(cloud.kept * here[2])))
+                return self._source(cloud, light, s, point, m.exp(-(cloud.transport * here[2])))
 
             path = self.origin, self.w
             of_grid = self.clouds.grid_steps(cloud, self._ray, path, places, in_grid)
@@ -157,36 +157,38 @@ class LampAndClouds:
 
         def between(other: CloudNumbers) -> Sequence[Operand]:
             column = other.from_lamp(self.number, lamp.position, where, m)
-            return other.scaled * column, other.kept * column
+            return other.scaled * column, other.transport * column
 
-        left, widely = (m.exp(-part) for part in self.clouds.group.total(between))
+        transmittance, widely = (m.exp(-part) for part in self.clouds.group.total(between))
         p = self.clouds.bluntly(cloud, half_angle2(self.w, u, m))
-        total = p * left + cloud.linear(-dot(self.w, u)) * (widely - left)
+        total = p * transmittance + cloud.linear(-dot(self.w, u)) * (widely - transmittance)
         total = total + ISOTROPIC * cloud.again(escaping, widely)
         return m.maximum(total, 0.0) * cloud.albedo * E
 
 
 def path_light(
-    folded: LampChannels,
+    projected: LampChannels,
     clouds: Clouds,
     origin: Sequence[Operand],
     w: Sequence[Operand],
     P: Operand,
     *,
-    before_thing: bool = False,
+    before_surface: bool = False,
 ) -> NDArray[np.float64]:
     """Radiance of lamps along rays through clouds, as :meth:`.LampChannels.path_light`."""
     total, rays = np.zeros(3), clouds.rays(clouds.group.grids, origin, w, P, add_up)
-    for number, (lamp, light) in enumerate(folded.lights()):
-        past = ray_past_lamp(lamp, origin, w, P, before_thing=before_thing)
+    for number, (lamp, light) in enumerate(projected.lights()):
+        past = ray_past_lamp(lamp, origin, w, P, before_surface=before_surface)
         through = LampAndClouds(clouds, lamp, past, origin, w, P, number, rays)
         total = total + through.seen(light)
     return total
 
 
-def left_on_thing(
+def transmittance_to_surface(
     clouds: Clouds, lamp: Lamp, point: Sequence[Operand], number: Operand = 0.0
 ) -> Operand:
-    """Share of the light of a lamp on a thing at a place that clouds leave, in channels."""
+    """Fraction of the light of a lamp on an object at a place that clouds leave, in channels."""
     way = [x - x0 for x, x0 in zip(point, lamp.position, strict=True)]
-    return clouds.left("kept", lambda x: x.from_lamp(number, lamp.position, way, clouds.m))
+    return clouds.transmittance(
+        "transport", lambda x: x.from_lamp(number, lamp.position, way, clouds.m)
+    )

@@ -111,7 +111,7 @@ class BluntPhase:
     Attributes
     ----------
     peak : float
-        Share that is cut away: χ2, as the delta scaling of the closed form has it.
+        Fraction that is cut away: χ2, as the delta scaling of the closed form has it.
     ceiling : float
         Largest value of the rest, 1/sr.
     asymmetry : float

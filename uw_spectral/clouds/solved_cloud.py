@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from ..lamps.lamp import Lamp
 from ..lamps.multiple_scattering import LampWater
 from ..mathematics import dot
-from ..shade.forward_share import within_outline
+from ..occlusion.point_spread import within_outline
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
 from .cloud_light import CloudNumbers, Clouds, Several, with_escapes
 from .density_grid import DensityGrid
+from .gaussian_blob import GaussianBlob
 from .matter import SuspendedMatter, blunt_phase
-from .puff import Puff
 
 _SHALLOWEST, _STEP = 0.02, 0.25  # m
 _TINY = 1e-30
@@ -31,11 +31,11 @@ class Cloud:
 
     Attributes
     ----------
-    puff : Puff
-        Of one with a grid, the puff that is most like it.
+    blob : Blob
+        Of one with a grid, the blob that is most like it.
     """
 
-    puff: Puff
+    blob: GaussianBlob
     matter: SuspendedMatter
     grid: DensityGrid | None = None
 
@@ -62,40 +62,40 @@ def cloud_numbers(
         That shine on it, in the order of their numbers.
     """
     matter, blunt = cloud.matter, blunt_phase(cloud.matter.phase)
-    y = float(np.clip(-float(cloud.puff.middle[2]), _SHALLOWEST, field.floor_depth))
+    y = float(np.clip(-float(cloud.blob.middle[2]), _SHALLOWEST, field.floor_depth))
     near = np.clip(np.array([y - _STEP, y, y + _STEP]), _SHALLOWEST / 2.0, field.floor_depth)
     sun, spread, ambient = _light(field, near)
     span = near[2] - near[0]
     decays = [np.log((x[0] + _TINY) / (x[2] + _TINY)) / span for x in (sun, spread + ambient)]
     scattered = field.scattering_at([y])[0]
-    blocked = scattered * within_outline(field.phase_at(y), cloud.puff.size, distance)
+    blocked = scattered * within_outline(field.phase_at(y), cloud.blob.size, distance)
     c = field.extinction_between(y, y, scaled=False) - blocked
-    left = np.exp(-c * distance)
-    seen = (sun + spread + ambient)[1] * left
+    transmittance = np.exp(-c * distance)
+    seen = (sun + spread + ambient)[1] * transmittance
     if by_lamps is not None:
-        seen = seen + np.asarray(by_lamps) * left
+        seen = seen + np.asarray(by_lamps) * transmittance
     wide = matter.scattering * (1.0 - blunt.peak)
     scaled = matter.absorption + wide
 
     def mean(values: NDArray[np.float64], light: NDArray[np.float64] = seen) -> NDArray[np.float64]:
         return channels.mean(values, light)
 
-    kept = matter.absorption + matter.scattering * (1.0 - matter.phase.g)
+    transport = matter.absorption + matter.scattering * (1.0 - matter.phase.g)
     numbers = CloudNumbers(
-        cloud.puff.middle,
-        cloud.puff.rows,
+        cloud.blob.middle,
+        cloud.blob.rows,
         mean(matter.extinction),
         mean(scaled),
         np.minimum(mean(wide) / np.maximum(mean(scaled), _TINY), 1.0),
-        channels.fold(sun[1] * left),
-        channels.fold(spread[1] * left),
-        channels.fold(ambient[1] * left),
-        mean(decays[0], sun[1] * left),
-        mean(decays[1], (spread + ambient)[1] * left),
+        channels.project(sun[1] * transmittance),
+        channels.project(spread[1] * transmittance),
+        channels.project(ambient[1] * transmittance),
+        mean(decays[0], sun[1] * transmittance),
+        mean(decays[1], (spread + ambient)[1] * transmittance),
         mean(c),
         mean(blocked - scattered * field.peak_at(y)),
-        mean(kept),
-        np.minimum(mean(kept - matter.absorption) / np.maximum(mean(kept), _TINY), 1.0),
+        mean(transport),
+        np.minimum(mean(transport - matter.absorption) / np.maximum(mean(transport), _TINY), 1.0),
         distance,
         blunt.asymmetry,
         blunt.ceiling,
@@ -103,7 +103,7 @@ def cloud_numbers(
     )
     if cloud.grid is not None:
         # One length of matter serves the channels, whose coefficients are much alike.
-        kept_mean = float(np.mean(numbers.kept))
+        kept_mean = float(np.mean(numbers.transport))
         places = [tuple(float(x) for x in lamp.position) for lamp in lamps]
         return replace(numbers, grid=cloud.grid.lit(field.sun, kept_mean, places))
     return numbers if by_lamps is None else with_escapes(numbers)
@@ -116,7 +116,7 @@ def clouds_in(
     phases = list(dict.fromkeys(cloud.matter.phase for cloud in clouds))
     found = []
     for cloud in clouds:
-        away = math.dist(cloud.puff.middle, place)
+        away = math.dist(cloud.blob.middle, place)
         numbers = cloud_numbers(cloud, field, channels, away)
         found.append(replace(numbers, kind=float(phases.index(cloud.matter.phase))))
     return Clouds(Several(found), phases, field.sun)
@@ -129,7 +129,7 @@ def lamplight_on(cloud: Cloud, lamps: Sequence[Lamp], water: LampWater) -> NDArr
     """
     total = np.zeros(np.shape(water.a))
     for lamp in lamps:
-        r, u = lamp.towards(cloud.puff.middle)
+        r, u = lamp.towards(cloud.blob.middle)
         value = np.maximum(lamp.profile.value(dot(lamp.axis, u)), _BESIDE_BEAM)
         total = total + lamp.intensity * np.exp(-water.a * r) * (value / (r * r))
     return total

@@ -24,9 +24,9 @@ def veiled(
 ) -> ChannelPixel:
     """Return what a pixel is with clouds before it.
 
-    Light of the water between the camera and the clouds is untouched; they let through a share of
-    all that comes from behind. What they scatter within their forward peak of a thing's light is
-    lost in the light of its surroundings. Light of lamps in the water has been through them.
+    Light of the water between the camera and the clouds is untouched; they let through a fraction
+    of all that comes from behind. What they scatter within their forward peak of an object's light
+    is lost in the light of its surroundings. Light of lamps in the water has been through them.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ def veiled(
     w : three numbers
         Unit view direction, away from the camera.
     around : channels, optional
-        Light from about the thing, over the share of the pixel that it fills; its own without.
+        Light from about the object, over the fraction of the pixel that it fills; its own without.
     coverage : number
-        Share of the pixel that the thing fills; its light is multiplied with that already.
+        Fraction of the pixel that the object fills; its light is multiplied with that already.
     """
     T, passed = veil.unscattered, veil.passed
     before = water_before(ray, veil, y_o, w) * coverage
@@ -59,14 +59,14 @@ def water_before(ray: ChannelWater, veil: Veil, y_o: Operand, w: Sequence[Operan
     y = m.maximum(y_o - w[2] * s, 0.0)
     M, _ = ray.ahead(y, w)
     behind = _peaked(ray, y, s, M) * m.exp(veil.forward * s)
-    once = ray.once(y_o, y, w, s) * ray.aureole(y_o, w) * veil.sunlit
-    return m.maximum(once + (ray.scattered(y_o, w) - behind) * veil.daylit, 0.0)
+    single = ray.scaled_single_scattering(y_o, y, w, s) * ray.aureole(y_o, w) * veil.sunlit
+    return m.maximum(single + (ray.scattered(y_o, w) - behind) * veil.daylit, 0.0)
 
 
 def surroundings(
     ray: ChannelWater, y_o: Operand, y: Operand, w: Sequence[Operand], P: Operand
 ) -> Operand:
-    """Light that comes from beyond a distance P, depth y, along a ray that meets no thing there."""
+    """Light that comes from beyond a distance P, depth y, along a ray that meets no object."""
     M, rest = ray.ahead(y, w)
     return _peaked(ray, y, P, M + rest) + ray.boundary(y_o, w)
 
@@ -74,5 +74,5 @@ def surroundings(
 def _peaked(ray: ChannelWater, y: Operand, P: Operand, light: Operand) -> Operand:
     """What is left of light at depth y after P, the forward peak included."""
     columns, parts = ray.tables.peaked(y, P), ray.tables.split(light)
-    left = [column * part for column, part in zip(columns, parts, strict=True)]
-    return functools.reduce(operator.add, left) * ray.left_with_peak(y, P)
+    transmittance = [column * part for column, part in zip(columns, parts, strict=True)]
+    return functools.reduce(operator.add, transmittance) * ray.transmittance_with_peak(y, P)

@@ -47,7 +47,7 @@ class Detector:
     offsets : float
         DSNU: standard deviation of the pixels' offsets, electrons.
     gains : float
-        PRNU: standard deviation of the pixels' gains, as a share.
+        PRNU: standard deviation of the pixels' gains, as a fraction.
     device_seed : int
         Of the pixels' offsets and gains.
     shot_noise : bool

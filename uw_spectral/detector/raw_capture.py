@@ -93,7 +93,9 @@ def capture(
         if focal is None or centre is None:
             raise InputError("raw picture: vignetting needs focal lengths and principal point")
         height, width, _ = values.shape
-        electrons = electrons * settings.vignetting.share((width, height), focal, centre)[..., None]
+        electrons = (
+            electrons * settings.vignetting.fraction((width, height), focal, centre)[..., None]
+        )
     if settings.pattern is not None:
         electrons = mosaic(electrons, settings.pattern)
     return raw_counts(

@@ -13,14 +13,14 @@ from ..errors import InputError
 
 @dataclass(frozen=True)
 class Vignetting:
-    """Share of the light that reaches each pixel.
+    """Fraction of the light that reaches each pixel.
 
     Parameters
     ----------
     natural : bool
         Whether it falls with cos⁴ of the angle from the optical axis.
     radial : tuple of floats
-        k1, k2, … of the share 1 + k1 r² + k2 r⁴ + …, with r from the principal point, 1 at the
+        k1, k2, … of the fraction 1 + k1 r² + k2 r⁴ + …, with r from the principal point, 1 at the
         farthest corner.
 
     Raises
@@ -40,10 +40,10 @@ class Vignetting:
         if not all(map(math.isfinite, self.radial)):
             raise InputError("vignetting: coefficients must be finite numbers")
 
-    def share(
+    def fraction(
         self, size: tuple[int, int], focal: tuple[float, float], centre: tuple[float, float]
     ) -> NDArray[np.float64]:
-        """Return the share of each pixel, shape (height, width).
+        """Return the fraction of each pixel, shape (height, width).
 
         Parameters
         ----------
@@ -55,12 +55,12 @@ class Vignetting:
         Raises
         ------
         InputError
-            If a share is negative.
+            If a fraction is negative.
 
         Examples
         --------
-        >>> share = Vignetting().share((3, 1), (1.0, 1.0), (1.5, 0.5))
-        >>> share.round(3).tolist()
+        >>> fraction = Vignetting().fraction((3, 1), (1.0, 1.0), (1.5, 0.5))
+        >>> fraction.round(3).tolist()
         [[0.25, 1.0, 0.25]]
         """
         width, height = size

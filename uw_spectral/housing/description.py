@@ -263,20 +263,20 @@ class _Table:
     def table(self, name: str) -> _Table:
         return _Table(f"{self._where}, {name}", self._found[name])
 
-    def text(self, name: str, usual: str | None = None) -> str:
-        found = self._found.get(name, usual)
+    def text(self, name: str, default: str | None = None) -> str:
+        found = self._found.get(name, default)
         if not isinstance(found, str):
             raise InputError(f"{self._where}: {name} must be text")
         return found
 
-    def number(self, name: str, usual: float | None = None) -> float:
-        found = self._found.get(name, usual)
+    def number(self, name: str, default: float | None = None) -> float:
+        found = self._found.get(name, default)
         if isinstance(found, bool) or not isinstance(found, int | float):
             raise InputError(f"{self._where}: {name} must be a number")
         return float(found)
 
-    def numbers(self, name: str, count: int | None, usual: Sequence[float]) -> tuple[float, ...]:
-        found = self._found.get(name, usual)
+    def numbers(self, name: str, count: int | None, default: Sequence[float]) -> tuple[float, ...]:
+        found = self._found.get(name, default)
         if not isinstance(found, Sequence) or isinstance(found, str):
             raise InputError(f"{self._where}: {name} must be a list of numbers")
         if any(isinstance(x, bool) or not isinstance(x, int | float) for x in found):

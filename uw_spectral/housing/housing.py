@@ -101,7 +101,7 @@ class Housing:
         return self.camera.project(np.cos(angle) * axis + np.sin(angle) * side, nm)
 
     def transmittance(self, pixels: ArrayLike, wavelength: ArrayLike) -> Array:
-        """Share of the light that both faces of the port let through, shape (...).
+        """Fraction of the light that both faces of the port let through, shape (...).
 
         Radiance in air is that in the water times this over n², the square of the water's index.
         """

@@ -63,7 +63,7 @@ class Port(Protocol):
         ...
 
     def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
-        """Share of the light that both faces let through, by the angle to the axis in air."""
+        """Fraction of the light that both faces let through, by the angle to the axis in air."""
         ...
 
     def passes(self, points: Array) -> NDArray[np.bool_]:
@@ -213,7 +213,7 @@ class NoPort:
 
 
 def _through_faces(inner: Array, outer: Array, glass: Array, water: Array) -> Array:
-    """Share of light that two faces let through, by the cosines at them in air and glass."""
+    """Fraction of light that two faces let through, by the cosines at them in air and glass."""
     into_air, into_glass = (
         fresnel_reflectance(inner, glass),
         fresnel_reflectance(outer, water / glass),

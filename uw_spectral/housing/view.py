@@ -86,7 +86,7 @@ def field_needed(
     Parameters
     ----------
     nearest : float
-        Distance from the port of the nearest thing, m.
+        Distance from the port of the nearest object, m.
     wavelengths : array_like
         nm, all that are warped.
     position : three floats, optional
@@ -102,7 +102,7 @@ def field_needed(
     """
     if not nearest > 0:
         raise InputError(
-            f"housing: the nearest thing is {nearest:g} m before the port, not above 0"
+            f"housing: the nearest object is {nearest:g} m before the port, not above 0"
         )
     placed = viewpoint(housing) if position is None else position
     nm = np.asarray(wavelengths, dtype=np.float64)
@@ -159,7 +159,7 @@ def intrinsics_in_water(
     wavelength : float
         nm.
     distance : float
-        Of things from the port, m, at which it fits best.
+        Of objects from the port, m, at which it fits best.
     distorted : bool
         Whether it has a lens of Brown and Conrady's five coefficients.
 

@@ -1,4 +1,4 @@
-"""Where a port makes things seem to lie, for focus: the paraxial image."""
+"""Where a port makes objects seem to lie, for focus: the paraxial image."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike) -> Array:
-    """Distance from the pupil on which to focus, for a thing on the axis of the port.
+    """Distance from the pupil on which to focus, for an object on the axis of the port.
 
     Gauss's equation at each face, n'/s' = n/s + (n' - n)/R, which is n'/s' = n/s if it is flat.
     It holds along the axis of the port; for a dome, whose pupil lies beside the optical axis, along
@@ -21,18 +21,18 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
     Parameters
     ----------
     distance : array_like
-        Of the thing from the pupil, m; infinite is allowed.
+        Of the object from the pupil, m; infinite is allowed.
     wavelength : array_like
         nm.
 
     Returns
     -------
     array
-        m; infinite for a thing at infinity behind a flat port.
+        m; infinite for an object at infinity behind a flat port.
 
     References
     ----------
-    E. Hecht, Optics, 5.2. For far things a thin dome of radius R images at R / (n - 1) before its
+    E. Hecht, Optics, 5.2. For far objects a thin dome of radius R images at R / (n - 1) before its
     face, some three radii.
 
     Examples
@@ -68,7 +68,7 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
 def defocus_factor(housing: Housing, distance: float, wavelength: float) -> float:
     """How much larger discs of defocus are than without a port, by the aperture alone.
 
-    A thing is blurred by the difference of the inverse distances of its image and of the focus,
+    An object is blurred by the difference of the inverse distances of its image and of the focus,
     and the port changes these; close to the index of water for any port.
 
     Parameters

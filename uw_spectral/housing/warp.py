@@ -3,7 +3,7 @@
 A point at inverse depth ρ along the ray of a pixel lies in the pinhole picture at a + ρ b: a line,
 along which the pixel's point is where the picture's own inverse depth is ρ. As the pinhole stands
 where the rays nearly meet, b is small and looking up the depth again and again converges; where it
-jumps to and fro at the edge of a thing, the line is searched from the camera outwards.
+jumps to and fro at the edge of an object, the line is searched from the camera outwards.
 Inverse depth is linear in the picture of a plane, and is interpolated as such.
 """
 
@@ -44,7 +44,7 @@ class SeenPlaces:
     distances : array, shape (height, width)
         Way in the water, from the outer face of the port, m.
     hidden : array of bool, shape (height, width)
-        Where a thing hid from the pinhole what the port shows: what is beside it stands in.
+        Where an object hid from the pinhole what the port shows: what is beside it stands in.
     extra : array, shape (height, width)
         Water in the way of the pinhole less that in the way of the port, m.
     """
@@ -92,7 +92,7 @@ def seen_places(
     if (_outside(at, inverse) & known).any():
         raise InputError(
             "warp: the pinhole picture is too small for this port, lens and depth; make it as "
-            "field_needed says, with the distance of the nearest thing"
+            "field_needed says, with the distance of the nearest object"
         )
     points = line.point(rho)
     far, position = np.isinf(points).any(axis=-1), np.array(view.position)
@@ -197,8 +197,8 @@ def effective_wavelength(centres: ArrayLike, weights: ArrayLike) -> Array:
     >>> effective_wavelength([400, 500, 600], [[1, 0], [1, 0], [0, 2]]).tolist()
     [450.0, 600.0]
     """
-    share = np.maximum(np.asarray(weights, dtype=np.float64), 0.0)
-    return np.asarray(centres, dtype=np.float64) @ share / share.sum(axis=0)
+    fraction = np.maximum(np.asarray(weights, dtype=np.float64), 0.0)
+    return np.asarray(centres, dtype=np.float64) @ fraction / fraction.sum(axis=0)
 
 
 def sample(picture: ArrayLike, places: Array, sampling: Sampling = "cubic") -> Array:
@@ -233,11 +233,11 @@ def sample(picture: ArrayLike, places: Array, sampling: Sampling = "cubic") -> A
     found = np.zeros(places.shape[:-1] + values.shape[2:])
     least, most = np.full(found.shape, np.inf), np.full(found.shape, -np.inf)
     extra = (1,) * (values.ndim - 2)
-    for row, share_down in enumerate(down, shift):
-        for column, share_across in enumerate(across, shift):
-            share = (share_down * share_across).reshape(known.shape + extra)
+    for row, fraction_down in enumerate(down, shift):
+        for column, fraction_across in enumerate(across, shift):
+            fraction = (fraction_down * fraction_across).reshape(known.shape + extra)
             here = _pixels(values, first[..., 0] + column, first[..., 1] + row)
-            found += share * here
+            found += fraction * here
             np.minimum(least, here, out=least)
             np.maximum(most, here, out=most)
     return _masked(found.clip(least, most), known)
@@ -326,7 +326,7 @@ class _Line:
         return np.where((rho == 0)[..., None], far, near)
 
     def looked_up(self, inverse: Array, rho: Array) -> Array:
-        """Inverse depth of the picture at ρ; that of the nearest pixel at the edge of a thing."""
+        """Inverse depth of the picture at ρ; that of the nearest pixel at the edge of an object."""
         rows, columns = inverse.shape
         x, y = (self.at(rho) - 0.5).T
         left, top = np.floor(x), np.floor(y)

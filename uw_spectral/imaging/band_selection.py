@@ -48,16 +48,16 @@ _SMALLEST_GAP = 8.0  # nm between neighbours
 _BAND_ERROR = 0.01
 # Distances of objects, in mean free paths of the light that is seen.
 _DISTANCES = (0.1, 0.4, 1.0, 2.0)
-# Share of the open water among the spectra seen in one direction.
-_BACKGROUND_SHARE = 0.1
-# Share of things lit by a lamp. Without any, bands that daylight no longer reaches get weights
+# Fraction of the open water among the spectra seen in one direction.
+_BACKGROUND_FRACTION = 0.1
+# Fraction of objects lit by a lamp. Without any, bands that daylight no longer reaches get weights
 # that are right for daylight and absurd for a lamp (ΔE2000 of 80 at 30 m).
-_LAMP_SHARE = 0.1
+_LAMP_FRACTION = 0.1
 # Searches start from equal bands over these parts of the range; red is soon gone.
 _STARTS = ((0.0, 1.0), (0.05, 0.8))
 _MOST_SWEEPS = 10
 _TINY = 1e-12
-_DARKEST = 1e-30  # share of the surface light at a depth that still counts as light
+_DARKEST = 1e-30  # fraction of the surface light at a depth that still counts as light
 
 
 @dataclass(frozen=True, eq=False)
@@ -357,29 +357,31 @@ def _expected_spectra(
     """Radiances that the camera sees, shape (s, n), and their weights, which add up to 1."""
     reflectances = _reflectances(view.column.bands)
     x, y, _ = view.level
-    lamp = (_lamp(view) * lamp_gain, reflectances[::4], _LAMP_SHARE)
-    background_weight = _BACKGROUND_SHARE * len(distances)
+    lamp = (_lamp(view) * lamp_gain, reflectances[::4], _LAMP_FRACTION)
+    background_weight = _BACKGROUND_FRACTION * len(distances)
     spectra, weights = [], []
     for w in ((x, y, 0.0), (0.7 * x, 0.7 * y, -math.sqrt(0.51)), (0.8 * x, 0.8 * y, 0.6)):
         ends = np.clip(view.depth - w[2] * distances, 0.0, view.column.floor_depth)
         P = (view.depth - ends) / w[2] if w[2] else distances
-        left = np.exp(-view.attenuation * P[:, None])
+        transmittances = np.exp(-view.attenuation * P[:, None])
         background, *beyond = view.field.radiance([view.depth, *ends], w)
-        path = background - left * beyond
+        path = background - transmittances * beyond
         spectra.append(background[None])
         weights.append([background_weight])
-        for water, share_left, Ed in zip(path, left, view.field.Ed(ends), strict=True):
-            daylight = (Ed, reflectances, 1 - _LAMP_SHARE)
-            for light, things, share in (daylight, lamp):
-                spectra.append(water + share_left * things * light / math.pi)
-                weights.append(np.full(len(things), share / len(things)))
+        for water, transmittance_ratio, Ed in zip(
+            path, transmittances, view.field.Ed(ends), strict=True
+        ):
+            daylight = (Ed, reflectances, 1 - _LAMP_FRACTION)
+            for light, surfaces, fraction in (daylight, lamp):
+                spectra.append(water + transmittance_ratio * surfaces * light / math.pi)
+                weights.append(np.full(len(surfaces), fraction / len(surfaces)))
     weight = np.concatenate(weights)
     return np.vstack(spectra), weight / weight.sum()
 
 
 @functools.lru_cache(maxsize=8)
 def _reflectances(bands: Bands) -> NDArray[np.float64]:
-    """Reflectances of things under water, measured ones and uplifted RGB, shape (k, n)."""
+    """Reflectances of objects under water, measured ones and uplifted RGB, shape (k, n)."""
     measured = training_reflectances()
     axis = (0.05, 0.4, 0.9)
     rgb = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)

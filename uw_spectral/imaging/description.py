@@ -1,6 +1,6 @@
 """What a picture under water is made of, in text and numbers; :func:`.resolve` computes with it.
 
-Every text stands for a thing that can be given itself instead: a water, an
+Every text stands for an object that can be given itself instead: a water, an
 illuminant, a sensor, a spectrum, bands.
 """
 
@@ -38,7 +38,7 @@ class WaterDescription:
         Publication of a Jerlov type.
     second : str or Water
         What is mixed in; empty for nothing.
-    second_share : float
+    second_fraction : float
         Its share, 0 to 1.
     concentration : float
         Factor on all that is in the water beside the water itself.
@@ -55,7 +55,7 @@ class WaterDescription:
     water: str | Constituents | Water | WaterProfile = "jerlov:IB"
     source: str = DEFAULT_SOURCE
     second: str | Water = ""
-    second_share: float = 0.0
+    second_fraction: float = 0.0
     absorption_factor: float = 1.0
     scattering_factor: float = 1.0
     phase: str | PhaseModel | None = None
@@ -74,7 +74,7 @@ class SunAndSky:
     zenith, azimuth : float
         The sun in air, degrees; the azimuth is where its light travels to, from +x towards +y.
     sky_radiance : float
-        Of the uniform sky that brings as much light, as a share of the direct light, per
+        Of the uniform sky that brings as much light, as a fraction of the direct light, per
         steradian.
     above_surface : bool or None
         Whether the sun's irradiance is known above the surface, so that part of it is

@@ -22,7 +22,7 @@ BLACK = 0
 OPEN_WATER = np.inf
 """Range where nothing but water is seen."""
 _BINS = 24  # of range
-_DARKEST = 0.01  # share of a bin's pixels that counts as black
+_DARKEST = 0.01  # fraction of a bin's pixels that counts as black
 _SCAN = np.geomspace(0.02, 40.0, 60)  # optical lengths over the longest range
 _LOGARITHMS = (-30.0, 10.0)
 _RATES = (-6.0, 3.0)
@@ -37,7 +37,7 @@ class FormationFit:
     Parameters
     ----------
     beta_direct, beta_backscatter : tuple of RangeAttenuation
-        β_D of the light of things, and β_B of the backscatter.
+        β_D of the light of objects, and β_B of the backscatter.
     B_inf : tuple of float
         Backscatter at infinite range, in the unit of the picture.
     """
@@ -52,8 +52,8 @@ class FormationFit:
 
     def backscatter(self, z: ArrayLike) -> Array:
         """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        shares = [1.0 - beta.transmittance(z) for beta in self.beta_backscatter]
-        return np.stack(shares, axis=-1) * np.array(self.B_inf)
+        fractions = [1.0 - beta.transmittance(z) for beta in self.beta_backscatter]
+        return np.stack(fractions, axis=-1) * np.array(self.B_inf)
 
 
 def fit_formation(
@@ -132,19 +132,21 @@ def _fit_channel(
     constant: bool,
 ) -> tuple[RangeAttenuation, RangeAttenuation, float]:
     def backscattered(p: Array) -> tuple[Array, Array]:
-        share = 1.0 - _curve(p, longest).transmittance(z[black])
-        level = share @ seen[black] / np.maximum(share @ share, np.finfo(np.float64).tiny)
-        return np.atleast_1d(level), level * share - seen[black]
+        fraction = 1.0 - _curve(p, longest).transmittance(z[black])
+        level = fraction @ seen[black] / np.maximum(fraction @ fraction, np.finfo(np.float64).tiny)
+        return np.atleast_1d(level), level * fraction - seen[black]
 
     beta_B, (B_inf,) = _fitted(backscattered, longest)
     backscatter = B_inf * (1.0 - beta_B.transmittance(z[lit]))
     direct, places = seen[lit] - backscatter, np.unique(labels[lit], return_inverse=True)[1]
 
     def attenuated(p: Array) -> tuple[Array, Array]:
-        left = _curve(p, longest).transmittance(z[lit])
-        squares = np.bincount(places, left * left)
-        J = np.bincount(places, left * direct) / np.maximum(squares, np.finfo(np.float64).tiny)
-        return J, J[places] * left - direct
+        transmittance = _curve(p, longest).transmittance(z[lit])
+        squares = np.bincount(places, transmittance * transmittance)
+        J = np.bincount(places, transmittance * direct) / np.maximum(
+            squares, np.finfo(np.float64).tiny
+        )
+        return J, J[places] * transmittance - direct
 
     beta_D, _ = _fitted(attenuated, longest, constant=constant)
     return beta_D, beta_B, float(B_inf)

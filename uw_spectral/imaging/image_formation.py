@@ -1,13 +1,13 @@
 """Image formation as the optics has it: β_D(z), β_B(z) and B∞ of a camera in a water.
 
-In a band the light of a thing at range z is left as T = e^{-cz}, and the water adds
+In a band the light of an object at range z is left as T = e^{-cz}, and the water adds
 B = S(y_o) - T S(y_e): the radiance S that it sends to the camera, less what of it comes from
-beyond the thing, y being the depths of both. A sensor sums bands, and its channels follow
+beyond the object, y being the depths of both. A sensor sums bands, and its channels follow
 
     I = J e^{-β_D(z) z} + B∞ (1 - e^{-β_B(z) z})
 
 exactly, with coefficients that depend on range (Akkaynak & Treibitz 2018): on the spectrum of
-the thing for β_D, on that of the backscatter for β_B. In a band of level rays both are c.
+the object for β_D, on that of the backscatter for β_B. In a band of level rays both are c.
 Light of surface and floor, dimmed by the water, does not count as backscatter.
 """
 
@@ -40,7 +40,7 @@ class FormationCurves:
     z : array, shape (m,)
         Euclidean ranges, m.
     beta_direct, beta_backscatter : array, shape (m, k)
-        β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the share left is
+        β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the fraction left is
         e^{-β(z) z}.
     B_inf : array, shape (k,)
         What the water sends to the camera where nothing is in its way.
@@ -56,17 +56,17 @@ class FormationCurves:
 
         Between the tabulated ranges β is interpolated, beyond them held.
         """
-        return self._left(z, self.beta_direct)
+        return self._transmittance(z, self.beta_direct)
 
     def backscatter(self, z: ArrayLike) -> Array:
         """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        return self.B_inf * (1.0 - self._left(z, self.beta_backscatter))
+        return self.B_inf * (1.0 - self._transmittance(z, self.beta_backscatter))
 
-    def _left(self, z: ArrayLike, beta: Array) -> Array:
+    def _transmittance(self, z: ArrayLike, beta: Array) -> Array:
         z = np.asarray(z, dtype=np.float64)
         near = np.where(np.isfinite(z), z, 0.0)
-        left = [np.exp(-np.interp(near, self.z, channel) * near) for channel in beta.T]
-        return np.where(np.isfinite(z)[..., None], np.stack(left, axis=-1), 0.0)
+        transmittance = [np.exp(-np.interp(near, self.z, channel) * near) for channel in beta.T]
+        return np.where(np.isfinite(z)[..., None], np.stack(transmittance, axis=-1), 0.0)
 
     def fitted(self) -> FormationFit:
         """Return curves a e^{bz} + c e^{dz} through the coefficients."""
@@ -79,7 +79,7 @@ class FormationCurves:
 
 @dataclass(frozen=True, eq=False)
 class ImageFormation:
-    """What turns things into a picture, for one camera.
+    """What turns objects into a picture, for one camera.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def compute_image_formation(
     ranges : array_like, shape (m,)
         Euclidean ranges, m; those beyond surface or floor are left out.
     reflectance : Spectrum, optional
-        Of the thing, lit by Ed of its depth; grey by default.
+        Of the object, lit by Ed of its depth; grey by default.
     streams : int
         Of the solution.
 
@@ -161,15 +161,15 @@ def compute_image_formation(
         return field.scattered(y, w) + field.single_scattering(y, w)
 
     c = field.extinction_between(depth, ends, scaled=False)
-    left, near = np.exp(-c * z[:, None]), sent(depth)
+    transmittance, near = np.exp(-c * z[:, None]), sent(depth)
     # What is left of the backscatter that comes from beyond z; the rest comes from before it.
-    beyond = left * sent(ends)
-    thing = field.Ed(ends)
+    beyond = transmittance * sent(ends)
+    surface = field.Ed(ends)
     if reflectance is not None:
-        thing = thing * reflectance.at(optics.bands.centres)
+        surface = surface * reflectance.at(optics.bands.centres)
     response = view.reduction.response.T
-    bands = _curves(z, np.ones_like(left), left, near, beyond)
-    channels = _curves(z, thing @ response, (left * thing) @ response, near @ response,
+    bands = _curves(z, np.ones_like(transmittance), transmittance, near, beyond)
+    channels = _curves(z, surface @ response, (transmittance * surface) @ response, near @ response,
                        beyond @ response)  # fmt: skip
     return ImageFormation(depth, w, channels, bands)
 

@@ -12,7 +12,7 @@ from .layers import BACKSCATTER
 Array = NDArray[np.float64]
 
 _DARKEST = 1e-12
-_FARTHEST = 1e-3  # share of light that is left
+_FARTHEST = 1e-3  # fraction of light that is left
 
 
 def drawn_for(names: Iterable[str]) -> frozenset[str]:
@@ -47,12 +47,12 @@ def remaining_single(image: ArrayLike, others: Iterable[ArrayLike]) -> Array:
     return np.asarray(image, np.float64) - sum(np.asarray(x, np.float64) for x in others)
 
 
-def share_left(direct: ArrayLike, scene: ArrayLike) -> Array:
+def transmittance_ratio(direct: ArrayLike, scene: ArrayLike) -> Array:
     """Transmittance D / J of channels; 0 where nothing shines.
 
     Examples
     --------
-    >>> share_left([0.1, 0.0], [0.4, 0.0]).tolist()
+    >>> transmittance_ratio([0.1, 0.0], [0.4, 0.0]).tolist()
     [0.25, 0.0]
     """
     D, J = np.broadcast_arrays(np.asarray(direct, np.float64), np.asarray(scene, np.float64))
@@ -63,7 +63,7 @@ def share_left(direct: ArrayLike, scene: ArrayLike) -> Array:
 def unscattered(
     drawn: ArrayLike, c: ArrayLike, drawn_c: ArrayLike, z: ArrayLike
 ) -> tuple[Array, Array, Array, Array]:
-    """Take apart the light of things that a renderer drew without the forward peak.
+    """Take apart the light of objects that a renderer drew without the forward peak.
 
     A renderer that counts light which turns by a few degrees as unscattered draws
     J exp(-c' z), of which J exp(-c z) is direct, and the rest forward-scattered.
@@ -71,7 +71,7 @@ def unscattered(
     Parameters
     ----------
     drawn : array_like, shape (..., n)
-        Light of things at the camera.
+        Light of objects at the camera.
     c, drawn_c : array_like, shape (..., n)
         Mean extinction of the path, and c' that was drawn, 1/m.
     z : array_like, shape (...)
@@ -93,7 +93,7 @@ def unscattered(
     near = np.where(seen, z, 0.0)
     light = np.asarray(drawn, np.float64)
     T = np.where(seen, np.exp(-np.asarray(c) * near), 0.0)
-    left = np.where(seen, np.exp(-np.asarray(drawn_c) * near), 0.0)
-    J = np.divide(light, left, out=np.zeros(light.shape), where=left > _FARTHEST)
+    transmittance = np.where(seen, np.exp(-np.asarray(drawn_c) * near), 0.0)
+    J = np.divide(light, transmittance, out=np.zeros(light.shape), where=transmittance > _FARTHEST)
     D = J * T
     return J, D, light - D, T

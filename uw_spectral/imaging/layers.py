@@ -13,7 +13,7 @@ from typing import Literal
 
 from ..errors import InputError
 
-Kind = Literal["radiance", "irradiance", "share", "map"]
+Kind = Literal["radiance", "irradiance", "fraction", "map"]
 
 ALL, NONE = "all", "none"
 
@@ -27,10 +27,10 @@ class Layer:
     text : str
         What it holds.
     kind : str
-        ``radiance``, ``irradiance`` and ``share`` are given for the channels of the sensor, and
+        ``radiance``, ``irradiance`` and ``fraction`` are given for the channels of the sensor, and
         for each band where bands are rendered; a ``map`` is the same for all light.
     units : str
-        Of a share or a map; those of light are the picture's.
+        Of a fraction or a map; those of light are the picture's.
     channels : tuple of str
         Of a map; one without a name is the map itself.
     whole : bool
@@ -62,13 +62,13 @@ LAYERS = (
     Layer("B_lamps", "backscatter of lamps, and lamps that are seen themselves"),
     Layer("F", "forward-scattered: light of the surroundings, blurred over what is seen"),
     Layer(
-        "T", "transmittance: exp(-c z) in a band, D / J of a sensor's channel", "share", "1",
+        "T", "transmittance: exp(-c z) in a band, D / J of a sensor's channel", "fraction", "1",
         whole=True,
     ),
     Layer("E", "illumination: irradiance on the surface that is seen", "irradiance"),
-    Layer("albedo", "base colour, linear Rec.709, and its reflectance in bands", "share", "1"),
+    Layer("albedo", "base colour, linear Rec.709, and its reflectance in bands", "fraction", "1"),
     Layer("caustics", "factor of the waves on the unscattered sun", "map", "1"),
-    Layer("shadow", "share of the direct sun that things leave", "map", "1"),
+    Layer("shadow", "fraction of the direct sun that objects leave", "map", "1"),
     Layer("range", "Euclidean distance from the camera", "map", "m", whole=True),
     Layer("planar_depth", "distance along the optical axis", "map", "m", whole=True),
     Layer("position", "place in the world, z up from the surface", "map", "m", _XYZ, whole=True),

@@ -14,39 +14,39 @@ def without_open_water(
     """Return a picture with alpha, by which its colours are multiplied, shape (height, width, 4).
 
     Where a pixel shows some open water, that is taken to be as in the pixels about it; water before
-    a thing belongs to the thing.
+    an object belongs to the object.
 
     Parameters
     ----------
     picture : array, shape (height, width, 3)
         Linear.
     alpha : array, shape (height, width)
-        What share of a pixel is no open water.
+        What fraction of a pixel is no open water.
 
     Examples
     --------
-    >>> water, thing = np.full((4, 6, 3), 0.2), np.full((4, 6, 3), 0.6)
+    >>> water, surface = np.full((4, 6, 3), 0.2), np.full((4, 6, 3), 0.6)
     >>> alpha = np.zeros((4, 6))
     >>> alpha[:, 4:], alpha[:, 3] = 1.0, 0.25
-    >>> seen = alpha[..., None] * thing + (1.0 - alpha[..., None]) * water
+    >>> seen = alpha[..., None] * surface + (1.0 - alpha[..., None]) * water
     >>> without_open_water(seen, alpha)[0, 2:5, 0].astype(float).round(3).tolist()
     [0.0, 0.15, 0.6]
     """
-    share = np.clip(alpha, 0.0, 1.0)[..., None]
-    left = picture - (1.0 - share) * _water_behind(picture, share)
+    fraction = np.clip(alpha, 0.0, 1.0)[..., None]
+    left = picture - (1.0 - fraction) * _water_behind(picture, fraction)
     # Noise should not leave less than nothing.
-    colours = np.where(share > 0.0, np.maximum(left, np.minimum(picture, 0.0)), 0.0)
-    return np.concatenate([colours, share], axis=-1).astype(np.float32)
+    colours = np.where(fraction > 0.0, np.maximum(left, np.minimum(picture, 0.0)), 0.0)
+    return np.concatenate([colours, fraction], axis=-1).astype(np.float32)
 
 
 def _water_behind(
-    picture: NDArray[np.floating], share: NDArray[np.floating]
+    picture: NDArray[np.floating], fraction: NDArray[np.floating]
 ) -> NDArray[np.floating]:
     """Return the mean of the nearest open water; without any, the picture itself."""
-    open_water = share == 0.0
+    open_water = fraction == 0.0
     if not open_water.any():
         return picture
-    found, missing = np.array(picture, np.float64), (share > 0.0) & (share < 1.0)
+    found, missing = np.array(picture, np.float64), (fraction > 0.0) & (fraction < 1.0)
     seen = np.concatenate([np.where(open_water, picture, 0.0), open_water], axis=-1)
     radius = _NEAREST
     while missing.any():

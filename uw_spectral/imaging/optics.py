@@ -127,7 +127,7 @@ class ResolvedOptics(ComparedByContent):
         stops : float, optional
             Exposure instead of the description's, such as that of another camera.
         lamplight : array, shape (n,), optional
-            Irradiance that lamps put on things before the camera.
+            Irradiance that lamps put on objects before the camera.
 
         Raises
         ------
@@ -314,7 +314,7 @@ def _mixtures(described: WaterDescription) -> DepthProfile[_Mixture]:
         if isinstance(layer, Constituents):
             layer, constituents = layer.water(), layer
         if second:
-            layer, constituents = layer.mixed(second, described.second_share), None
+            layer, constituents = layer.mixed(second, described.second_fraction), None
         layer = layer.concentrated(described.concentration)
         scaled = layer.scaled(described.absorption_factor, described.scattering_factor)
         return _Mixture(scaled, constituents)

@@ -1,4 +1,4 @@
-"""A picture without the water before its things: the image formation, inverted."""
+"""A picture without the water before its objects: the image formation, inverted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Formation(Protocol):
     """Image formation, computed (:class:`.FormationCurves`) or fitted (:class:`.FormationFit`)."""
 
     def transmittance(self, z: ArrayLike) -> Array:
-        """Share of the light of things left at ranges z in m, shape (..., k)."""
+        """Fraction of the light of objects left at ranges z in m, shape (..., k)."""
         ...
 
     def backscatter(self, z: ArrayLike) -> Array:
@@ -27,7 +27,7 @@ class Formation(Protocol):
 def remove_water(
     values: ArrayLike, z: ArrayLike, formation: Formation, least: float = 0.02
 ) -> Array:
-    """Return J = (I - B(z)) e^{β_D(z) z}, what things would send if no water were before them.
+    """Return J = (I - B(z)) e^{β_D(z) z}, what objects would send if no water were before them.
 
     Parameters
     ----------
@@ -64,6 +64,6 @@ def remove_water(
         raise InputError(f"restoration: values of shape {seen.shape} for ranges of {z.shape}")
     if not (z > 0).all():
         raise InputError("restoration: ranges must be positive; infinite for open water")
-    left = np.maximum(formation.transmittance(z), least)
-    J = np.maximum(seen - formation.backscatter(z), 0.0) / left
+    transmittance = np.maximum(formation.transmittance(z), least)
+    J = np.maximum(seen - formation.backscatter(z), 0.0) / transmittance
     return np.where(np.isfinite(z)[..., None], J, 0.0)

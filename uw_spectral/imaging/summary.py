@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..spectra.spectrum import Spectrum
 from .band_error import ColourError, colour_error
 from .viewpoint import Viewpoint
-from .visibility import euphotic_depth, horizontal_visibility, light_left
+from .visibility import euphotic_depth, horizontal_visibility, transmitted_light
 from .water_colour import DominantColour, dominant_colour, water_swatch
 
 
@@ -28,8 +28,8 @@ class Readouts:
         Of the open water.
     swatch : array, shape (3,)
         sRGB of the open water through the camera.
-    light_left : Spectrum
-        Share of the light that reaches the camera's depth, per reference band.
+    transmitted_light : Spectrum
+        Fraction of the light that reaches the camera's depth, per reference band.
     colour_error : ColourError
         Of the chosen bands.
     """
@@ -38,7 +38,7 @@ class Readouts:
     euphotic_depth: float
     colour: DominantColour
     swatch: NDArray[np.float64]
-    light_left: Spectrum
+    transmitted_light: Spectrum
     colour_error: ColourError
 
 
@@ -63,6 +63,8 @@ def readouts(view: Viewpoint, reference: Viewpoint) -> Readouts:
         euphotic_depth(reference.column, reference.phase),
         dominant_colour(reference),
         water_swatch(reference),
-        Spectrum(reference.column.bands.centres, light_left(reference), "light left at depth"),
+        Spectrum(
+            reference.column.bands.centres, transmitted_light(reference), "light left at depth"
+        ),
         colour_error(view, reference),
     )

@@ -41,7 +41,7 @@ class Viewpoint(ComparedByContent):
     exposure_stops : float, optional
         None exposes automatically: a white diffuser at depth has luminance 0.9.
     lamplight : array, shape (n,), optional
-        Irradiance that lamps put on things before the camera (:func:`.lamplight`).
+        Irradiance that lamps put on objects before the camera (:func:`.lamplight`).
     compensation : float
         Stops that are added to the automatic exposure.
     filter : str
@@ -80,7 +80,7 @@ class Viewpoint(ComparedByContent):
 
     @functools.cached_property
     def light(self) -> NDArray[np.float64]:
-        """Irradiance of things at the camera's depth: Ed, and lamps, shape (n,)."""
+        """Irradiance of objects at the camera's depth: Ed, and lamps, shape (n,)."""
         Ed = self.column.Ed(self.depth, self.phase)
         return Ed if self.lamplight is None else Ed + self.lamplight
 
@@ -109,8 +109,8 @@ class Viewpoint(ComparedByContent):
     def seen_level(self, L: ArrayLike, distance: ArrayLike) -> NDArray[np.float64]:
         """Radiance of surfaces of radiance L, shape (..., n), at a distance along :attr:`level`."""
         # Along a level ray the water is the same, and so is its radiance.
-        left = np.exp(-self.attenuation * np.asarray(distance))
-        return left * np.asarray(L) + (1.0 - left) * self.background
+        transmittance = np.exp(-self.attenuation * np.asarray(distance))
+        return transmittance * np.asarray(L) + (1.0 - transmittance) * self.background
 
     @functools.cached_property
     def reduction(self) -> SensorReduction:

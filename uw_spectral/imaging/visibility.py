@@ -78,9 +78,9 @@ def sighting_range(
     # The logarithm of the contrast is convex and falls, so Newton's steps from 0 never overshoot.
     distance, excess = 0.0, -math.log(contrast)
     while excess > 1e-9:
-        left = weights * np.exp(-attenuation * distance)
-        excess = math.log(left.sum() / contrast)
-        distance += excess * left.sum() / (left @ attenuation)
+        transmittance = weights * np.exp(-attenuation * distance)
+        excess = math.log(transmittance.sum() / contrast)
+        distance += excess * transmittance.sum() / (transmittance @ attenuation)
     return float(distance)
 
 
@@ -166,8 +166,8 @@ def concentration_for(
     return high
 
 
-def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -> float:
-    """Depth at which a share of the light is left.
+def euphotic_depth(column: WaterColumn, phase: BandPhase, fraction: float = 0.01) -> float:
+    """Depth at which a fraction of the light is left.
 
     The light is PAR, the photons of Ed from 400 to 700 nm, against PAR just
     below the surface; at 1 % this is the euphotic depth. It belongs to the
@@ -179,7 +179,7 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
         Its bands between 400 and 700 nm count.
     phase : BandPhase
         Phase function on its bands, of the first layer.
-    share : float
+    fraction : float
         Between 0 and 1.
 
     Returns
@@ -190,15 +190,15 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
     Raises
     ------
     InputError
-        If the share is out of its domain, or no band carries light.
+        If the fraction is out of its domain, or no band carries light.
 
     References
     ----------
     J. T. O. Kirk, Light and Photosynthesis in Aquatic Ecosystems, 3rd ed.
     (2011), ch. 6.
     """
-    if not 0 < share < 1:
-        raise InputError(f"share of light must lie between 0 and 1, got {share:g}")
+    if not 0 < fraction < 1:
+        raise InputError(f"fraction of light must lie between 0 and 1, got {fraction:g}")
     centres = column.bands.centres
     photons = centres * column.bands.widths * ((centres >= 400) & (centres <= 700))
     deep = dataclasses.replace(column, floor_depth=math.inf)
@@ -206,7 +206,7 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
     def light(y: ArrayLike) -> NDArray[np.float64]:
         return deep.Ed(y, phase) @ photons
 
-    wanted = share * float(light(0.0))
+    wanted = fraction * float(light(0.0))
     if not wanted > 0:
         raise InputError("depth of light: no light between 400 and 700 nm enters the water")
     # Nested grids, each 8 times finer; the last cell is then almost exponential.
@@ -223,8 +223,8 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, share: float = 0.01) -
     return float(low + (high - low) * (ends[0] - math.log(wanted)) / (ends[0] - ends[1]))
 
 
-def light_left(view: Viewpoint) -> NDArray[np.float64]:
-    """Share of each band's Ed just below the surface that is left at depth, shape (n,).
+def transmitted_light(view: Viewpoint) -> NDArray[np.float64]:
+    """Fraction of each band's Ed just below the surface that is left at depth, shape (n,).
 
     A band without light has 0 left.
     """

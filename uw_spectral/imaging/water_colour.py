@@ -116,16 +116,16 @@ def _dominant_wavelength(
         det = direction[0] * step[:, 1] - direction[1] * step[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             along = (away[:, 0] * step[:, 1] - away[:, 1] * step[:, 0]) / det
-            share = (away[:, 0] * direction[1] - away[:, 1] * direction[0]) / det
-        return np.where((along > 0) & (share >= 0) & (share <= 1), along, np.inf), share
+            fraction = (away[:, 0] * direction[1] - away[:, 1] * direction[0]) / det
+        return np.where((along > 0) & (fraction >= 0) & (fraction <= 1), along, np.inf), fraction
 
     direction = xy - white
     for sign in (1.0, -1.0):
-        along, share = crossing(sign * direction, locus[:-1], np.diff(locus, axis=0))
+        along, fraction = crossing(sign * direction, locus[:-1], np.diff(locus, axis=0))
         nearest = int(np.argmin(along))
         if np.isfinite(along[nearest]):
             break
-    wavelength = sign * float(nm[nearest] + share[nearest])
+    wavelength = sign * float(nm[nearest] + fraction[nearest])
     if sign < 0:
         along, _ = crossing(direction, locus[:1], locus[-1:] - locus[:1])
         return wavelength, white + along[0] * direction
@@ -147,8 +147,8 @@ def water_swatch(view: Viewpoint) -> NDArray[np.float64]:
     return srgb_encode(view.reduction.apply(view.background))
 
 
-def inelastic_share(view: Viewpoint, emission: Emission) -> float:
-    """Share of light of changed wavelength in the luminance of the open water, looking level.
+def inelastic_fraction(view: Viewpoint, emission: Emission) -> float:
+    """Fraction of light of changed wavelength in the luminance of the open water, looking level.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def split_picture(
     [1.0, 0.5, 0.0]
     """
     step = max(float(np.abs(np.gradient(height, axis=0)).max()), 1e-9) if len(height) > 1 else 1e-9
-    share = np.clip(0.5 - height / step, 0.0, 1.0)[..., None]
+    fraction = np.clip(0.5 - height / step, 0.0, 1.0)[..., None]
     wall = meniscus_height()
     within = (height > 0.0) & (height < wall)
     turn, inside = meniscus_turn(np.clip(height, 0.0, wall), refractive_index)
@@ -106,7 +106,7 @@ def split_picture(
         wrong = (height[at[0], at[1]] > 0.0) == below
         found.append(np.where(wrong[..., None] & _same(air, water), picture, shown))
     band = np.where(inside[..., None], found[0], found[1] * _EDGE_LIGHT)
-    split = share * water + (1.0 - share) * air
+    split = fraction * water + (1.0 - fraction) * air
     edge = np.clip(np.minimum(height, wall - height) / step + 0.5, 0.0, 1.0)[..., None]
     return np.where(within[..., None], edge * band + (1.0 - edge) * split, split).astype(np.float32)
 

@@ -3,8 +3,8 @@
 from .emission import intensity_of_colour, parse_emission, radiant_intensity
 from .ies import read_ies
 from .lamp import Lamp, lamp_disc, ray_past_lamp
-from .lamp_channels import LampChannels, fold_lamps
-from .lamp_path import scattered_once
+from .lamp_channels import LampChannels, project_lamps
+from .lamp_path import single_scattering
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater, lamp_light, lamp_water
 from .port import BehindFlatPort
@@ -27,17 +27,17 @@ __all__ = [
     "SpotProfile",
     "SpreadProfile",
     "TableProfile",
-    "fold_lamps",
     "intensity_of_colour",
     "lamp_disc",
     "lamp_light",
     "lamp_water",
     "parse_emission",
     "patch_past_lamp",
+    "project_lamps",
     "radiant_intensity",
     "ray_past_lamp",
     "read_ies",
     "rov_lamp",
-    "scattered_once",
+    "single_scattering",
     "surface_irradiance",
 ]

@@ -6,10 +6,10 @@ Legendre moments of its total deflection are e^{-b l (1 - χl)} (Goudsmit & Saun
 the number of paths of two of which one is small. So :mod:`.multiple_scattering` has what goes
 nearly straight on.
 
-What harmonics follow (:mod:`.wide_phase`) is not in the tables, but in the last two of those of
-patches. A scattering by ψ at the share σ of the way from the place that is lit back to the lamp
-turns what is seen there by (1 - σ) ψ, and the direction in which the light had left the lamp by
-σ ψ. A function of those directions so loses its Legendre moments as e^{-b r X(l)},
+What harmonics follow (:mod:`.delta_scaled_phase`) is not in the tables, but in the last two of
+those of patches. A scattering by ψ at the fraction σ of the way from the place that is lit back to
+the lamp turns what is seen there by (1 - σ) ψ, and the direction in which the light had left the
+lamp by σ ψ. A function of those directions so loses its Legendre moments as e^{-b r X(l)},
 X(l) = ∫ (1 - χ(l σ)) dσ (Wells, J. Opt. Soc. Am. 59, 686, 1969): the radiance round a lamp, and the
 profile of a lamp. None of this is fitted.
 
@@ -30,15 +30,15 @@ from ..content import ComparedByContent
 from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase
+from .delta_scaled_phase import BEYOND, RESOLVED, moments_beyond, wide_moments
 from .profile import LampProfile, sample_place
-from .wide_phase import BEYOND, RESOLVED, moments_beyond, wide_moments
 
 Array = NDArray[np.float64]
 
 LENGTHS, ANGLES = 64, 64
 """Rows and columns of the table of deflections."""
-ABOUT, OF_THINGS, ANGLE2 = 0.0, 1.0, 2.0
-"""Columns of the table of patches: the light from about the lamp, that of things, and the mean
+ABOUT, OF_SURFACES, ANGLE2 = 0.0, 1.0, 2.0
+"""Columns of the table of patches: the light from about the lamp, that of objects, and the mean
 square of the angle between the former and the lamp, rad²."""
 ON_PATCHES = 3
 """Number of them."""
@@ -47,8 +47,8 @@ SHORTEST, LONGEST = 1e-3, 1e3
 """Of the tables, m; shorter and longer paths are held."""
 ABOUT_LAMP = math.radians(30.0)
 """Within this of the lamp, scattered light has the lamp's shadows."""
-THING = math.radians(10.0)
-"""Within this of its middle, what is around a thing that is seen shines as the thing does."""
+OBJECT = math.radians(10.0)
+"""Within this of its middle, what is around an object that is seen shines as the object does."""
 
 _MOMENTS = 400  # of phase functions
 _OF_PROFILE = 80
@@ -99,7 +99,7 @@ class Spread(Protocol):
 
     @property
     def narrow(self) -> Lookup:
-        """Logarithm of the share of light, 1/(sr m): see :class:`WaterSpread`."""
+        """Logarithm of the fraction of light, 1/(sr m): see :class:`WaterSpread`."""
         ...
 
     @property
@@ -148,7 +148,7 @@ class WaterSpread(ComparedByContent):
 
     @property
     def narrow(self) -> ValueGrid:
-        """Logarithm of the share of light per angle and length, but for absorption.
+        """Logarithm of the fraction of light per angle and length, but for absorption.
 
         Of light that was scattered at least twice on a length l (rows), over l, by the whole
         deflection (columns), less the same of :func:`.wide_moments`.
@@ -161,8 +161,8 @@ class WaterSpread(ComparedByContent):
 
         By the distance (rows). The first column is the light from about the lamp, on a patch
         that faces it, but for what harmonics follow (:mod:`.scattered_irradiance`); the second one
-        the share of a thing's light that is scattered and seen in its place; the third one the mean
-        square angle of all light from about the lamp from it.
+        the fraction of an object's light that is scattered and seen in its place; the third one the
+        mean square angle of all light from about the lamp from it.
         """
         return _on_patches(self)
 
@@ -186,7 +186,7 @@ class WaterSpread(ComparedByContent):
     def scattered(self, lengths: Array, moments: Array, highest: int) -> Array:
         """Moments of light that is scattered at least once on lengths, shape (lengths, l, n).
 
-        ``moments`` are those of the scattering, that of degree 0 its share.
+        ``moments`` are those of the scattering, that of degree 0 its fraction.
         """
         bl = lengths[:, None, None] * self.b
         blurs = _blurs(moments)[: highest + 1]
@@ -213,13 +213,13 @@ def _narrow(spread: WaterSpread) -> ValueGrid:
 @functools.lru_cache(maxsize=16)
 def _on_patches(spread: WaterSpread) -> ValueGrid:
     lengths = _lengths(LENGTHS)
-    shares = spread.scattered(lengths, spread.chi, _MOMENTS)
+    fractions = spread.scattered(lengths, spread.chi, _MOMENTS)
     # Unless it is turned more.
     left = np.exp(-lengths[:, None, None] * (spread.b * (1.0 - spread.onward[0])))
     onward = left * spread.scattered(lengths, spread.onward, _MOMENTS)
     about = _received(onward, math.cos(ABOUT_LAMP), 1)
-    seen = _received(shares, math.cos(THING), 0)
-    whole, nearer = (_received(shares, math.cos(ABOUT_LAMP), power) for power in (1, 2))
+    seen = _received(fractions, math.cos(OBJECT), 0)
+    whole, nearer = (_received(fractions, math.cos(ABOUT_LAMP), power) for power in (1, 2))
     nearer = np.divide(nearer, whole, out=np.ones_like(whole), where=whole > _SMALLEST)
     angle2 = 2.0 * (1.0 - nearer)
     return ValueGrid(np.maximum(np.concatenate([about, seen, angle2], axis=1), 0.0))
@@ -230,10 +230,10 @@ def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
     lengths = _lengths(PROFILE_LENGTHS)
     onward = spread.scattered(lengths, spread.onward, _OF_PROFILE)
     sent = onward[:, :1]
-    shares = np.divide(onward, sent, out=np.ones_like(onward), where=sent > _SMALLEST)
-    shares = shares * profile_moments(profile)[:, None]
+    fractions = np.divide(onward, sent, out=np.ones_like(onward), where=sent > _SMALLEST)
+    fractions = fractions * profile_moments(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
-    values = _summed(shares, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
+    values = _summed(fractions, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
     return ValueGrid(np.maximum(values, 0.0))
 
 
@@ -278,10 +278,10 @@ def _blurs(moments: Array) -> Array:
     return whole / np.maximum(y, 1.0)[:, None]
 
 
-def _received(shares: Array, lowest: float, power: int) -> Array:
+def _received(fractions: Array, lowest: float, power: int) -> Array:
     """Light from around an axis by a power of the cosine from it."""
     window = _window(lowest, power)[:, None]
-    return _summed(shares * window, np.ones(1), _MOMENTS) / (4.0 * math.pi)
+    return _summed(fractions * window, np.ones(1), _MOMENTS) / (4.0 * math.pi)
 
 
 @functools.cache

@@ -281,7 +281,7 @@ def _looked_up(
 
 
 def _cell(known: NDArray, wanted: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Return number of the step, share of it, and whether the angle is among the known ones."""
+    """Return number of the step, fraction of it, and whether the angle is among the known ones."""
     at = np.abs(wanted) if known[0] == 0 else wanted
     place = np.interp(at, known, np.arange(len(known)))
     step = np.minimum(place.astype(int), len(known) - 2)

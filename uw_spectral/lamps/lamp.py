@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from .angular_spread import THING, Lookup
+from .angular_spread import OBJECT, Lookup
 from .lamp_shadow import SoftShadow, lit, scattered_lit
 from .profile import IsotropicProfile, LampProfile
 
@@ -18,18 +18,18 @@ NEAREST = 1e-3
 """Distance of a ray from a lamp, over that of its origin, below which it counts as so much: a
 pixel is as wide. A ray that meets the lamp sees the lamp, not the water around it."""
 _SMALLEST = 1e-6  # m
-_COTANGENT = 1.0 / math.tan(THING)
+_COTANGENT = 1.0 / math.tan(OBJECT)
 
 
 @dataclass(frozen=True, eq=False)
 class LitPart:
-    """A part of the things that a lamp stands for, which shine on what is near them.
+    """A part of the objects that a lamp stands for, which shine on what is near them.
 
     Parameters
     ----------
     position, axis : sequence of 3
         World coordinates, m; unit vector about which it is Lambertian.
-    share : array, shape (n,)
+    fraction : array, shape (n,)
         Of the lamp's intensity.
     radius : float
         m.
@@ -39,7 +39,7 @@ class LitPart:
 
     position: Sequence[Operand]
     axis: Sequence[Operand]
-    share: Operand
+    fraction: Operand
     radius: Operand
     shadow: Lookup | None = None
 
@@ -64,18 +64,18 @@ class Lamp:
         1 where the lamp itself is seen, 0 where only its light is.
     shadow : Lookup, optional
         How far it shines into the water (:func:`.shadow_map`); everywhere without.
-    thrown : float
-        1 where it stands for things that throw light back (:func:`.thrown_back`).
+    virtual : float
+        1 where it stands for objects that throw light back (:func:`.virtual_point_lights`).
     unblocked : float
-        1 where things do not keep its light from others.
+        1 where objects do not keep its light from others.
     dry : float
         How high over the water it seems to be, m; 0 in the water (:mod:`.over_water`).
     stands : sequence of 3, optional
         Where it is, m, if that is not where it seems to be.
     soft : SoftShadow, optional
-        What of its scattered light things leave; without, what they leave of the other.
+        What of its scattered light objects leave; without, what they leave of the other.
     parts : sequence of LitPart
-        Of the things that it stands for: what is not scattered comes from these to others.
+        Of the objects that it stands for: what is not scattered comes from these to others.
     """
 
     position: Sequence[Operand]
@@ -85,7 +85,7 @@ class Lamp:
     radius: Operand = 0.01
     seen: Operand = 1.0
     shadow: Lookup | None = None
-    thrown: Operand = 0.0
+    virtual: Operand = 0.0
     unblocked: Operand = 0.0
     dry: Operand = 0.0
     stands: Sequence[Operand] | None = None
@@ -99,11 +99,11 @@ class Lamp:
 
     def of_bands(self, indices: Sequence[int] | NDArray[np.intp]) -> Lamp:
         """Return the lamp in some of its bands."""
-        parts = tuple(replace(part, share=part.share[indices]) for part in self.parts)
+        parts = tuple(replace(part, fraction=part.fraction[indices]) for part in self.parts)
         return replace(self, intensity=self.intensity[indices], parts=parts)
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-        """Share of its light that reaches a place seen from it, m; 1 where nothing is known."""
+        """Fraction of its light that reaches a place seen from it, m; 1 where nothing is known."""
         reached = 1.0 if self.shadow is None else lit(self.shadow, place, m)
         return reached * self.under(place[2], m) if self.shines_in else reached
 
@@ -123,7 +123,7 @@ class Lamp:
         return r * m.maximum(1.0 - self.dry / m.maximum(0.0 - z, self.dry + _SMALLEST), 0.0)
 
     def scattered_lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-        """Share of its scattered light that reaches a place, likewise."""
+        """Fraction of its scattered light that reaches a place, likewise."""
         if self.soft is None:
             return self.lit(place, m)
         reached = scattered_lit(self.soft, place, m)
@@ -159,7 +159,7 @@ class RayPastLamp:
         Cosine between the lamp's axis and the direction to the nearest point, and the ray.
     nearest, w : three floats or arrays
         The nearest point as seen from the lamp, m; the direction of the ray.
-    before_thing : bool
+    before_surface : bool
         Whether no light comes from beyond the end.
     """
 
@@ -173,7 +173,7 @@ class RayPastLamp:
     along: Operand
     nearest: Sequence[Operand]
     w: Sequence[Operand]
-    before_thing: bool = False
+    before_surface: bool = False
 
     def place(self, s: Operand) -> tuple[Operand, ...]:
         """Return the place at a distance along the ray from the nearest, as the lamp sees it."""
@@ -187,7 +187,7 @@ def ray_past_lamp(
     P: Operand,
     m: Mathematics = NUMPY,
     *,
-    before_thing: bool = False,
+    before_surface: bool = False,
 ) -> RayPastLamp:
     """Return where a ray passes a lamp.
 
@@ -201,10 +201,10 @@ def ray_past_lamp(
         Its length, m; finite: 1e6 for one without end.
     m : Mathematics
         Elementary functions.
-    before_thing : bool
-        Whether a thing is at the end, which keeps light from beyond it away: light that things
-        throw back counts where it is bent by more than :data:`THING`, what is bent by less is that
-        of the thing.
+    before_surface : bool
+        Whether an object is at the end, which keeps light from beyond it away: light that objects
+        throw back counts where it is bent by more than :data:`OBJECT`, what is bent by less is that
+        of the object.
 
     Examples
     --------
@@ -221,10 +221,10 @@ def ray_past_lamp(
     across = dot(lamp.axis, (x / h, y / h, z / h))
     along = dot(lamp.axis, w)
     near = first = 0.0 - t0
-    if before_thing:
-        first = m.maximum(near, 0.0 - h * (_COTANGENT / (lamp.thrown + _SMALLEST)))
+    if before_surface:
+        first = m.maximum(near, 0.0 - h * (_COTANGENT / (lamp.virtual + _SMALLEST)))
     return RayPastLamp(
-        t0, h, near, P - t0, first, offset, across, along, (x, y, z), tuple(w), before_thing
+        t0, h, near, P - t0, first, offset, across, along, (x, y, z), tuple(w), before_surface
     )
 
 

@@ -1,9 +1,10 @@
-"""The light of lamps in channels: linear functionals of the spectrum, folded beforehand.
+"""The light of lamps in channels: linear functionals of the spectrum, projected beforehand.
 
 Along a path of the length l from a lamp to the camera absorption takes e^{-a l}, which differs
 greatly within a channel; so does the lamp's intensity I. All else, what scattering does, differs
-little: it is computed for three bands that stand for all (:mod:`.three_bands`, one set for light in
-the water and one for that on things), with shares h, and what arrives of their values x_j is
+little: it is computed for three bands that stand for all (:mod:`.representative_bands`, one set for
+light in the water and one for that on objects), with fractions h, and what arrives of their values
+x_j is
 
     L_c = Σ_j x_j S_cj(l),   S_cj(l) = Σ_λ s_cλ h_jλ I_λ e^{-a_λ l},
 
@@ -17,9 +18,9 @@ Three channels that are three bands are what the bands are, but for the tables' 
 
 Against 30 bands added up, paths and distances of 0.2 to 12 m, three spectra and three profiles of
 lamps, in Jerlov I, IB, II and 3C; worst of these of the median / 95 % / worst error of a channel of
-CIE 1931, a camera and Rec.709 (over what its bands add up to without sign): light of things
+CIE 1931, a camera and Rec.709 (over what its bands add up to without sign): light of objects
 0.3 / 1.8 / 12 %, light in the water (12 bands) 0.3 / 3.4 / 7 % in II, 0.4 / 3.7 / 22 % in 3C. Of
-what is seen of a thing 0.6 % (95 %) at most is on the wrong side of unscattered and scattered
+what is seen of an object 0.6 % (95 %) at most is on the wrong side of unscattered and scattered
 forward.
 """
 
@@ -39,7 +40,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from ..shade.forward_share import within_outline
+from ..occlusion.point_spread import within_outline
 from ..transfer.channels import Channels
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
@@ -52,14 +53,14 @@ from .lamp_surface import (
     ArrivingLight,
     PatchPastLamp,
     arriving_light,
-    carried_share,
+    forward_fraction,
     patch_past_lamp,
 )
 from .multiple_scattering import LampField, LampWater, light_along
 from .profile import SpotProfile
+from .representative_bands import COUNT, RepresentativeBands, representative_bands
 from .scattered_source import source_seen, source_table
 from .soft_shadow import soft_map
-from .three_bands import COUNT, ThreeBands, three_bands
 
 Array = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
 _NEAR = _DISTANCES[:-1]  # from where light that is turned is seen
 _FLOATING_LENGTHS = np.geomspace(SHORTEST, LONGEST, FLOATING)
 _CANDIDATES = 721  # cosines from the axis
-_USUAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
+_TYPICAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
 
 class LengthTable(Protocol):
@@ -117,7 +118,7 @@ class LengthRow:
 
 
 @dataclass(frozen=True, eq=False)
-class FoldedLamp:
+class ChannelLamp:
     """The tables of a lamp.
 
     Attributes
@@ -130,9 +131,9 @@ class FoldedLamp:
         S, of the three bands for light in the water.
     coloured : array, shape (3 + m, 3, LENGTHS, 3)
         S, of a red, a green and a blue surface and of m measured reflectances, of the three bands
-        for light on things.
+        for light on objects.
     exciting : array, shape (3, LENGTHS, 3), or (0, LENGTHS, 3)
-        S, of the three bands for light on things; its channels are what excites fluorophores.
+        S, of the three bands for light on objects; its channels are what excites fluorophores.
     floating : array, shape (FLOATING, FLOATING, 3), or (0, FLOATING, 3)
         Of light on what floats in the water: see :meth:`ChannelLight.floating_at`.
     """
@@ -154,11 +155,11 @@ class ChannelLight:
     water : LampWater
         Of the three bands; its absorption and phase function are not read.
     scattered, in_water : sequence of LengthTable
-        As of :class:`FoldedLamp`.
+        As of :class:`ChannelLamp`.
     split : callable
         Returns the three bands of a value.
     floating : Lookup, optional
-        As of :class:`FoldedLamp`.
+        As of :class:`ChannelLamp`.
     """
 
     water: LampWater
@@ -169,7 +170,7 @@ class ChannelLight:
     split: Callable[[Operand], Sequence[Operand]]
     floating: Lookup | None = None
 
-    def once(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+    def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once over a length, by the squared sine of half the angle."""
         parts = zip(self.components, self.scattered, strict=True)
         return _total(table.at(length) * part.per_steradian(s2, m) for part, table in parts)
@@ -198,21 +199,21 @@ class ChannelLight:
         integrate: Quadrature = gauss_sum,
     ) -> Operand:
         """Return the light of a lamp along a ray, that of its own disc included, in channels."""
-        once, more = light_along(lamp, ray, self, m, integrate)
+        single, more = light_along(lamp, ray, self, m, integrate)
         disc = self.unscattered.at(m.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray, m)
-        return once + more + disc
+        return single + more + disc
 
 
 @dataclass(frozen=True, eq=False)
-class ThingLight:
-    """The light of a lamp on a thing and on to the camera, of arrays or in a node tree.
+class SurfaceLight:
+    """The light of a lamp on an object and on to the camera, of arrays or in a node tree.
 
     Attributes
     ----------
     water : LampWater
         Of the three bands; its absorption and phase function are not read.
     coloured : sequence of sequence of LengthTable
-        As of :class:`FoldedLamp`: of each colour, of each of the three bands.
+        As of :class:`ChannelLamp`: of each colour, of each of the three bands.
     split : callable
         Returns the three bands of a value.
     """
@@ -261,12 +262,12 @@ class ThingLight:
         return bands, facets.colour(dot(half, to_lamp), m)
 
     def unscattered(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Share of the light of a thing that arrives unscattered from a distance, likewise."""
+        """Fraction of the light of an object that arrives unscattered from a distance, likewise."""
         return m.exp(-self.water.b * P)
 
     def forward(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Share that arrives scattered forward; see :func:`.carried_forward`."""
-        return carried_share(P, self.water, m)
+        """Fraction that arrives scattered forward; see :func:`.forward_transmittance`."""
+        return forward_fraction(P, self.water, m)
 
     def tables(self, length: Operand) -> list[list[Operand]]:
         """Look up all tables at a length: of each colour, of each band."""
@@ -293,11 +294,11 @@ def matte_part(
 
 @dataclass(frozen=True, eq=False)
 class LampChannels:
-    """Lamps and their water, folded; make it with :func:`fold_lamps`.
+    """Lamps and their water, projected; make it with :func:`project_lamps`.
 
     Attributes
     ----------
-    in_water, on_things : LampWater
+    in_water, on_surfaces : LampWater
         Of the three bands that stand for all.
     measured : int
         Measured reflectances of surfaces.
@@ -306,9 +307,9 @@ class LampChannels:
     """
 
     lamps: tuple[Lamp, ...]
-    folded: tuple[FoldedLamp, ...]
+    projected: tuple[ChannelLamp, ...]
     in_water: LampWater
-    on_things: LampWater
+    on_surfaces: LampWater
     components: tuple[PhaseFunction, ...]
     measured: int
     stretch: float
@@ -321,12 +322,12 @@ class LampChannels:
     @property
     def excites(self) -> bool:
         """Whether there are tables of what excites fluorophores."""
-        return any(len(one.exciting) for one in self.folded)
+        return any(len(one.exciting) for one in self.projected)
 
     @property
     def floats(self) -> bool:
         """Whether there are tables of light on what floats in the water."""
-        return any(len(one.floating) for one in self.folded)
+        return any(len(one.floating) for one in self.projected)
 
     def path_light(
         self,
@@ -334,28 +335,28 @@ class LampChannels:
         w: Sequence[Operand],
         P: Operand,
         *,
-        before_thing: bool = False,
+        before_surface: bool = False,
     ) -> Array:
         """Radiance of the lamps along rays, as of :func:`.ray_past_lamp`, shape (..., 3)."""
         total = np.zeros(3)
         for lamp, light in self.lights():
-            ray = ray_past_lamp(lamp, origin, w, P, before_thing=before_thing)
+            ray = ray_past_lamp(lamp, origin, w, P, before_surface=before_surface)
             total = total + light.along(lamp, ray)
         return total
 
     def lights(self) -> Iterator[tuple[Lamp, ChannelLight]]:
         """Return each lamp with its light in the water."""
-        for lamp, folded in zip(self.lamps, self.folded, strict=True):
+        for lamp, projected in zip(self.lamps, self.projected, strict=True):
             yield (
                 lamp,
                 ChannelLight(
                     self.in_water,
                     self.components,
-                    self._rows(folded.scattered),
-                    LengthRow(folded.unscattered, self.stretch),
-                    self._rows(folded.in_water),
+                    self._rows(projected.scattered),
+                    LengthRow(projected.unscattered, self.stretch),
+                    self._rows(projected.in_water),
                     _bands_of,
-                    ValueGrid(folded.floating) if len(folded.floating) else None,
+                    ValueGrid(projected.floating) if len(projected.floating) else None,
                 ),
             )
 
@@ -382,7 +383,7 @@ class LampChannels:
         P : float or array
             Distance, m.
         visible : float or array
-            Share of the lamps that is seen from there.
+            Fraction of the lamps that is seen from there.
         measured : int, optional
             In place of the colour: index of a measured reflectance.
         facets : sequence of Facets
@@ -397,26 +398,26 @@ class LampChannels:
         D, F = np.zeros(3), np.zeros(3)
         matte = matte_part(colour, facets)
         mirroring = [one.with_all_light(to_eye) for one in facets]
-        for lamp, folded in zip(self.lamps, self.folded, strict=True):
-            light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
+        for lamp, projected in zip(self.lamps, self.projected, strict=True):
+            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
             found = light.tables(patch.length + P)
             tables = of_colour(found[:COLOURS], matte)
             if measured is not None:
                 tables = found[COLOURS + measured]
-            shares = light.unscattered(P), light.forward(P)
+            fractions = light.unscattered(P), light.forward(P)
             arriving = light.arriving_at(lamp, patch, visible)
             bands = light.on_patch(arriving, patch) / math.pi
             D, F = (
-                total + light.arriving(bands * share, tables)
-                for total, share in zip((D, F), shares, strict=True)
+                total + light.arriving(bands * fraction, tables)
+                for total, fraction in zip((D, F), fractions, strict=True)
             )
             to_lamp = [-part for part in lamp.towards(point)[1]]
             for one in mirroring:
                 bands, seen = light.on_facets(arriving, lamp, patch, one, to_eye, to_lamp)
                 tables = of_colour(found[:COLOURS], seen)
                 D, F = (
-                    total + light.arriving(bands / math.pi * share, tables)
-                    for total, share in zip((D, F), shares, strict=True)
+                    total + light.arriving(bands / math.pi * fraction, tables)
+                    for total, fraction in zip((D, F), fractions, strict=True)
                 )
         return D, F
 
@@ -425,8 +426,8 @@ class LampChannels:
     ) -> Array:
         """Irradiance on patches, as of :meth:`reflected`, shape (..., 3)."""
         E = np.zeros(3)
-        for lamp, folded in zip(self.lamps, self.folded, strict=True):
-            light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
+        for lamp, projected in zip(self.lamps, self.projected, strict=True):
+            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
             white = of_colour(light.tables(patch.length)[:COLOURS], (1.0, 1.0, 1.0))
             arriving = light.arriving_at(lamp, patch, visible)
             E = E + light.arriving(light.on_patch(arriving, patch), white)
@@ -437,22 +438,22 @@ class LampChannels:
     ) -> Array:
         """Irradiance on patches as the fluorophores weigh it, shape (..., 3)."""
         X = np.zeros(3)
-        for lamp, folded in zip(self.lamps, self.folded, strict=True):
-            light, patch = self._on_thing(folded), patch_past_lamp(lamp, point, normal)
-            tables = [row.at(patch.length) for row in self._rows(folded.exciting)]
+        for lamp, projected in zip(self.lamps, self.projected, strict=True):
+            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
+            tables = [row.at(patch.length) for row in self._rows(projected.exciting)]
             arriving = light.arriving_at(lamp, patch, visible)
             X = X + light.arriving(light.on_patch(arriving, patch), tables)
         return X
 
-    def _on_thing(self, folded: FoldedLamp) -> ThingLight:
-        coloured = [self._rows(tables) for tables in folded.coloured]
-        return ThingLight(self.on_things, coloured, _bands_of)
+    def _on_surface(self, projected: ChannelLamp) -> SurfaceLight:
+        coloured = [self._rows(tables) for tables in projected.coloured]
+        return SurfaceLight(self.on_surfaces, coloured, _bands_of)
 
     def _rows(self, tables: Array) -> list[LengthRow]:
         return [LengthRow(table, self.stretch) for table in tables]
 
 
-def fold_lamps(
+def project_lamps(
     lamps: Sequence[Lamp],
     water: LampWater,
     channels: Channels,
@@ -462,7 +463,7 @@ def fold_lamps(
     *,
     clouds: float = 0.0,
 ) -> LampChannels:
-    """Fold the light of lamps into channels.
+    """Project the light of lamps into channels.
 
     Parameters
     ----------
@@ -491,8 +492,8 @@ def fold_lamps(
     >>> water = lamp_water([0.1] * 3, [0.2] * 3, parse_phase("hg:0.9").for_bands([0.2] * 3))
     >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0, 2.0, 3.0]))
     >>> channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
-    >>> folded = fold_lamps([lamp], water, channels)
-    >>> folded.path_light((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0).round(3)
+    >>> projected = project_lamps([lamp], water, channels)
+    >>> projected.path_light((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0).round(3)
     array([0.076, 0.151, 0.227])
     """
     spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
@@ -500,53 +501,53 @@ def fold_lamps(
     excitation = np.asarray(exciting, dtype=np.float64).reshape(-1, len(water.a))
     shining = _mean_spectrum(intensities, len(water.a))
     seen = np.abs(channels.weights) * shining
-    in_water, on_things = (
+    in_water, on_surfaces = (
         _bands_in_water(water, seen),
-        _bands_on_things(water, np.concatenate([seen, excitation * shining])),
+        _bands_on_surfaces(water, np.concatenate([seen, excitation * shining])),
     )
     lost = water.a + _LOST * water.b
     middle = math.sqrt(float(lost.min() * lost.max()))
     stretch = min(_STRETCH / max(middle, _STRETCH / _LONGEST_STRETCH), _LONGEST_STRETCH)
-    share = np.arange(LENGTHS) / (LENGTHS - 1.0)
-    lengths = stretch * share / np.maximum(1.0 - share, stretch / _FARTHEST)
+    fraction = np.arange(LENGTHS) / (LENGTHS - 1.0)
+    lengths = stretch * fraction / np.maximum(1.0 - fraction, stretch / _FARTHEST)
     reflectances = np.concatenate([channels.reflectance.T, spectra])
 
-    def folded(lamp: Lamp, intensity: Array, water: LampWater) -> FoldedLamp:
+    def projected(lamp: Lamp, intensity: Array, water: LampWater) -> ChannelLamp:
         passed = np.exp(-lengths[:, None] * water.a)
         unscattered = np.exp(-lengths[:, None] * water.c)
-        once = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
-        coloured = (reflectances[:, None] * on_things.shares)[:, :, None, :] * passed
-        return FoldedLamp(
-            channels.fold(intensity * once),
-            channels.fold(intensity * unscattered),
-            channels.fold(intensity * in_water.shares[:, None, :] * passed),
-            channels.fold(intensity * coloured),
-            exciting_on_things(intensity * passed),
+        single = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
+        coloured = (reflectances[:, None] * on_surfaces.fractions)[:, :, None, :] * passed
+        return ChannelLamp(
+            channels.project(intensity * single),
+            channels.project(intensity * unscattered),
+            channels.project(intensity * in_water.fractions[:, None, :] * passed),
+            channels.project(intensity * coloured),
+            exciting_on_surfaces(intensity * passed),
             on_floating(lamp, intensity, water),
         )
 
-    def exciting_on_things(light: Array) -> Array:
+    def exciting_on_surfaces(light: Array) -> Array:
         if not len(excitation):
             return np.zeros((0, LENGTHS, 3))
-        return (light * on_things.shares[:, None, :]) @ excitation.T
+        return (light * on_surfaces.fractions[:, None, :]) @ excitation.T
 
-    three_on_things = _of_three(water, on_things)
+    three_on_surfaces = _of_three(water, on_surfaces)
 
     def on_floating(lamp: Lamp, intensity: Array, water: LampWater) -> Array:
         if not clouds:
             return np.zeros((0, FLOATING, 3))
-        bands = _on_floating(lamp, three_on_things, clouds)
+        bands = _on_floating(lamp, three_on_surfaces, clouds)
         length = _FLOATING_LENGTHS[:, None] + _FLOATING_LENGTHS
         passed = intensity * np.exp(-length[..., None] * water.a)
-        return channels.fold((bands @ on_things.shares) * passed)
+        return channels.project((bands @ on_surfaces.fractions) * passed)
 
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
     return LampChannels(
-        tuple(_softly_shadowed(lamp, three).of_bands(on_things.indices) for lamp in lamps),
-        tuple(itertools.starmap(folded, zip(lamps, intensities, waters, strict=True))),
+        tuple(_softly_shadowed(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps),
+        tuple(itertools.starmap(projected, zip(lamps, intensities, waters, strict=True))),
         three,
-        three_on_things,
+        three_on_surfaces,
         water.phase.components,
         len(spectra),
         stretch,
@@ -584,36 +585,38 @@ def _mean_spectrum(intensities: Sequence[Array], count: int) -> Array:
     return np.mean(shining, axis=0) if shining else np.full(count, 1.0 / count)
 
 
-def _of_three(water: LampWater, bands: ThreeBands) -> LampWater:
+def _of_three(water: LampWater, bands: RepresentativeBands) -> LampWater:
     return dataclasses.replace(water.of_bands(bands.indices), reach=water.reach)
 
 
-def _bands_in_water(water: LampWater, seen: Array) -> ThreeBands:
+def _bands_in_water(water: LampWater, seen: Array) -> RepresentativeBands:
     """Bands that stand for all in what is scattered more than once."""
     half, r, t, cosine = _places(_HALF_DEFLECTIONS, _NEAR, _NEAR, _OFF_AXIS)
     bent = np.cos(2.0 * half)
     assert isinstance(water.field, LampField)
-    source = source_table(water.field.harmonics.for_patches(), _USUAL.profile)
+    source = source_table(water.field.harmonics.for_patches(), _TYPICAL.profile)
     values = source_seen(source, r, cosine, bent, cosine * bent) * np.exp(-water.wide * t)
-    return three_bands(values, _light_in(seen, water, r + t))
+    return representative_bands(values, _light_in(seen, water, r + t))
 
 
-def _bands_on_things(water: LampWater, seen: Array) -> ThreeBands:
-    """Bands that stand for all in what things get, and in what of it arrives."""
+def _bands_on_surfaces(water: LampWater, seen: Array) -> RepresentativeBands:
+    """Bands that stand for all in what objects get, and in what of it arrives."""
     r, P, cosine, tilt = _places(_DISTANCES, _DISTANCES, _OFF_AXIS, _TILTS)
-    lit = _USUAL.profile.value(cosine) / (r * r)
+    lit = _TYPICAL.profile.value(cosine) / (r * r)
     patch = PatchPastLamp(r, lit, tilt, cosine, tilt * cosine, r)
-    light = ThingLight(water, (), _bands_of)
+    light = SurfaceLight(water, (), _bands_of)
     arriving = light.unscattered(P) + light.forward(P)
-    values = light.on_patch(light.arriving_at(_USUAL, patch), patch) * arriving
-    return three_bands(values, _light_in(seen, water, r + P))
+    values = light.on_patch(light.arriving_at(_TYPICAL, patch), patch) * arriving
+    return representative_bands(values, _light_in(seen, water, r + P))
 
 
 def _light_in(seen: Array, water: LampWater, lengths: Array) -> Array:
     """How much each band counts at lengths (k, 1), shape (k, n); all channels alike."""
-    left = seen * np.exp(-water.a * lengths)[:, None, :]
-    whole = left.sum(axis=-1, keepdims=True)
-    return np.divide(left, whole, out=np.zeros_like(left), where=whole > 0.0).sum(axis=1)
+    transmittance = seen * np.exp(-water.a * lengths)[:, None, :]
+    whole = transmittance.sum(axis=-1, keepdims=True)
+    return np.divide(transmittance, whole, out=np.zeros_like(transmittance), where=whole > 0.0).sum(
+        axis=1
+    )
 
 
 def _places(*axes: Sequence[float]) -> list[Array]:

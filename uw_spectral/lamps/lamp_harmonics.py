@@ -16,7 +16,8 @@ order m, and plane waves in spherical Bessel functions j_λ, it is
 
     L = Σ_m Σ_lj g^m_lj(r) Y_lm(ω) 4π φ_j Y_jm(θ),   φ_j the moments of the lamp's profile.
 
-Nothing of it is fitted, and it has no photons' noise. Scattering is that of :mod:`.wide_phase`.
+Nothing of it is fitted, and it has no photons' noise. Scattering is that of
+:mod:`.delta_scaled_phase`.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ from numpy.typing import NDArray
 from ..content import ComparedByContent
 from ..water.phase import BandPhase
 from .angular_spread import profile_moments
+from .delta_scaled_phase import BEYOND, DEGREES, RESOLVED, moments_beyond, wide_moments
 from .profile import LampProfile
-from .wide_phase import BEYOND, DEGREES, RESOLVED, moments_beyond, wide_moments
 
 Array = NDArray[np.float64]
 
@@ -182,9 +183,9 @@ def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
     b, count = scattering[order:], len(scattering)
     beside = [math.sqrt(_coupled(degree, order)) for degree in range(order + 1, count)]
     ends = _closure(order, count, c, waves)
-    once = b[:, None] * _inverse(np.full(len(b), c), beside, ends, waves, np.eye(len(b)))
+    single = b[:, None] * _inverse(np.full(len(b), c), beside, ends, waves, np.eye(len(b)))
     found = np.zeros((len(waves), count, count))
-    found[:, order:, order:] = _inverse(c - b, beside, ends, waves, once)
+    found[:, order:, order:] = _inverse(c - b, beside, ends, waves, single)
     return _without_tiny(found)
 
 
@@ -202,9 +203,9 @@ def _inverse(
     diagonal = np.tile(kept, (len(waves), 1))
     diagonal[:, -1] += ends
     for row in range(1, count):
-        share = waves * beside[row - 1] / diagonal[:, row - 1]
-        diagonal[:, row] += share * waves * beside[row - 1]
-        whole[:, row] -= share[:, None] * whole[:, row - 1]
+        fraction = waves * beside[row - 1] / diagonal[:, row - 1]
+        diagonal[:, row] += fraction * waves * beside[row - 1]
+        whole[:, row] -= fraction[:, None] * whole[:, row - 1]
     whole[:, -1] /= diagonal[:, -1, None]
     for row in range(count - 2, -1, -1):
         above = (waves * beside[row])[:, None] * whole[:, row + 1]
@@ -248,9 +249,9 @@ def _hankel(highest: int) -> Array:
     for row, r in enumerate(rows):
         place = np.interp(np.log(np.maximum(x / r, waves[1] / 10.0)), steps, np.arange(_WAVES))
         low = np.clip(place.astype(int), 0, _WAVES - 2)
-        for near, share in ((low, 1.0 - (place - low)), (low + 1, place - low)):
+        for near, fraction in ((low, 1.0 - (place - low)), (low + 1, place - low)):
             hat = np.zeros((len(x), _WAVES))
-            hat[np.arange(len(x)), near] = share
+            hat[np.arange(len(x)), near] = fraction
             found[:, row] += bessel @ hat / r**3
     found = np.moveaxis(found, 1, 2)
     even, odd = found[::2], np.zeros_like(found[::2])
@@ -299,8 +300,8 @@ def _turned(highest: int) -> NDArray[np.float32]:
         sign = 1.0 - ((l[:, None] - j[:, None] + along) % 4)
         for m, wave in np.ndindex(AROUND, count):
             d = rotated[m, wave]
-            share = (d[l] * d[j]) @ plane[:, along] * (sign * (2.0 if wave else 1.0))
-            found[l, j, m, : len(along), wave] = share
+            fraction = (d[l] * d[j]) @ plane[:, along] * (sign * (2.0 if wave else 1.0))
+            found[l, j, m, : len(along), wave] = fraction
     return found.reshape(count, count, -1, count)
 
 

@@ -45,7 +45,7 @@ class PathNode:
     Attributes
     ----------
     weight : float or array
-        Share of it in the integral, profile included, 1/m.
+        Fraction of it in the integral, profile included, 1/m.
     s2 : float or array
         Squared sine of half the scattering angle.
     half : float or array
@@ -101,16 +101,16 @@ def path_node(
     ray: RayPastLamp,
     part: LitPart,
     place: Operand,
-    share: Operand,
+    fraction: Operand,
     m: Mathematics = NUMPY,
 ) -> PathNode:
-    """Node of the quadrature at a place of the part, 0 to 1, of a share in its sum."""
+    """Node of the quadrature at a place of the part, 0 to 1, of a fraction in its sum."""
     q = part.first + part.width * place
     angle = q * q * q
     tangent = m.tan(angle)
     t2 = tangent * tangent
     cosine = (2.0 * ray.across * tangent + ray.along * (t2 - 1.0)) / (1.0 + t2)
-    weight = part.width * q * q * (2.0 * _POWER * share) / ray.h
+    weight = part.width * q * q * (2.0 * _POWER * fraction) / ray.h
     s = ray.h * (tangent - 1.0 / tangent) / 2.0
     where = ray.place(s)
     weight = weight * lamp.lit(where, m)
@@ -128,7 +128,7 @@ def path_node(
     )
 
 
-def scattered_once(
+def single_scattering(
     lamp: Lamp,
     ray: RayPastLamp,
     b: Operand,
@@ -164,13 +164,13 @@ def scattered_once(
     >>> lamp = Lamp((0.5, 0.0, 0.0), (0.0, 1.0, 0.0), np.array([1.0]))
     >>> ray = ray_past_lamp(lamp, (0, 0, 0), (0, 1, 0), 10.0)
     >>> phase = parse_phase("isotropic").for_bands([0.1])
-    >>> scattered_once(lamp, ray, np.array([0.1]), np.array([0.2]), phase).round(5)
+    >>> single_scattering(lamp, ray, np.array([0.1]), np.array([0.2]), phase).round(5)
     array([0.01716])
     """
     part = lit_part(lamp, ray, m)
 
-    def light(place: Operand, share: Operand) -> tuple[Operand]:
-        node = path_node(lamp, ray, part, place, share, m)
+    def light(place: Operand, fraction: Operand) -> tuple[Operand]:
+        node = path_node(lamp, ray, part, place, fraction, m)
         return (node.weight * phase.per_steradian(node.s2, m) * m.exp(-c * node.length),)
 
     return b * lamp.intensity * gauss_sum(nodes, light)[0]
@@ -204,8 +204,10 @@ def _in_cone(ray: RayPastLamp, edge: Operand, m: Mathematics) -> tuple[Operand, 
 def gauss_sum(
     nodes: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
 ) -> tuple[Operand, ...]:
-    """Add up terms of the places of Gauss and Legendre on 0 to 1, and of their shares."""
-    terms = [term(float(place), float(share)) for place, share in zip(*gauss(nodes), strict=True)]
+    """Add up terms of the places of Gauss and Legendre on 0 to 1, and of their fractions."""
+    terms = [
+        term(float(place), float(fraction)) for place, fraction in zip(*gauss(nodes), strict=True)
+    ]
     return tuple(functools.reduce(operator.add, column) for column in zip(*terms, strict=True))
 
 

@@ -1,8 +1,8 @@
-"""What things keep the light of a lamp from the water: how far it shines, by direction.
+"""What objects keep the light of a lamp from the water: how far it shines, by direction.
 
 Directions are places of a square (:mod:`..octahedron`): linear in u / s, s the sum of the sizes of
 its parts. So is the inverse of the distance of a plane, measured as such a sum: between its entries
-the map is exact for planes. Where nothing is, beside things, it is as much below zero as they are
+the map is exact for planes. Where nothing is, beside objects, it is as much below zero as they are
 above, so that they end halfway.
 """
 
@@ -22,12 +22,12 @@ from .angular_spread import Lookup, ValueGrid
 SIDE = 48
 """Entries of the map, each way."""
 PART_SIDE = 8
-"""Entries of the map of a part of lit things, each way."""
+"""Entries of the map of a part of lit objects, each way."""
 SOFT_SIDE, DISTANCES = 20, 8
 """Entries of a map of scattered light, each way, and distances from the lamp."""
 NEAREST, FARTHEST = 0.25, 16.0
 """Of the distances, m."""
-_SOFT = 0.1  # share of the distance of a thing, over which it grows dark behind
+_SOFT = 0.1  # fraction of the distance of an object, over which it grows dark behind
 _SMALLEST = 1e-6  # m
 
 
@@ -43,7 +43,7 @@ def shadow_directions(side: int = SIDE) -> NDArray[np.float64]:
 
 
 def shadow_map(distances: ArrayLike, side: int = SIDE) -> ValueGrid:
-    """Return a map of the distances in m to the first thing in each direction, infinite without.
+    """Return a map of the distances in m to the first object in each direction, infinite without.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
 def lit(
     shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY, side: int = SIDE
 ) -> Operand:
-    """Share of a lamp's light that reaches a place, 0 to 1.
+    """Fraction of a lamp's light that reaches a place, 0 to 1.
 
     Parameters
     ----------
@@ -89,20 +89,20 @@ def lit(
 
 
 def lit_before(behind: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Share of a lamp's light that reaches a place so far :func:`behind` a thing."""
+    """Fraction of a lamp's light that reaches a place so far :func:`behind` an object."""
     return m.clamp((1.0 + _SOFT - behind) / _SOFT, 0.0, 1.0)
 
 
 def behind(
     shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY, side: int = SIDE
 ) -> Operand:
-    """Distance of a place over that of the thing in its direction; above 1 behind the thing."""
+    """Distance of a place over that of the object in its direction; above 1 behind the object."""
     column, row, r = on_square(place, side, m)
     return r * shadow.at(column, row)
 
 
 class SoftShadow(Protocol):
-    """Shares of a lamp's scattered light that reach places, by their direction and distance."""
+    """Fractions of a lamp's scattered light that reach places, by their direction and distance."""
 
     def at(self, distance: Operand, column: Operand, row: Operand) -> Sequence[Operand]:
         """Return those of places as they are, and as if the lamp did not see them."""
@@ -110,7 +110,7 @@ class SoftShadow(Protocol):
 
 
 def scattered_lit(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-    """Share of a lamp's scattered light that reaches a place, 0 to 1.
+    """Fraction of a lamp's scattered light that reaches a place, 0 to 1.
 
     Parameters
     ----------
@@ -122,8 +122,10 @@ def scattered_lit(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = N
     return _looked_up(soft, place, m)[0]
 
 
-def left_in_shadow(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-    """Share of a lamp's scattered light that reaches a place that the lamp does not see.
+def transmitted_in_shadow(
+    soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY
+) -> Operand:
+    """Fraction of a lamp's scattered light that reaches a place that the lamp does not see.
 
     Parameters
     ----------

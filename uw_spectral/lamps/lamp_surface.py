@@ -1,4 +1,4 @@
-"""Irradiance that lamps put on things in the water.
+"""Irradiance that lamps put on objects in the water.
 
 Unscattered light falls off as e^{-c r}. What is scattered on the way comes from directions, and
 left the lamp in directions, that are spread as :mod:`.angular_spread` says; nothing is fitted.
@@ -19,18 +19,18 @@ from ..mathematics import NUMPY, Mathematics, Operand, dot
 from .angular_spread import (
     ABOUT,
     LENGTHS,
-    OF_THINGS,
+    OF_SURFACES,
     PROFILE_LENGTHS,
     length_place,
     profile_place,
 )
 from .lamp import Lamp, LitPart
-from .lamp_shadow import PART_SIDE, left_in_shadow, lit
+from .lamp_shadow import PART_SIDE, lit, transmitted_in_shadow
 from .multiple_scattering import LampWater
 from .scattered_irradiance import arriving_on
 
-USUAL_DISTANCE = 2.0
-"""Of things from the lamps that light them, m."""
+TYPICAL_DISTANCE = 2.0
+"""Of objects from the lamps that light them, m."""
 _FAINTEST = 0.05
 _FLATTEST = 0.05  # cosine to the vertical
 _FAINTEST_PART = 1e-9  # 1/m²
@@ -54,7 +54,7 @@ def lamplight(
     camera : sequence of 3
         Its place, m.
     seen : array_like, shape (k, 3)
-        Places on things in the picture, m.
+        Places on objects in the picture, m.
 
     Returns
     -------
@@ -71,7 +71,7 @@ def lamplight(
     total = np.zeros(np.shape(water.c))
     for lamp in lamps:
         dry = float(lamp.dry) / max(-float(lamp.axis[2]), _FLATTEST) if lamp.shines_in else 0.0
-        place = (np.array(lamp.position) + (dry + USUAL_DISTANCE) * np.array(lamp.axis))[None]
+        place = (np.array(lamp.position) + (dry + TYPICAL_DISTANCE) * np.array(lamp.axis))[None]
         dimmed = np.maximum(_dimmed(place, water, camera), _FAINTEST)
         total = total + (_facing(lamp, place, water) * dimmed)[0]
     return total
@@ -85,10 +85,10 @@ def _facing(lamp: Lamp, places: NDArray[np.float64], water: LampWater) -> NDArra
     return np.asarray(sum(surface_irradiance(lamp, patch, water)))
 
 
-def carried_forward(P: Operand, water: LampWater) -> Operand:
-    """Share of the light of things that arrives scattered by small angles over the distance P.
+def forward_transmittance(P: Operand, water: LampWater) -> Operand:
+    """Fraction of the light of objects that arrives scattered by small angles over the distance P.
 
-    What is lit by lamps has no undisturbed water about it that shines likewise: only what is near
+    What is lit by lamps has no unoccluded water about it that shines likewise: only what is near
     it in the picture does.
 
     Examples
@@ -96,22 +96,22 @@ def carried_forward(P: Operand, water: LampWater) -> Operand:
     >>> from ..water.phase import parse_phase
     >>> from .multiple_scattering import lamp_water
     >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
-    >>> carried_forward(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
+    >>> forward_transmittance(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
     (array([0.31]), array([0.14]))
     """
-    return carried_share(P, water) * np.exp(-water.a * P)
+    return forward_fraction(P, water) * np.exp(-water.a * P)
 
 
-def carried_share(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
-    """Return :func:`carried_forward`, absorption apart."""
-    return water.spread.on_patches.at(OF_THINGS, length_place(P, LENGTHS, m))
+def forward_fraction(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
+    """Return :func:`forward_transmittance`, absorption apart."""
+    return water.spread.on_patches.at(OF_SURFACES, length_place(P, LENGTHS, m))
 
 
 def _dimmed(
     places: NDArray[np.float64], water: LampWater, camera: Sequence[float]
 ) -> NDArray[np.float64]:
     away = np.linalg.norm(places - np.array(camera), axis=-1)[:, None]
-    return np.exp(-water.c * away) + carried_forward(away, water)
+    return np.exp(-water.c * away) + forward_transmittance(away, water)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,13 +124,13 @@ class PartSeen:
         Distance, m.
     facing : float or array
         Irradiance over the part's intensity without water, 1/m².
-    share : float or array
+    fraction : float or array
         Of the lamp's intensity, by band.
     """
 
     r: Operand
     facing: Operand
-    share: Operand
+    fraction: Operand
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +151,9 @@ class PatchPastLamp:
         Cosine between the lamp's axis and the direction into the patch.
     wet : float or array
         Of the distance what is in the water, m.
-    left : float or array
-        Share of what is scattered to it from about the lamp that it gets where it does not see it.
+    transmittance : float or array
+        Fraction of what is scattered to it from about the lamp that it gets where it does not see
+        it.
     parts : tuple of PartSeen
         Of what the lamp stands for.
     """
@@ -163,7 +164,7 @@ class PatchPastLamp:
     off_axis: Operand
     against: Operand
     wet: Operand
-    left: Operand = 0.0
+    transmittance: Operand = 0.0
     parts: tuple[PartSeen, ...] = ()
 
     @property
@@ -177,8 +178,8 @@ class PatchPastLamp:
         return way / light
 
     def about(self, visible: Operand) -> Operand:
-        """Share of that light where so much of the lamp is seen."""
-        return visible + (1.0 - visible) * self.left
+        """Fraction of that light where so much of the lamp is seen."""
+        return visible + (1.0 - visible) * self.transmittance
 
 
 def patch_past_lamp(
@@ -208,11 +209,11 @@ def patch_past_lamp(
     place = [point[i] - lamp.position[i] for i in range(3)]
     z = place[2]
     per_intensity = lamp.profile.value(off_axis, m) * _normal(lamp, r) * lamp.under(z, m)
-    left = 0.0 if lamp.soft is None else left_in_shadow(lamp.soft, place, m)
+    transmittance = 0.0 if lamp.soft is None else transmitted_in_shadow(lamp.soft, place, m)
     cosine, against = 0.0 - dot(normal, u), 0.0 - dot(normal, lamp.axis)
     wet = lamp.wet(r, z, m)
     parts = tuple(_part_seen(part, point, normal, m) for part in lamp.parts)
-    return PatchPastLamp(r, per_intensity, cosine, off_axis, against, wet, left, parts)
+    return PatchPastLamp(r, per_intensity, cosine, off_axis, against, wet, transmittance, parts)
 
 
 def _part_seen(
@@ -225,7 +226,7 @@ def _part_seen(
     facing = facing / ((r2 + _SMALLEST) * (r2 + part.radius * part.radius + _SMALLEST))
     if part.shadow is not None:
         facing = facing * lit(part.shadow, place, m, PART_SIDE)
-    return PartSeen(r, facing, part.share)
+    return PartSeen(r, facing, part.fraction)
 
 
 def _normal(lamp: Lamp, r: Operand) -> Operand:
@@ -308,6 +309,6 @@ def arriving_light(
     if patch.parts:
         direct = functools.reduce(
             operator.add,
-            (m.exp(-water.b * part.r) * part.facing * part.share for part in patch.parts),
+            (m.exp(-water.b * part.r) * part.facing * part.fraction for part in patch.parts),
         )
     return ArrivingLight(direct, straight, onward + about, rest)

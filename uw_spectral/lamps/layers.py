@@ -28,15 +28,15 @@ def water_between(column: WaterColumn, phase: BandPhase, one: float, other: floa
     high, low = sorted((max(one, 0.0), max(other, 0.0)))
     ends = np.array([0.0, *(x.bottom for x in layers[:-1]), math.inf])
     if low - high < _LEVEL:
-        shares = np.zeros(len(layers))
+        fractions = np.zeros(len(layers))
         # Where two meet, the upper one.
-        shares[max(int(np.searchsorted(ends, (high + low) / 2.0)) - 1, 0)] = 1.0
+        fractions[max(int(np.searchsorted(ends, (high + low) / 2.0)) - 1, 0)] = 1.0
     else:
-        shares = np.diff(np.clip(ends, high, low)) / (low - high)
-    a = shares @ np.array([x.absorption for x in layers])
-    b = shares @ np.array([x.scattering for x in layers])
+        fractions = np.diff(np.clip(ends, high, low)) / (low - high)
+    a = fractions @ np.array([x.absorption for x in layers])
+    b = fractions @ np.array([x.scattering for x in layers])
     alike = [x.phase if x.phase.components == phase.components else phase for x in layers]
-    scattered = shares[:, None] * (np.array([x.scattering for x in layers]) + _LEAST)
+    scattered = fractions[:, None] * (np.array([x.scattering for x in layers]) + _LEAST)
     weights = np.einsum("ln,lkn->kn", scattered, np.array([x.weights for x in alike]))
     return lamp_water(a, b, BandPhase(phase.components, weights / scattered.sum(axis=0)))
 
@@ -55,9 +55,9 @@ def waters_of_lamps(
     """
     each = tuple(water_between(column, phase, -float(x.position[2]), camera) for x in lamps)
     light = np.array([float(np.mean(lamp.intensity)) for lamp in lamps]) + _LEAST
-    shares = light / light.sum()
-    scattered = shares[:, None] * (np.array([x.b for x in each]) + _LEAST)
+    fractions = light / light.sum()
+    scattered = fractions[:, None] * (np.array([x.b for x in each]) + _LEAST)
     weights = np.einsum("ln,lkn->kn", scattered, np.array([x.phase.weights for x in each]))
     mean = BandPhase(phase.components, weights / scattered.sum(axis=0))
-    a, b = (shares @ np.array([getattr(x, name) for x in each]) for name in ("a", "b"))
+    a, b = (fractions @ np.array([getattr(x, name) for x in each]) for name in ("a", "b"))
     return lamp_water(a, b, mean), each

@@ -6,7 +6,7 @@ stands, as for light scattered once, of the angular distribution after any numbe
 
     K = Σ (2n + 1)/4π Q(b l, χn) Pn(cos Θ) / l,   Q(x, χ) = e^{-x (1 - χ)} - e^{-x} (1 + x χ),
 
-less the K' of what the source has (:mod:`.wide_phase`):
+less the K' of what the source has (:mod:`.delta_scaled_phase`):
 
     L = ∫ (I Φ(θ) (K - K')(Θ, l) / r² + I S e^{-b' t}) e^{-a l} ds,
 
@@ -18,7 +18,8 @@ came there from about the lamp, by b/r p(Θ); what was turned before it came nea
 from all places beyond: by b/h ∫ p dψ over the angles ψ by which the lamp's light is turned there,
 up to the last one that the lamp lights. With p falling as ψ^-3 (sea particles from 15° to 80°:
 -2.0 to -2.8) the latter is Θ/(2 sin Θ) (1 - Θ²/ψ1²) times the former, and half of it comes from
-before 1/ψ² = (1/Θ² + 1/ψ1²)/2: what reaches the two places, each by its share, reaches the camera.
+before 1/ψ² = (1/Θ² + 1/ψ1²)/2: what reaches the two places, each by its fraction, reaches the
+camera.
 """
 
 from __future__ import annotations
@@ -36,19 +37,19 @@ from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..water.phase import BandPhase, Mixture
 from .angular_spread import LENGTHS, Spread, WaterSpread, deflection_place, length_place
+from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp, RayPastLamp
 from .lamp_harmonics import Harmonics
 from .lamp_path import NODES, LitPart, Quadrature, gauss_sum, half_angle, lit_part, path_node
 from .profile import LampProfile
 from .scattered_irradiance import Arriving, ArrivingTable, arriving_table
 from .scattered_source import Source, SourceTable, source_seen, source_table
-from .wide_phase import RESOLVED, wide_moments
 
 MORE_NODES = 16
 """Of the integral of the source."""
 _REACH = 8.0  # of scattered light, in decay lengths
-Left = Callable[[Operand, Sequence[Operand]], Operand]
-"""Share of light, in channels, that matter in its way leaves: of a place at a distance along the
+Transmittance = Callable[[Operand, Sequence[Operand]], Operand]
+"""Fraction of light, in channels, that matter in its way leaves: of a place at a distance along the
 ray in m, and as the lamp sees it."""
 
 
@@ -177,7 +178,7 @@ class LampSpectrum(Protocol):
         """Water of the bands that the angles of scattered light are computed for."""
         ...
 
-    def once(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+    def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return its light scattered once over a length, by the squared sine of half the angle."""
         ...
 
@@ -200,7 +201,7 @@ class BandLight:
     intensity: Operand
     water: LampWater
 
-    def once(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+    def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once, in each band."""
         water = self.water
         passed = self.intensity * water.b * m.exp(-water.c * length)
@@ -222,7 +223,7 @@ def lamp_light(lamp: Lamp, ray: RayPastLamp, water: LampWater) -> tuple[Operand,
     Returns
     -------
     tuple of array, shape (..., n)
-        Scattered once, as :func:`.scattered_once` has it; scattered more often. In the unit of
+        Scattered once, as :func:`.single_scattering` has it; scattered more often. In the unit of
         the intensity per m².
 
     Examples
@@ -244,7 +245,7 @@ def light_along(
     light: LampSpectrum,
     m: Mathematics = NUMPY,
     integrate: Quadrature = gauss_sum,
-    left: Left | None = None,
+    transmittance: Transmittance | None = None,
 ) -> tuple[Operand, Operand]:
     """Radiance of a lamp's light along a ray: scattered once, and more often.
 
@@ -256,24 +257,24 @@ def light_along(
         Elementary functions.
     integrate : callable
         Adds up the terms of the quadratures; a shader has a loop for it.
-    left : callable, optional
+    transmittance : callable, optional
         What other matter than the water leaves of it; all without.
     """
     part, spread = lit_part(lamp, ray, m), light.water.spread
 
-    def of_place(place: Operand, share: Operand) -> tuple[Operand, Operand]:
-        node = path_node(lamp, ray, part, place, share, m)
+    def of_place(place: Operand, fraction: Operand) -> tuple[Operand, Operand]:
+        node = path_node(lamp, ray, part, place, fraction, m)
         row = length_place(node.length, LENGTHS, m)
         onward = m.exp(spread.narrow.at(deflection_place(node.half, m), row)) * node.weight
-        once = light.once(node.s2, node.length, m) * node.weight
+        single = light.single(node.s2, node.length, m) * node.weight
         more = light.arriving(onward, node.length, m)
-        if left is None:
-            return once, more
-        share = left(ray.t0 + node.s, node.where)
-        return once * share, more * share
+        if transmittance is None:
+            return single, more
+        fraction = transmittance(ray.t0 + node.s, node.where)
+        return single * fraction, more * fraction
 
-    once, onward = integrate(NODES, of_place)
-    return once, onward + _turned(lamp, ray, part, light, m, integrate, left)
+    single, onward = integrate(NODES, of_place)
+    return single, onward + _turned(lamp, ray, part, light, m, integrate, transmittance)
 
 
 def _turned(
@@ -283,7 +284,7 @@ def _turned(
     light: LampSpectrum,
     m: Mathematics,
     integrate: Quadrature,
-    left: Left | None,
+    transmittance: Transmittance | None,
 ) -> Operand:
     """Radiance of light that was scattered already when it is scattered into the ray.
 
@@ -296,7 +297,7 @@ def _turned(
     first, stop = (asinh(s, ray.h, m) for s in (ray.first, last))
     width = m.maximum(stop - first, 0.0)
 
-    def of_place(place: Operand, share: Operand) -> tuple[Operand]:
+    def of_place(place: Operand, fraction: Operand) -> tuple[Operand]:
         grown = m.exp(first + width * place)
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
@@ -307,9 +308,9 @@ def _turned(
             # Scattered as on the leg in the water, and as faint as at r.
             lit = lit * leg / r
         seen = source_seen(source, leg, turned, 0.0 - s / r, off_axis, m)
-        seen = seen * m.exp(0.0 - water.wide * t) * (width * share * lit)
+        seen = seen * m.exp(0.0 - water.wide * t) * (width * fraction * lit)
         arriving = light.arriving(seen, leg + t, m)
-        return (arriving if left is None else arriving * left(ray.t0 + s, where),)
+        return (arriving if transmittance is None else arriving * transmittance(ray.t0 + s, where),)
 
     return integrate(MORE_NODES, of_place)[0]
 
@@ -321,7 +322,7 @@ def _source_lit(
     at: tuple[Operand, Operand, Sequence[Operand]],
     m: Mathematics,
 ) -> Operand:
-    """Share of a source's light that things leave.
+    """Fraction of a source's light that objects leave.
 
     ``at`` are the distance along the ray, that from the lamp, and the place as the lamp sees it.
     """
@@ -334,10 +335,10 @@ def _source_lit(
     begin = m.maximum(turned, first)
     near, far = 1.0 / (begin * begin), 1.0 / m.power(m.maximum(last, begin), 2.0)
     sine = ray.h / r
-    share = 0.5 * turned * turned * turned * (near - far)
+    fraction = 0.5 * turned * turned * turned * (near - far)
     middle = m.sqrt(2.0 / (near + far))
     beyond = lamp.scattered_lit(ray.place(0.0 - ray.h / m.tan(middle)), m)
-    return (sine * here + share * beyond) / (sine + share)
+    return (sine * here + fraction * beyond) / (sine + fraction)
 
 
 def asinh(s: Operand, h: Operand, m: Mathematics) -> Operand:

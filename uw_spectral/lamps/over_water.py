@@ -26,7 +26,7 @@ from .profile import IsotropicProfile, LampProfile, TableProfile
 
 Array = NDArray[np.float64]
 
-USUAL_DEPTH = 3.0
+TYPICAL_DEPTH = 3.0
 """Of what the lamp shines on, m: there irradiance on level ground is right, on the whole."""
 _FLATTEST = 0.35
 """Cosine of an axis to the vertical from which on it is that straight down."""
@@ -110,16 +110,16 @@ def _seen(profile: LampProfile, axis: tuple[float, ...], height: float, surface:
 def _profile(places: Array, power: Array, axis: Array) -> tuple[Array, Array]:
     """Radiant intensity by the cosine from an axis of power that arrives at places, by rings."""
     r = np.linalg.norm(places, axis=-1)
-    share = np.clip(0.5 - 0.5 * (places @ axis) / r, 0.0, 1.0)
+    fraction = np.clip(0.5 - 0.5 * (places @ axis) / r, 0.0, 1.0)
     # Even in the sine of half the angle; at the last of them there is no light.
     widest = (
-        math.sqrt(max(float(share.max(initial=0.0)), _LEAST)) * (_POINTS - 1.0) / (_POINTS - 2.0)
+        math.sqrt(max(float(fraction.max(initial=0.0)), _LEAST)) * (_POINTS - 1.0) / (_POINTS - 2.0)
     )
-    at = np.sqrt(share) / widest * (_POINTS - 1.0)
+    at = np.sqrt(fraction) / widest * (_POINTS - 1.0)
     low = np.minimum(at.astype(int), _POINTS - 2)
     edges = (widest * np.arange(_POINTS) / (_POINTS - 1.0)) ** 2
     # Linear between the points: each ray is shared by its two neighbours.
-    upper = (share - edges[low]) / (edges[low + 1] - edges[low])
+    upper = (fraction - edges[low]) / (edges[low + 1] - edges[low])
     found = np.bincount(low, power * (1.0 - upper), _POINTS)
     found += np.bincount(low + 1, power * upper, _POINTS)
     width = np.diff(edges)
@@ -162,12 +162,12 @@ def _arriving(
     turned /= np.maximum(turned.sum(axis=1, keepdims=True), _LEAST)
     entry = v[:, :2] * (height / -v[:, 2])[:, None]
     places, arriving = [], []
-    for facet, share in zip(normal, turned.T, strict=True):
+    for facet, fraction in zip(normal, turned.T, strict=True):
         R, w, _ = seen_from_air(tuple(v.T), tuple(facet), surface.index)
         w = np.stack(np.broadcast_arrays(*w), axis=-1)
-        goes = (w[:, 2] < -_LEAST) & (share > 0)
+        goes = (w[:, 2] < -_LEAST) & (fraction > 0)
         down = w[goes]
-        to = entry[goes] + down[:, :2] * (USUAL_DEPTH / -down[:, 2])[:, None]
-        places.append(np.column_stack([to, np.full(len(to), -USUAL_DEPTH)]))
-        arriving.append((power * share * (1.0 - R))[goes])
+        to = entry[goes] + down[:, :2] * (TYPICAL_DEPTH / -down[:, 2])[:, None]
+        places.append(np.column_stack([to, np.full(len(to), -TYPICAL_DEPTH)]))
+        arriving.append((power * fraction * (1.0 - R))[goes])
     return np.concatenate(places), np.concatenate(arriving)

@@ -35,8 +35,8 @@ class LampProfile:
     def sampled(self, count: int) -> NDArray[np.float64]:
         """Values at so many places of :func:`sample_place`, for a table that is looked up."""
         # The last is doubled: beyond the edge a look-up is no mean with what is within.
-        shares = np.minimum(np.arange(count) / (count - 2.0), 1.0) ** 2
-        return np.asarray(self.value(1.0 - 2.0 * float(_width(self.edge)) * shares))
+        fractions = np.minimum(np.arange(count) / (count - 2.0), 1.0) ** 2
+        return np.asarray(self.value(1.0 - 2.0 * float(_width(self.edge)) * fractions))
 
     @property
     def edge(self) -> Operand | None:
@@ -87,8 +87,8 @@ def sample_place(
     >>> float(sample_place(0.5, 5, edge=0.5)), float(sample_place(-1.0, 5, edge=NO_EDGE))
     (3.0, 3.0)
     """
-    share = m.clamp((0.5 - 0.5 * cosine) / _width(edge, m), 0.0, 1.0)
-    return m.sqrt(share) * (count - (1.0 if edge is None else 2.0))
+    fraction = m.clamp((0.5 - 0.5 * cosine) / _width(edge, m), 0.0, 1.0)
+    return m.sqrt(fraction) * (count - (1.0 if edge is None else 2.0))
 
 
 def _width(edge: Operand | None, m: Mathematics = NUMPY) -> Operand:
@@ -130,7 +130,7 @@ class SpotProfile(LampProfile):
     size : float
         Full angle of the cone, rad, 0 to π.
     blend : float
-        0 to 1: the share of the cone's cosines over which the edge rises.
+        0 to 1: the fraction of the cone's cosines over which the edge rises.
 
     Raises
     ------
@@ -222,7 +222,7 @@ class SpreadProfile(LampProfile):
         return math.pi * (1.0 - half / math.tan(half))
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Return the share of the light that passes the grid, times the cosine."""
+        """Return the fraction of the light that passes the grid, times the cosine."""
         sine = m.sqrt(m.maximum(1.0 - cosine * cosine, 0.0))
         return m.maximum(cosine - sine * (1.0 / math.tan(self.spread / 2.0)), 0.0)
 

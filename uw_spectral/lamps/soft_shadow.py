@@ -1,4 +1,4 @@
-"""How much of a lamp's scattered light things keep from a place: it finds its way round them.
+"""How much of a lamp's scattered light objects keep from a place: it finds its way round them.
 
 Light that is scattered once on its way from a lamp to a place comes by a point y, is turned there
 by ψ and arrives at the angle α from the lamp. Over all y the inverse squares cancel::
@@ -6,11 +6,12 @@ by ψ and arrives at the angle α from the lamp. Over all y the inverse squares 
     ∫ d³y p / (|y - l|² |x - y|²) = (1/r) ∫ dφ ∫ dψ p(ψ) ∫_0^ψ dα,
 
 so that points drawn evenly in α, and by ψ p(ψ) in ψ, count alike, but for the lamp's profile and
-for what the longer way takes. The share of them that the lamp sees (:mod:`.lamp_shadow`), and from
-which the way on is free, is the share of the light that arrives. A way on that comes into a shadow
-goes through the thing if it was nearer to the lamp than that, else in from the side. Light that is
-scattered more often comes by such points too, and to them as if straight from the lamp: what was
-found for once is carried on, order by order, which leaves it up to .1 too dark behind things.
+for what the longer way takes. The fraction of them that the lamp sees (:mod:`.lamp_shadow`), and
+from which the way on is free, is the fraction of the light that arrives. A way on that comes into a
+shadow goes through the object if it was nearer to the lamp than that, else in from the side. Light
+that is scattered more often comes by such points too, and to them as if straight from the lamp:
+what was found for once is carried on, order by order, which leaves it up to .1 too dark behind
+objects.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from ..mathematics import Operand
 from ..octahedron import lattice
 from ..water.phase import BandPhase
 from .angular_spread import Lookup
+from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp
 from .lamp_shadow import (
     DISTANCES,
@@ -40,7 +42,6 @@ from .lamp_shadow import (
     soft_distances,
 )
 from .multiple_scattering import LampWater
-from .wide_phase import RESOLVED, wide_moments
 
 Array = NDArray[np.float64]
 
@@ -66,7 +67,7 @@ class SoftMap:
 
 
 def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
-    """Return how much of a lamp's scattered light things leave, in mean over the bands.
+    """Return how much of a lamp's scattered light objects leave, in mean over the bands.
 
     Parameters
     ----------
@@ -83,13 +84,15 @@ def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
     # Of each place (distance, direction): its points, on ways that are alike at all distances.
     r, u = soft_distances()[:, None, None], lattice(SOFT_SIDE).T[:, :, None]
     y = points.ways * points.from_lamp
-    ways = [_Passed.of(shadow, y + share * (u - y), r) for share in np.arange(_STEPS) / _STEPS]
+    ways = [
+        _Passed.of(shadow, y + fraction * (u - y), r) for fraction in np.arange(_STEPS) / _STEPS
+    ]
     free = np.ones_like(ways[0].r, dtype=bool)
     for before, now in itertools.pairwise(ways):
-        free &= ~now.through_a_thing(before)
+        free &= ~now.through_an_object(before)
     there = _Passed.of(shadow, np.broadcast_to(u, y.shape), r)
-    hidden = _Passed(there.r, there.r * _nearest_thing(shadow)[:, None])
-    free_to = [free & ~end.through_a_thing(ways[-1]) for end in (there, hidden)]
+    hidden = _Passed(there.r, there.r * _nearest_object(shadow)[:, None])
+    free_to = [free & ~end.through_an_object(ways[-1]) for end in (there, hidden)]
 
     weight = r * np.exp(-c * (points.length - 1.0) * r) * (b * points.gain / len(points.length))
     sent = np.broadcast_to(
@@ -105,13 +108,13 @@ def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
         arriving_hidden = arriving_hidden + left_hidden
         if order + 1 < orders:
             sent, got = points.carried_on(np.stack([once, left], axis=-1))
-    shares = np.stack([arriving, arriving_hidden], axis=-1) / all_of_it[..., None]
-    return SoftMap(shares.reshape(DISTANCES, SOFT_SIDE, SOFT_SIDE, 2))
+    fractions = np.stack([arriving, arriving_hidden], axis=-1) / all_of_it[..., None]
+    return SoftMap(fractions.reshape(DISTANCES, SOFT_SIDE, SOFT_SIDE, 2))
 
 
 @dataclass(frozen=True, eq=False)
 class _Passed:
-    """Places on ways: distance from the lamp, m, and over that of the thing in their direction."""
+    """Places on ways: distance from the lamp, m, and over that of the object in their direction."""
 
     r: Array
     behind: Array
@@ -123,15 +126,15 @@ class _Passed:
         over = np.asarray(behind(shadow, list(place[..., None])))[..., 0]
         return cls(scale * r, scale * over)
 
-    def through_a_thing(self, before: _Passed) -> NDArray[np.bool_]:
-        """Whether ways between from places before go through a thing."""
+    def through_an_object(self, before: _Passed) -> NDArray[np.bool_]:
+        """Whether ways between from places before go through an object."""
         entered = (before.behind < 1.0) & (self.behind > 1.0)
-        # From before a thing, or from beside it and nearer.
+        # From before an object, or from beside it and nearer.
         return entered & ((before.behind > 0.0) | (self.behind * before.r < self.r))
 
 
-def _nearest_thing(shadow: Lookup) -> Array:
-    """One over the distance of the nearest thing about each direction, 1/m, shape (SIDE²,)."""
+def _nearest_object(shadow: Lookup) -> Array:
+    """One over the distance of the nearest object about each direction, 1/m, shape (SIDE²,)."""
     unit = [part[:, None] for part in lattice(SOFT_SIDE).T]
     found = np.asarray(behind(shadow, unit)).reshape(SOFT_SIDE, SOFT_SIDE)
     return highest_near(found).ravel()
@@ -177,9 +180,9 @@ class _Points:
         at_all = multilinear_of_columns(across, self._cells).reshape(shape)
         place = np.asarray(distance_place(soft_distances()[:, None] * self.from_lamp))
         low = np.minimum(place.astype(int), DISTANCES - 2)
-        share, point = (place - low)[..., None], np.arange(len(self.from_lamp))
+        fraction, point = (place - low)[..., None], np.arange(len(self.from_lamp))
         near, far = (at_all[:, point, at] for at in (low, low + 1))
-        between = np.moveaxis(near + share * (far - near), 1, 0)
+        between = np.moveaxis(near + fraction * (far - near), 1, 0)
         return between[..., 0], between[..., 1]
 
 
@@ -191,8 +194,8 @@ def _points(phase: BandPhase) -> _Points:
     p = np.polynomial.legendre.legval(np.cos(angles), moments * orders / (4.0 * math.pi))
     grown = np.cumsum(angles * np.maximum(p, 0.0))
     index = np.arange(_TURNS * _AROUND)
-    shares = (index // _AROUND + 0.5) / _TURNS
-    turn = np.interp(shares * grown[-1], grown, angles)
+    fractions = (index // _AROUND + 0.5) / _TURNS
+    turn = np.interp(fractions * grown[-1], grown, angles)
     arriving, around = ((index * step + 0.5) % 1.0 for step in _SPREAD)
     leaving, around = turn * (1.0 - arriving), 2.0 * math.pi * around
     u = lattice(SOFT_SIDE)

@@ -18,7 +18,7 @@ NO_FILTER = "none"
 CONTENT = "long-pass:CUT,WIDTH in nm, as long-pass:500,15 for a yellow one"
 """What names a filter, in words."""
 _KIND = "long-pass"
-_USUAL_WIDTH = 15.0  # nm
+_TYPICAL_WIDTH = 15.0  # nm
 _STEPS = 16  # of a band, of which its mean is taken
 _LARGEST = 500.0
 
@@ -68,7 +68,7 @@ def _parsed(text: str) -> tuple[float, float] | None:
         numbers = []
     if kind.lower() != _KIND or not 1 <= len(numbers) <= 2:
         raise InputError(f"filter {text!r} is not known; write {NO_FILTER}, or {CONTENT}")
-    cut, width = (*numbers, _USUAL_WIDTH)[:2]
+    cut, width = (*numbers, _TYPICAL_WIDTH)[:2]
     if not 200.0 <= cut <= 1100.0 or not 0.0 < width <= 1000.0:
         raise InputError(
             f"filter {text!r}: give a cut-off of 200 to 1100 nm and a width above 0, in nm"

@@ -22,15 +22,15 @@ from .tone import MIDDLE_GREY
 
 WhiteBalance = Literal["daylight", "depth", "none"]
 WHITE_BALANCES: tuple[str, ...] = get_args(WhiteBalance)
-# Share of a sensor's sensitivity that the bands must cover to pass without a warning.
-_COVERED_SHARE = 0.98
+# Fraction of a sensor's sensitivity that the bands must cover to pass without a warning.
+_COVERED_FRACTION = 0.98
 # Width of the bands that stand for the continuous spectrum, nm.
 _FINE_WIDTH = 2.0
-# Share of the light at the surface that still counts as light: the gain for less overflows in
+# Fraction of the light at the surface that still counts as light: the gain for less overflows in
 # single precision.
 _DARKEST = 1e-30
 _ALIKE = 1e-12  # relative, of responses
-# Share of a metered picture that may be brighter than white.
+# Fraction of a metered picture that may be brighter than white.
 _HIGHLIGHTS = 0.02
 
 
@@ -304,7 +304,7 @@ def auto_exposure_stops(
     return math.log2(target / now)
 
 
-def metered_stops(Y: ArrayLike, share: ArrayLike) -> float:
+def metered_stops(Y: ArrayLike, fraction: ArrayLike) -> float:
     """Stops by which a picture is exposed, as a reflected-light meter has it.
 
     The mean luminance becomes that of middle grey (ISO 2720 meters the mean too), unless the
@@ -314,8 +314,8 @@ def metered_stops(Y: ArrayLike, share: ArrayLike) -> float:
     ----------
     Y : array_like, shape (m,)
         Luminances of parts of the picture at 0 stops.
-    share : array_like, shape (m,)
-        Their shares of the picture.
+    fraction : array_like, shape (m,)
+        Their fractions of the picture.
 
     Raises
     ------
@@ -329,11 +329,11 @@ def metered_stops(Y: ArrayLike, share: ArrayLike) -> float:
     >>> metered_stops([0.001, 0.5], [0.9, 0.1])
     1.0
     """
-    Y, share = np.asarray(Y, dtype=np.float64), np.asarray(share, dtype=np.float64)
+    Y, fraction = np.asarray(Y, dtype=np.float64), np.asarray(fraction, dtype=np.float64)
     order = np.argsort(Y)
-    below = np.cumsum(share[order]) / share.sum()
+    below = np.cumsum(fraction[order]) / fraction.sum()
     bright = Y[order][min(int(np.searchsorted(below, 1.0 - _HIGHLIGHTS)), len(Y) - 1)]
-    mean = float(Y @ share / share.sum())
+    mean = float(Y @ fraction / fraction.sum())
     if not (math.isfinite(mean) and mean > _DARKEST):
         raise InputError(
             "exposure by the picture: nothing in it is lit; add lamps, or set the exposure in stops"
@@ -481,10 +481,10 @@ def _warn_coverage(sensor: Sensor, bands: Bands) -> None:
     grid = np.arange(low, high + 0.5)
     sensitivity = sensor.sensitivity.at(np.minimum(grid, high))
     inside = np.any(np.abs(grid[:, None] - bands.centres) <= bands.widths / 2 + 1e-9, axis=1)
-    share = float((sensitivity[inside].sum(axis=0) / sensitivity.sum(axis=0)).min())
-    if share < _COVERED_SHARE:
+    fraction = float((sensitivity[inside].sum(axis=0) / sensitivity.sum(axis=0)).min())
+    if fraction < _COVERED_FRACTION:
         warnings.warn(
-            f"the bands cover {share:.1%} of the least covered channel of {sensor.name}; "
+            f"the bands cover {fraction:.1%} of the least covered channel of {sensor.name}; "
             "widen --range for its full response",
             DataWarning,
             stacklevel=3,

@@ -17,7 +17,7 @@ _MAGIC = 20000630
 _SINGLE_PART = 0x1A00  # bits of the version that must not be set: tiled, deep, several parts
 _LINES = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}
 # Bytes to look for the header in: as a rule, and for one with long texts.
-_USUAL, _LONGEST = 1 << 12, 1 << 20
+_TYPICAL, _LONGEST = 1 << 12, 1 << 20
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def read_header(path: Path) -> ExrHeader | None:
     try:
         with path.open("rb") as file:
             length = os.fstat(file.fileno()).st_size
-            for reach in (_USUAL, _LONGEST):
+            for reach in (_TYPICAL, _LONGEST):
                 with contextlib.suppress(struct.error, LookupError, ValueError):
                     return _header(file, length, reach)
                 if length <= reach:

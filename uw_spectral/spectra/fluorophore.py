@@ -1,6 +1,6 @@
-"""Fluorophores of things: proteins of corals, chlorophyll, dyes and markers.
+"""Fluorophores of objects: proteins of corals, chlorophyll, dyes and markers.
 
-A surface that absorbs the share α(λ') of the photons of light emits, matte,
+A surface that absorbs the fraction α(λ') of the photons of light emits, matte,
 
     L(λ) = Φ η(λ)/λ · 1/π ∫ E(λ') α(λ') λ' dλ',
 

@@ -241,8 +241,8 @@ def caustic_pattern(
 class PatternCarrier(Protocol):
     """Water that shows a pattern of sunlight in each band: :class:`.SunlitWater`."""
 
-    def sun_share(self, depth: float) -> NDArray[np.float64]:
-        """Share of the direct and forward-scattered sun in the irradiance, shape (n,)."""
+    def sun_fraction(self, depth: float) -> NDArray[np.float64]:
+        """Fraction of the direct and forward-scattered sun in the irradiance, shape (n,)."""
         ...
 
     def variation(self, pattern: NDArray, tile: float, depth: float) -> NDArray[np.float64]:
@@ -273,7 +273,7 @@ class CausticLayers:
     images: NDArray[np.float32]
 
     def position(self, depth: float) -> tuple[int, float]:
-        """Lower layer and the share of the next one at a depth."""
+        """Lower layer and the fraction of the next one at a depth."""
         last = len(self.depths) - 1
         where = float(
             np.interp(math.log(max(depth, 1e-6)), np.log(self.depths), np.arange(last + 1))
@@ -283,9 +283,11 @@ class CausticLayers:
 
     def blend(self, depth: float) -> NDArray[np.float64]:
         """Blended image, shape (N, N)."""
-        first, share = self.position(depth)
+        first, fraction = self.position(depth)
         image = self.images[first].astype(np.float64)
-        return image if share == 0 else (1 - share) * image + share * self.images[first + 1]
+        return (
+            image if fraction == 0 else (1 - fraction) * image + fraction * self.images[first + 1]
+        )
 
     def contrast(self, water: PatternCarrier, depth: float) -> NDArray[np.float64]:
         """Factor per band on the blended image, shape (n,), 0 to 1.5.
@@ -293,15 +295,15 @@ class CausticLayers:
         It holds what scattering takes from the band, and gives back the
         variation that blending two layers loses.
         """
-        first, share = self.position(depth)
+        first, fraction = self.position(depth)
         blended = self.blend(depth).astype(np.float64)
-        spread, sun = blended.std(), water.sun_share(depth)
+        spread, sun = blended.std(), water.sun_fraction(depth)
         if spread == 0:
             return np.ones_like(sun)
         # What each layer shows through the water of this depth; a blend of two shows less.
-        ends = self.images[first : first + (2 if share else 1)].astype(np.float64)
+        ends = self.images[first : first + (2 if fraction else 1)].astype(np.float64)
         shown = [water.variation(image, self.tile, depth) for image in ends]
-        wanted = shown[0] if share == 0 else (1 - share) * shown[0] + share * shown[1]
+        wanted = shown[0] if fraction == 0 else (1 - fraction) * shown[0] + fraction * shown[1]
         ratio = np.divide(wanted, sun * spread, out=np.zeros_like(sun), where=sun > 0)
         return np.minimum(ratio, 1.5)
 

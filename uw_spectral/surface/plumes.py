@@ -29,7 +29,7 @@ much is hardly brighter, and real time draws dense clouds with a dark middle."""
 LASTS = 9.0
 """Time in s after which a plume is over: a twentieth of its air is left."""
 
-_DEEPEST_SHARE = 0.5  # of the height of the wave: P. M. Kalvoda, L. Xu & J. Wu (2003)
+_DEEPEST_FRACTION = 0.5  # of the height of the wave: P. M. Kalvoda, L. Xu & J. Wu (2003)
 _HIGHEST_BREAKER = 0.8  # m: a tenth of the longest waves that break (the same, up to 3.5 m/s)
 _SHALLOWEST = 0.15  # m
 _NARROWEST, _WIDEST = 0.4, 1.5  # m, half widths
@@ -38,7 +38,7 @@ _CENTRED = 3  # rounds in which a patch finds its middle
 _LEAST_FOAM = 0.1  # m²
 _BEHIND = 0.1  # weight of what is behind the camera
 _NEAREST = 2.0  # m
-_EDGE = 2.0  # standard deviations of a puff at its outline
+_EDGE = 2.0  # standard deviations of a blob at its outline
 _SUNK = 0.3  # of its depth that the middle of a plume lies below the surface
 
 Array = NDArray[np.float64]
@@ -82,7 +82,7 @@ def patches(waves: RaisedWaves, middle: Sequence[float], radius: float) -> list[
     """
     side = np.arange(-radius, radius, _CELL) + 0.5 * _CELL
     x, y = np.meshgrid(middle[0] + side, middle[1] + side)
-    foam = waves.foam_share(x, y)
+    foam = waves.foam_fraction(x, y)
     foam[np.hypot(x - middle[0], y - middle[1]) > radius] = 0.0
     found = []
     # The thickest places first, each with what is about it.
@@ -99,10 +99,10 @@ def patches(waves: RaisedWaves, middle: Sequence[float], radius: float) -> list[
     return found
 
 
-def _patch(x: Array, y: Array, share: Array, place: tuple[float, float], area: float) -> Patch:
+def _patch(x: Array, y: Array, fraction: Array, place: tuple[float, float], area: float) -> Patch:
     """Return foam with so much of it at ways from its middle."""
     away = np.stack([x, y])
-    spread, axes = np.linalg.eigh(np.einsum("ij,aij,bij->ab", share, away, away))
+    spread, axes = np.linalg.eigh(np.einsum("ij,aij,bij->ab", fraction, away, away))
     # A disc of the radius r has the variance r²/4.
     short, long = np.clip(2.0 * np.sqrt(np.maximum(spread, 0.0)), _NARROWEST, _WIDEST).tolist()
     turn = math.atan2(axes[1, 1], axes[0, 1])
@@ -142,7 +142,7 @@ def plume_depth(significant_height: float) -> float:
     >>> plume_depth(0.2), plume_depth(0.5), plume_depth(3.0)
     (0.15, 0.25, 0.4)
     """
-    return max(_DEEPEST_SHARE * min(significant_height, _HIGHEST_BREAKER), _SHALLOWEST)
+    return max(_DEEPEST_FRACTION * min(significant_height, _HIGHEST_BREAKER), _SHALLOWEST)
 
 
 def plume_middle(depth: float, elevation: float) -> float:
@@ -161,7 +161,7 @@ def plume_middle(depth: float, elevation: float) -> float:
 def plume_air(patch: Patch, depth: float, age: float) -> float:
     """Litres of air in a m³ where a plume is densest.
 
-    A puff of this width and depth holds, below its middle, the air below its foam; but it is drawn
+    A blob of this width and depth holds, below its middle, the air below its foam; but it is drawn
     with :data:`MOST` at most.
 
     Parameters

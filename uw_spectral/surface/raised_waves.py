@@ -191,12 +191,12 @@ class RaisedWaves:
         near, far = self.near, self.far
         return near.at(x, y, near.elevation)[0] + far.at(x, y, far.elevation)[0]
 
-    def foam_share(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Share of the surface that is fresh foam at places; 0 without foam."""
+    def foam_fraction(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        """Fraction of the surface that is fresh foam at places; 0 without foam."""
         near, far = self.near, self.far
         if self.foam is None or near.crowding is None or far.crowding is None:
             return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))
-        return self.foam.share(near.at(x, y, near.crowding)[0] + far.at(x, y, far.crowding)[0])
+        return self.foam.fraction(near.at(x, y, near.crowding)[0] + far.at(x, y, far.crowding)[0])
 
 
 def height_tile(
@@ -325,8 +325,8 @@ def surface_ahead(
 
     def march(step: Operand, *state: Operand) -> tuple[Operand, ...]:
         t_before, f_before, low, above, high, below, found = state
-        share = (step + 1.0) * (1.0 / _STEPS)
-        t = begin + (end - begin) * (share * share)
+        fraction = (step + 1.0) * (1.0 / _STEPS)
+        t = begin + (end - begin) * (fraction * fraction)
         f = over(t)
         here = (1.0 - found) * m.less(f, 0.0) * (1.0 - m.less(f_before, 0.0))
         low, above = m.select(here, t_before, low), m.select(here, f_before, above)
@@ -353,5 +353,5 @@ def surface_ahead(
 def _crossed(bracket: Sequence[Operand], m: Mathematics) -> Operand:
     """Distance at which what is above 0 at one and below at another is 0."""
     low, above, high, below = bracket
-    share = above / m.maximum(above - below, 1e-9)
-    return low + (high - low) * m.clamp(share, 0.0, 1.0)
+    fraction = above / m.maximum(above - below, 1e-9)
+    return low + (high - low) * m.clamp(fraction, 0.0, 1.0)

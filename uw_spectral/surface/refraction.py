@@ -283,17 +283,17 @@ def apparent_depth(
     relative_index: Operand,
     m: Mathematics = NUMPY,
 ) -> Operand:
-    """Depth at which a thing under a flat surface seems to lie, seen from the air.
+    """Depth at which an object under a flat surface seems to lie, seen from the air.
 
-    It is that of the point straight above the thing, or below it, on the ray that arrives, drawn
+    It is that of the point straight above the object, or below it, on the ray that arrives, drawn
     on without refraction.
 
     Parameters
     ----------
     distance : float or array
-        Horizontal distance of the thing from the camera, m.
+        Horizontal distance of the object from the camera, m.
     depth : float or array
-        Of the thing, m, positive.
+        Of the object, m, positive.
     height : float or array
         Of the camera, m, positive.
     relative_index : float
@@ -308,8 +308,8 @@ def apparent_depth(
     >>> round(float(apparent_depth(3.0, 1.0, 2.0, 1.34)), 4)
     0.5911
     """
-    share = share_in_air(distance, depth, height, relative_index, m)
-    return height * (1.0 - share) / share
+    fraction = fraction_in_air(distance, depth, height, relative_index, m)
+    return height * (1.0 - fraction) / fraction
 
 
 def apparent_height(
@@ -319,7 +319,7 @@ def apparent_height(
     relative_index: Operand,
     m: Mathematics = NUMPY,
 ) -> Operand:
-    """Height at which a thing over a flat surface seems to be, seen from the water.
+    """Height at which an object over a flat surface seems to be, seen from the water.
 
     As :func:`apparent_depth`, the other way: it lies on the straight line on which the refracted
     ray reaches the eye. What is just above the surface seems to stand on the rim of Snell's window
@@ -328,9 +328,9 @@ def apparent_height(
     Parameters
     ----------
     distance : float or array
-        Horizontal distance of the thing from the camera, m.
+        Horizontal distance of the object from the camera, m.
     height : float or array
-        Of the thing, m, positive.
+        Of the object, m, positive.
     depth : float or array
         Of the camera, m, positive.
     relative_index : float
@@ -345,29 +345,29 @@ def apparent_height(
     >>> round(float(apparent_height(10.0, 1e-3, 2.0, 1.34)), 2)  # on the rim
     6.92
     """
-    share = share_in_air(distance, depth, height, relative_index, m)
-    return lifted_height(depth, share, m)
+    fraction = fraction_in_air(distance, depth, height, relative_index, m)
+    return lifted_height(depth, fraction, m)
 
 
-def lifted_height(depth: Operand, share: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Height of :func:`apparent_height` for an eye at a depth, by what :func:`share_in_air` is.
+def lifted_height(depth: Operand, fraction: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Height of :func:`apparent_height` for an eye at a depth, by what :func:`fraction_in_air` is.
 
     Examples
     --------
     >>> float(lifted_height(2.0, 0.5))
     2.0
     """
-    return depth * share / m.maximum(1.0 - share, _MATCHED)
+    return depth * fraction / m.maximum(1.0 - fraction, _MATCHED)
 
 
-def share_in_air(
+def fraction_in_air(
     distance: Operand,
     depth: Operand,
     height: Operand,
     relative_index: Operand,
     m: Mathematics = NUMPY,
 ) -> Operand:
-    """Share of the horizontal distance between two points that light goes in the air.
+    """Fraction of the horizontal distance between two points that light goes in the air.
 
     The place of refraction is found by Newton's method, from the nearer of two bounds: a point
     high above, and the critical angle.
@@ -385,27 +385,27 @@ def share_in_air(
 
     Examples
     --------
-    >>> round(float(share_in_air(3.0, 1.0, 2.0, 1.34)), 4)
+    >>> round(float(fraction_in_air(3.0, 1.0, 2.0, 1.34)), 4)
     0.7719
     """
     n = relative_index
     farthest = depth / m.sqrt(n * n - 1.0 + _MATCHED)  # that a ray turns to the side in the water
     least = m.maximum(1.0 - farthest / m.maximum(distance, _NEAR), _NEAR)
-    share = m.maximum(n * height / (n * height + depth), least)  # of the distance, in air
+    fraction = m.maximum(n * height / (n * height + depth), least)  # of the distance, in air
     d2, h2, y2 = distance * distance, height * height, depth * depth
     for _ in range(_NEWTON):
-        rest = 1.0 - share
-        air, water = share * share * d2 + h2, rest * rest * d2 + y2
+        rest = 1.0 - fraction
+        air, water = fraction * fraction * d2 + h2, rest * rest * d2 + y2
         root_air, root_water = m.sqrt(air), m.sqrt(water)
-        error = share / root_air - n * rest / root_water
+        error = fraction / root_air - n * rest / root_water
         slope = h2 / (air * root_air) + n * y2 / (water * root_water)
-        share = m.clamp(share - error / slope, least, 1.0)
-    return share
+        fraction = m.clamp(fraction - error / slope, least, 1.0)
+    return fraction
 
 
 @functools.lru_cache(maxsize=64)
 def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> float:
-    """Share R of uniform upward radiance that a flat surface reflects back down.
+    """Fraction R of uniform upward radiance that a flat surface reflects back down.
 
     ``R = 2 ∫ R_F(μ) μ dμ`` from water into air; 0 for an index-matched surface.
 

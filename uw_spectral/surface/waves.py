@@ -36,7 +36,7 @@ _SHORT = 10.0  # times the peak: where the scaling of the shorter waves is half 
 _FINE_CELLS = 24  # lattice cells from the origin that are integrated, not sampled
 _CHUNK = 1 << 22
 _LEAST_STRETCH = 0.02
-_RESTING = 5  # steps that find where a point rests; each leaves a share of the steepness
+_RESTING = 5  # steps that find where a point rests; each leaves a fraction of the steepness
 
 
 @dataclass(frozen=True)
@@ -124,8 +124,10 @@ class WaveSpectrum:
         k = np.asarray(k, dtype=np.float64)
         if self.wind_speed == 0:
             return np.zeros_like(k)
-        share = k / (k + _SHORT * self.peak)
-        return self.curvature_Elfouhaily1997(k) * (1 + (_short_gain(self.wind_speed) - 1) * share)
+        fraction = k / (k + _SHORT * self.peak)
+        return self.curvature_Elfouhaily1997(k) * (
+            1 + (_short_gain(self.wind_speed) - 1) * fraction
+        )
 
     def curvature_Elfouhaily1997(self, k: ArrayLike) -> NDArray[np.float64]:
         """Saturation as published, without the constraint by Cox & Munk."""

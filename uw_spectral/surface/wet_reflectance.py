@@ -1,4 +1,4 @@
-"""What porous things reflect once water fills their pores.
+"""What porous objects reflect once water fills their pores.
 
 Grains scatter light more forward in water than in air, so that it goes deeper, and more of it is
 absorbed: S. A. Twomey, C. F. Bohren & J. L. Mergenthaler, Appl. Opt. 25, 431 (1986).
@@ -49,12 +49,12 @@ def mean_cosine_of_grains(n: float) -> float:
 def wet_reflectance_TwomeyEtAl1986(
     R: Operand, g_wet: Operand, z: Operand, m: Mathematics = NUMPY
 ) -> Operand:
-    """Reflectance of a porous thing where it lies, from that which it has dry.
+    """Reflectance of a porous object where it lies, from that which it has dry.
 
     Parameters
     ----------
     R : float or array
-        Of the dry thing, thick and matte, 0 to 1.
+        Of the dry object, thick and matte, 0 to 1.
     g_wet : float or array
         Mean cosine of its grains in water, :func:`mean_cosine_of_grains`.
     z : float or array

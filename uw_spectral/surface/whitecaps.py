@@ -37,7 +37,7 @@ _FALL = (1.0, 0.889, 0.760, 0.645)
 
 
 def whitecap_cover_Monahan1980(wind_speed: float) -> float:
-    """Share of the sea that foam covers.
+    """Fraction of the sea that foam covers.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ class Foam:
     first : float
         Where foam begins.
     per_crowding : float
-        How fast its share of the surface grows from there.
+        How fast its fraction of the surface grows from there.
     """
 
     first: float
     per_crowding: float
 
-    def share(self, crowding: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Share of the surface, 0 to 1, that is fresh foam: it reflects so much of what that does.
+    def fraction(self, crowding: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Fraction of the surface, 0 to 1, that is fresh foam: it reflects so much of that's.
 
         Parameters
         ----------
@@ -106,20 +106,20 @@ class Foam:
 
         Examples
         --------
-        >>> Foam(0.5, 5.0).share(np.array([0.4, 0.6, 0.9])).round(3)
+        >>> Foam(0.5, 5.0).fraction(np.array([0.4, 0.6, 0.9])).round(3)
         array([0. , 0.5, 1. ])
         """
-        return foam_share(crowding, self.first, self.per_crowding, m)
+        return foam_fraction(crowding, self.first, self.per_crowding, m)
 
 
-def foam_share(
+def foam_fraction(
     crowding: Operand, first: Operand, per_crowding: Operand, m: Mathematics = NUMPY
 ) -> Operand:
-    """Share of fresh foam, of :meth:`Foam.share`, whose bounds may be operands."""
+    """Fraction of fresh foam, of :meth:`Foam.fraction`, whose bounds may be operands."""
     return m.clamp((crowding - first) * per_crowding, 0.0, 1.0)
 
 
-def seen_with_foam(surface: Operand, foam: Operand, share: Operand) -> Operand:
+def seen_with_foam(surface: Operand, foam: Operand, fraction: Operand) -> Operand:
     """Radiance of a surface part of which is foam.
 
     Examples
@@ -127,7 +127,7 @@ def seen_with_foam(surface: Operand, foam: Operand, share: Operand) -> Operand:
     >>> seen_with_foam(0.2, 1.0, 0.25)
     0.4
     """
-    return surface + share * (foam - surface)
+    return surface + fraction * (foam - surface)
 
 
 def breaking(waves: WaveComponents, resolution: int) -> WaveComponents:
@@ -143,7 +143,7 @@ def foam_of(parts: tuple[WaveComponents, WaveComponents], cover: float) -> Foam:
     parts : two of WaveComponents
         That break: on two tiles, each moved by its own waves only.
     cover : float
-        Share of the sea that foam covers.
+        Fraction of the sea that foam covers.
 
     Notes
     -----
@@ -207,7 +207,7 @@ class _Crowding:
 
 
 def _exceeded(sea: tuple[_Crowding, ...], bound: float) -> float:
-    """Share of the surface where the crowding of two tiles exceeds a bound."""
+    """Fraction of the surface where the crowding of two tiles exceeds a bound."""
     near, far = sea
     z, weights = np.polynomial.hermite_e.hermegauss(_NODES)
     above = [near.area_above(bound - far.sigma * x) for x in z.tolist()]

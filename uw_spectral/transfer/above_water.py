@@ -1,4 +1,4 @@
-"""The water seen from above, and things in the air over it.
+"""The water seen from above, and objects in the air over it.
 
 A camera in air that looks down sees the sky mirrored by the surface, and through it the light
 that comes up: the radiance just below it along the refracted ray, of which the surface lets
@@ -23,15 +23,15 @@ from .water_column import WaterColumn
 
 _STEEPEST, _FLATTEST = 0.3, 0.02  # cosines of facets to the level, and of views to the surface
 _LOWEST_VIEW = 0.25  # downward component of a view for which the sun is turned
-_MOST_TURN = 3.0  # factor on the sun's cosine, close to where a thing turns away from it
+_MOST_TURN = 3.0  # factor on the sun's cosine, close to where an object turns away from it
 
 
-def leaving_share(reflectance: Operand, relative_index: Operand) -> Operand:
-    """Share (1 - R)/n² of the radiance below the surface that is left above it.
+def leaving_fraction(reflectance: Operand, relative_index: Operand) -> Operand:
+    """Fraction (1 - R)/n² of the radiance below the surface that is left above it.
 
     Examples
     --------
-    >>> round(leaving_share(0.02, 1.34), 3)
+    >>> round(leaving_fraction(0.02, 1.34), 3)
     0.546
     """
     return (1.0 - reflectance) / (relative_index * relative_index)
@@ -48,11 +48,11 @@ class LightInAir:
     sky : array, shape (n,)
         Irradiance of the sky on a level plane.
     mirrored : float
-        Share of the sky's irradiance that the water sends back up.
+        Fraction of the sky's irradiance that the water sends back up.
     level : array, shape (n,)
         Of the sky's radiance, see :class:`.Sky`.
     sun_mirrored : float
-        Share of the sun's irradiance that the water sends on, as a mirror does.
+        Fraction of the sun's irradiance that the water sends on, as a mirror does.
     leaving : array, shape (n,)
         Irradiance, on a level plane that looks down, of the light that comes out of the water.
     """
@@ -142,7 +142,7 @@ def leaving_irradiance(field: LightBelow, relative_index: float) -> NDArray[np.f
     def leaving(y: Operand, v: Sequence[Operand]) -> Operand:
         R, w, _ = seen_from_air(v, (0.0, 0.0, 1.0), relative_index)
         along = [np.ravel(component) for component in w]  # the field has an axis of bands itself
-        return leaving_share(R, relative_index) * field.radiance(y, along)
+        return leaving_fraction(R, relative_index) * field.radiance(y, along)
 
     return upwelling_irradiance(leaving, 0.0)
 
@@ -197,8 +197,8 @@ def glitter_from_above(
 ) -> Operand:
     """Radiance of the sun's image on the waves, seen from the air.
 
-    Facets whose slopes mirror the sun into the eye, by their share of the surface that is seen: the
-    finer waves' slopes are Gaussian about those of the surface there.
+    Facets whose slopes mirror the sun into the eye, by their fraction of the surface that is seen:
+    the finer waves' slopes are Gaussian about those of the surface there.
 
     Parameters
     ----------
@@ -228,20 +228,20 @@ def glitter_from_above(
     x, y, up = x / length, y / length, m.maximum(z / length, _STEEPEST)
     away_x, away_y = -x / up - ripples.slopes[0], -y / up - ripples.slopes[1]
     off = (away_x * away_x + away_y * away_y) / width2
-    share = m.exp(-m.minimum(off, 80.0)) / (math.pi * width2)
+    fraction = m.exp(-m.minimum(off, 80.0)) / (math.pi * width2)
     reflectance = fresnel_reflectance(m.maximum(-dot((x, y, up), view), 0.0), n, m)
     # What is seen of the surface there, over its area on the level.
     seen = view[0] * ripples.slopes[0] + view[1] * ripples.slopes[1] - view[2]
     shown = 4.0 * m.maximum(seen, _FLATTEST) * up * up * up * up
-    return m.less(0.0, ripples.glitter) * reflectance * share * sun_irradiance / shown
+    return m.less(0.0, ripples.glitter) * reflectance * fraction * sun_irradiance / shown
 
 
 def flattened_sun(
     sun: Sequence[float], towards: Sequence[float], relative_index: float
 ) -> NDArray[np.float64]:
-    """Direction of the sun for things that are drawn where they seem to lie from the air.
+    """Direction of the sun for objects that are drawn where they seem to lie from the air.
 
-    Shadows of things that seem to lie k times as deep fall right if the sun comes down k times as
+    Shadows of objects that seem to lie k times as deep fall right if the sun comes down k times as
     far. That is exact on the camera's axis, where k is taken.
 
     Parameters

@@ -44,9 +44,9 @@ class SpreadSun:
     Attributes
     ----------
     parts : sequence of (BandPhase, array of shape (d, n))
-        Phase function of each layer, and its share in the scatterings on the way.
+        Phase function of each layer, and its fraction in the scatterings on the way.
     single : array, shape (d, n)
-        Share that was scattered by the peak alone or not at all.
+        Fraction that was scattered by the peak alone or not at all.
     rest : array, shape (l, d, n)
         Moments of the light that was scattered more.
     counts : array of bool, shape (d, n)
@@ -71,7 +71,7 @@ class SpreadSun:
         array, shape (t, d, n)
             1 from 15° on; from 10° on it fades.
         """
-        p = sum(share * phase.per_steradian(s2[:, None, None]) for phase, share in self.parts)
+        p = sum(fraction * phase.per_steradian(s2[:, None, None]) for phase, fraction in self.parts)
         terms = _legendre_terms(len(self.rest) - 1, s2.tobytes())
         spread = np.tensordot(terms, self.rest, axes=(0, 0))
         low, high = _FADES
@@ -96,9 +96,9 @@ def spread_sun(water: Sequence[tuple[BandPhase, NDArray[np.float64]]], streams: 
     total = np.sum(x, axis=0)
     parts = [(phase, each / total) for (phase, _), each in zip(water, x, strict=True)]
     chi = np.zeros(())
-    for phase, share in parts:
+    for phase, fraction in parts:
         moments = np.vstack([np.ones(len(phase)), phase.moments(count)])
-        chi = chi + share * moments[:, None]
+        chi = chi + fraction * moments[:, None]
     single = np.exp(-chi[streams] * total)
     rest = moments_of_spread(chi, total, streams) - single * chi
     return SpreadSun(parts, single, rest, chi[streams - 1] > 0)

@@ -1,6 +1,6 @@
-"""What a pixel contains in channels: the sum of :mod:`.pixel`, from light that was folded.
+"""What a pixel contains in channels: the sum of :mod:`.pixel`, from light that was projected.
 
-The same components, over three channels for all bands: light on the way, light of the thing
+The same components, over three channels for all bands: light on the way, light of the object
 that arrives, and light from beyond it that is scattered forward into the pixel. Formulas run on
 arrays, with channels along the last axis, and build shader nodes, with channels as vectors.
 """
@@ -17,15 +17,15 @@ from typing import Protocol
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import direction_in_air, fresnel_reflectance
 from ..surface.whitecaps import seen_with_foam
-from .foam_light import FoamAhead
-from .folded_light import (
+from .channel_tables import (
     ON_PATCH,
     ON_PATH,
-    FoldedLight,
-    FoldedNumbers,
+    ChannelNumbers,
+    ChannelTables,
     NumpyTables,
     path_unit,
 )
+from .foam_light import FoamAhead
 from .radiance_field import (
     Ripples,
     distance_in_water,
@@ -44,14 +44,14 @@ COLOURS = (0, 1, 2)
 
 
 class Tables(Protocol):
-    """Look-ups of folded light; :class:`.NumpyTables` says what they are."""
+    """Look-ups of the channel tables; :class:`.NumpyTables` says what they are."""
 
     def split(self, channels: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def scattered(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
     def beyond(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
     def irradiance(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
     def image_at(self, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
-    def image_left(self, up: Operand, P: Operand) -> Operand: ...  # noqa: D102
+    def image_transmittance(self, up: Operand, P: Operand) -> Operand: ...  # noqa: D102
     def aureole(self, y: Operand, t: Operand) -> Operand: ...  # noqa: D102
     def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def peaked(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
@@ -59,10 +59,10 @@ class Tables(Protocol):
     def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def caustics(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
     def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
-    def shading(self, kind: int, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def occlusion_matrix(self, kind: int, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
     def rate(self, name: str, y: Operand) -> Operand: ...  # noqa: D102
     def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
-    def once_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
+    def single_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,55 +104,55 @@ class ChannelPixel:
 
 
 @dataclass(frozen=True, eq=False)
-class LightLeft:
-    """Share of light that things leave or bring, as :class:`.ShadeTable` has it.
+class OcclusionFactor:
+    """Fraction of light that objects leave or bring, as :class:`.OcclusionTable` has it.
 
     Attributes
     ----------
     mean : channels or number
         Of all bands.
-    share : channels or number, optional
-        Of the spectrum of the shade.
+    fraction : channels or number, optional
+        Of the spectrum of the occlusion.
     """
 
     mean: Operand = 1.0
-    share: Operand | None = None
+    fraction: Operand | None = None
 
 
-ALL_LEFT = LightLeft()
+NO_OCCLUSION = OcclusionFactor()
 
 
 @dataclass(frozen=True, eq=False)
-class ShadeOnPath:
-    """What things leave of the light that a path gathers.
+class OcclusionOnPath:
+    """What objects leave of the light that a path gathers.
 
     Attributes
     ----------
-    scattered : LightLeft
+    scattered : OcclusionFactor
         Of M.
-    once : number
-        Share of sunlight scattered once.
+    single : number
+        Fraction of sunlight scattered once.
     """
 
-    scattered: LightLeft = ALL_LEFT
-    once: Operand = 1.0
+    scattered: OcclusionFactor = NO_OCCLUSION
+    single: Operand = 1.0
 
 
-UNSHADED = ShadeOnPath()
+UNOCCLUDED = OcclusionOnPath()
 
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """What things about a pixel do to light that is scattered forward, see :mod:`.carried_light`.
+    """What objects about a pixel do to light that is scattered forward, see :mod:`.adjacency`.
 
     Attributes
     ----------
     blocked : channels
-        Share of scattering that stays within them.
+        Fraction of scattering that stays within them.
     own : channels
-        Share of that which has the light of what is seen.
+        Fraction of that which has the light of what is seen.
     beside : channels
-        What they send besides: their mean radiance, less that share of the one that is seen.
+        What they send besides: their mean radiance, less that fraction of the one that is seen.
     """
 
     blocked: Operand
@@ -161,8 +161,8 @@ class Around:
 
 
 @dataclass(frozen=True, eq=False)
-class Thing:
-    """What a thing in the water reflects and emits, in colours that may be measured ones.
+class SurfaceMaterial:
+    """What an object in the water reflects and emits, in colours that may be measured ones.
 
     Attributes
     ----------
@@ -181,11 +181,11 @@ class Thing:
         Per red, green and blue: radiance that it emits; empty if it emits nothing.
     pattern : number, optional
         Of the waves there, of mean 1.
-    shade : LightLeft
+    occlusion : OcclusionFactor
         Of the light from all sides, the direct sun apart.
     behind : number, optional
-        Share of its matte colours that the light from behind it shines through.
-    shade_behind : LightLeft
+        Fraction of its matte colours that the light from behind it shines through.
+    occlusion_behind : OcclusionFactor
         Of the light from all sides that falls on the other side.
     fluorescing : sequence of numbers
         Per emission that is no colour: how much it is excited, over π.
@@ -198,20 +198,20 @@ class Thing:
     L_mirrored: Operand = 0.0
     emitted: Sequence[Operand] = ()
     pattern: Operand | None = None
-    shade: LightLeft = ALL_LEFT
+    occlusion: OcclusionFactor = NO_OCCLUSION
     behind: Operand | None = None
-    shade_behind: LightLeft = ALL_LEFT
+    occlusion_behind: OcclusionFactor = NO_OCCLUSION
     fluorescing: Sequence[Operand] = ()
 
 
 @dataclass(frozen=True, eq=False)
-class MirroredThings:
+class ReflectedRadiance:
     """What a picture shows of the light that the surface mirrors.
 
     Attributes
     ----------
     radiance : channels
-        That comes up to the surface, things included.
+        That comes up to the surface, objects included.
     known : number
         1 where the picture shows it, 0 elsewhere.
     """
@@ -221,15 +221,15 @@ class MirroredThings:
 
 
 @dataclass(frozen=True, eq=False)
-class ThingsInAir:
-    """What a picture shows of the things above the water.
+class RefractedRadiance:
+    """What a picture shows of the objects above the water.
 
     Attributes
     ----------
     radiance : channels
         In air, times what they cover.
     covered : number
-        Share of the sky behind that they hide.
+        Fraction of the sky behind that they hide.
     """
 
     radiance: Operand
@@ -237,10 +237,10 @@ class ThingsInAir:
 
 
 Direction = Sequence[Operand]
-MirroredPicture = Callable[[Direction], MirroredThings]
+ReflectionPicture = Callable[[Direction], ReflectedRadiance]
 """What light comes up to the surface against a unit direction down, where a ray meets it."""
-WindowPicture = Callable[[Direction], ThingsInAir]
-"""What things in the air are seen along a unit direction up, where a ray leaves the water."""
+RefractionPicture = Callable[[Direction], RefractedRadiance]
+"""What objects in the air are seen along a unit direction up, where a ray leaves the water."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +262,7 @@ class ChannelWater:
     """
 
     tables: Tables
-    numbers: FoldedNumbers
+    numbers: ChannelNumbers
     sun: Sequence[Operand]
     parts: Sequence[Operand]
     layered: bool = False
@@ -273,39 +273,41 @@ class ChannelWater:
         """What tables of depth and direction are divided by."""
         return self.numbers.scale * self.m.exp(-self.numbers.decay * y)
 
-    def left(self, y: Operand, P: Operand) -> Operand:
+    def transmittance(self, y: Operand, P: Operand) -> Operand:
         """What tables over a distance to depth y are divided by."""
         return self.m.exp(-self._rate("extinction", y) * P)
 
-    def left_with_peak(self, y: Operand, P: Operand) -> Operand:
+    def transmittance_with_peak(self, y: Operand, P: Operand) -> Operand:
         """The same where light that the forward peak scatters counts as unscattered."""
         return self.m.exp((self._rate("peak", y) - self._rate("extinction", y)) * P)
 
-    def left_within(self, y: Operand, P: Operand, share: Operand) -> Operand:
-        """The same where a share of all scattering counts as unscattered."""
+    def transmittance_within(self, y: Operand, P: Operand, fraction: Operand) -> Operand:
+        """The same where a fraction of all scattering counts as unscattered."""
         b = self._rate("scattering", y)
-        return self.m.exp((b * share - self._rate("extinction", y)) * P)
+        return self.m.exp((b * fraction - self._rate("extinction", y)) * P)
 
-    def kept(self, y: Operand, P: Operand, around: Around | None) -> Operand:
-        """Share of a thing's light that is left, and of light from behind it that it blocks.
+    def transmittance_past(self, y: Operand, P: Operand, around: Around | None) -> Operand:
+        """Fraction of an object's light that is left, and of light from behind it that it blocks.
 
         Parameters
         ----------
         y, P : numbers
-            Depth and distance of the thing, m.
+            Depth and distance of the object, m.
         around : Around, optional
-            Of what it blocks more than the forward peak is the shade's business.
+            Of what it blocks more than the forward peak is the occlusion's business.
         """
         if around is None:
-            return self.left(y, P)
-        return self.m.minimum(self.left_within(y, P, around.blocked), self.left_with_peak(y, P))
+            return self.transmittance(y, P)
+        return self.m.minimum(
+            self.transmittance_within(y, P, around.blocked), self.transmittance_with_peak(y, P)
+        )
 
-    def kept_of_own(self, y: Operand, P: Operand, around: Around | None) -> Operand:
-        """Share of a thing's light that is left of what the pixel itself shows."""
-        direct = self.left(y, P)
+    def transmittance_of_own(self, y: Operand, P: Operand, around: Around | None) -> Operand:
+        """Fraction of an object's light that is left of what the pixel itself shows."""
+        direct = self.transmittance(y, P)
         if around is None:
             return direct
-        return direct + (self.kept(y, P, around) - direct) * around.own
+        return direct + (self.transmittance_past(y, P, around) - direct) * around.own
 
     def _rate(self, name: str, y: Operand) -> Operand:
         return self.tables.rate(name, y) if self.layered else getattr(self.numbers, name)
@@ -345,28 +347,30 @@ class ChannelWater:
             lit = lit + (pattern - 1.0) * self.tables.caustics(y, P, column)
         return lit * self.m.exp(-self._rate("sun_decay", y) * y)
 
-    def once(self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand) -> Operand:
+    def scaled_single_scattering(
+        self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand
+    ) -> Operand:
         """Sunlight scattered once between the camera and P, the peak counted as unscattered."""
         if self.layered:
             v = elevation(w[2], self.m)
-            found = [p * self.tables.once_on_path(i, v, P) for i, p in enumerate(self.parts)]
+            found = [p * self.tables.single_on_path(i, v, P) for i, p in enumerate(self.parts)]
             # The last entry of the table holds from there on, in its own unit.
             return _sum(found) * path_unit(self.numbers.lengths.held(P, self.m), self.fastest)
-        return self._integrated("once", self.numbers.once_decay, y_o, y_e, P)
+        return self._integrated("single", self.numbers.single_decay, y_o, y_e, P)
 
     def single_scattering(
         self, y_o: Operand, y_e: Operand, w: Sequence[Operand], P: Operand
     ) -> Operand:
         """Sunlight scattered once, unshadowed, with the whole extinction if that is known."""
         if self.layered:
-            return self.once(y_o, y_e, w, P)
-        return self._integrated("drawn", self.numbers.once_decay, y_o, y_e, P)
+            return self.scaled_single_scattering(y_o, y_e, w, P)
+        return self._integrated("drawn", self.numbers.single_decay, y_o, y_e, P)
 
-    def scattered_once_at(self, y: Operand, v: Operand) -> Operand:
+    def single_scattering_at(self, y: Operand, v: Operand) -> Operand:
         """Integrand of :meth:`single_scattering` at depth y and distance v, per metre."""
         x = y / self.numbers.mu_s + v
         found = [p * self.tables.along("drawn_at", i, x) for i, p in enumerate(self.parts)]
-        return _sum(found) * self.m.exp(-self.numbers.once_decay * x)
+        return _sum(found) * self.m.exp(-self.numbers.single_decay * x)
 
     def _integrated(
         self, table: str, decay: Operand, y_o: Operand, y_e: Operand, P: Operand
@@ -379,67 +383,71 @@ class ChannelWater:
         # The ends themselves, for they may be far apart: a middle would lose the digits of one.
         first = m.maximum(m.minimum(m.minimum(near, far), middle - least), 0.0)
         last = m.maximum(m.maximum(near, far), middle + least)
-        left, gone = (
+        at_first, at_last = (
             _sum([p * self.tables.along(table, i, x) for i, p in enumerate(self.parts)])
             * m.exp(-decay * x)
             for x in (first, last)
         )
-        return (left - gone) * (P / (last - first))
+        return (at_first - at_last) * (P / (last - first))
 
     def aureole(self, y: Operand, w: Sequence[Operand]) -> Operand:
         """Factor of the sun's aureole on sunlight scattered once against w."""
         return self.tables.aureole(y, sun_angle(half_angle2(w, self.sun, self.m), self.m))
 
-    def shaded(self, light: Operand, left: LightLeft, y: Operand, kind: int = ON_PATH) -> Operand:
-        """Return what things leave of light at depth y, along a ray or on a patch."""
-        if left.share is None:
-            return light * left.mean
-        columns, parts = self.tables.shading(kind, y), self.tables.split(light)
+    def occluded(
+        self, light: Operand, factor: OcclusionFactor, y: Operand, kind: int = ON_PATH
+    ) -> Operand:
+        """Return what objects leave of light at depth y, along a ray or on a patch."""
+        if factor.fraction is None:
+            return light * factor.mean
+        columns, parts = self.tables.occlusion_matrix(kind, y), self.tables.split(light)
         turned = _sum([c * part for c, part in zip(columns, parts, strict=True)])
-        return light * left.mean + turned * left.share
+        return light * factor.mean + turned * factor.fraction
 
-    def leaving(self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand) -> Operand:
-        """Light of a thing at depth y that is left after P, over :meth:`left`."""
-        rest = self.reflected_light(thing, y, normal, P)
-        return self.reflected_sun(thing, y, P) + rest if thing.response else rest
+    def leaving(
+        self, surface: SurfaceMaterial, y: Operand, normal: Sequence[Operand], P: Operand
+    ) -> Operand:
+        """Light of an object at depth y that is left after P, over :meth:`transmittance`."""
+        rest = self.reflected_light(surface, y, normal, P)
+        return self.reflected_sun(surface, y, P) + rest if surface.response else rest
 
-    def reflected_sun(self, thing: Thing, y: Operand, P: Operand) -> Operand:
+    def reflected_sun(self, surface: SurfaceMaterial, y: Operand, P: Operand) -> Operand:
         """The direct sun's part of :meth:`leaving`."""
         lit = [
-            response * self.sunlight(y, P, k, thing.pattern)
-            for k, response in zip(thing.columns, thing.response, strict=True)
+            response * self.sunlight(y, P, k, surface.pattern)
+            for k, response in zip(surface.columns, surface.response, strict=True)
         ]
         return _sum(lit)
 
     def reflected_light(
-        self, thing: Thing, y: Operand, normal: Sequence[Operand], P: Operand
+        self, surface: SurfaceMaterial, y: Operand, normal: Sequence[Operand], P: Operand
     ) -> Operand:
         """Rest of :meth:`leaving`: light from many sides, mirrored light, light of its own."""
         split = self.tables.split
-        E = self.shaded(self.irradiance(y, normal), thing.shade, y, ON_PATCH)
-        if thing.behind is not None:
+        E = self.occluded(self.irradiance(y, normal), surface.occlusion, y, ON_PATCH)
+        if surface.behind is not None:
             back = self.irradiance(y, [-part for part in normal])
-            back = self.shaded(back, thing.shade_behind, y, ON_PATCH)
-            E = E + (back - E) * thing.behind
+            back = self.occluded(back, surface.occlusion_behind, y, ON_PATCH)
+            E = E + (back - E) * surface.behind
         E = split(E * (1.0 / math.pi))
-        L = split(thing.L_mirrored) if thing.mirrored else None
+        L = split(surface.L_mirrored) if surface.mirrored else None
         total: Operand = 0.0
-        for place, k in enumerate(thing.columns):
-            base = thing.base[place]
-            for j, left in enumerate(self.tables.matte(y, P, k)):
+        for place, k in enumerate(surface.columns):
+            base = surface.base[place]
+            for j, transmittance in enumerate(self.tables.matte(y, P, k)):
                 light = base * E[j]
                 if L is not None:
-                    share = thing.mirrored[place]
-                    light = (base - share) * E[j] + share * L[j]
-                total = left * light + total
-        glow = self.glow(thing, y, P)
+                    fraction = surface.mirrored[place]
+                    light = (base - fraction) * E[j] + fraction * L[j]
+                total = transmittance * light + total
+        glow = self.glow(surface, y, P)
         return total if glow is None else glow + total
 
-    def glow(self, thing: Thing, y: Operand, P: Operand) -> Operand | None:
+    def glow(self, surface: SurfaceMaterial, y: Operand, P: Operand) -> Operand | None:
         """The emitted part of :meth:`leaving`, if it emits."""
         parts = [
             radiance * self.tables.glowing(y, P, k)
-            for first, emitted in ((0, thing.emitted), (len(COLOURS), thing.fluorescing))
+            for first, emitted in ((0, surface.emitted), (len(COLOURS), surface.fluorescing))
             for k, radiance in enumerate(emitted, first)
         ]
         return _sum(parts) if parts else None
@@ -452,59 +460,59 @@ class ChannelWater:
         P: Operand,
         leaving: Operand,
         *,
-        shade: ShadeOnPath = UNSHADED,
+        occlusion: OcclusionOnPath = UNOCCLUDED,
         around: Around | None = None,
         coverage: Operand = 1.0,
         tint: Operand | None = None,
         glow: Operand | None = None,
     ) -> ChannelPixel:
-        """Pixel of a thing.
+        """Pixel of an object.
 
         Parameters
         ----------
         y_o, y_e, P : numbers
-            Depths of the camera and of the thing, and its distance, m.
+            Depths of the camera and of the object, and its distance, m.
         w : three numbers
             Unit view direction, away from the camera, z up.
         leaving : channels
             Of :meth:`leaving`; multiplied by the coverage already.
         around : Around, optional
-            What things do to light that is scattered forward.
+            What objects do to light that is scattered forward.
         coverage : number
-            Share of the pixel that the thing fills.
+            Fraction of the pixel that the object fills.
         tint : channels, optional
             What it lets through of each channel beyond 1 - ``coverage``, which is drawn; for what
-            lies behind it stands undisturbed water.
+            lies behind it stands unoccluded water.
         glow : channels, optional
-            Of :meth:`glow`, if ``leaving`` is without it: what things around emit is not known.
+            Of :meth:`glow`, if ``leaving`` is without it: what objects around emit is not known.
         """
         m = self.m
         M_near, (M_far, beyond) = self.scattered(y_o, w), self.ahead(y_e, w)
         columns = self.tables.dimmed(y_e, P)
         far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
         rest = _sum([c * part for c, part in zip(columns, self.tables.split(beyond), strict=True)])
-        direct, peaked = self.left(y_e, P), self.left_with_peak(y_e, P)
-        kept = self.kept(y_e, P, around)
+        direct, peaked = self.transmittance(y_e, P), self.transmittance_with_peak(y_e, P)
+        transmittance_past = self.transmittance_past(y_e, P, around)
         # Of what lies behind all that reaches the camera with the peak, less what is blocked.
-        past = peaked - kept
+        past = peaked - transmittance_past
         boundary = self.boundary(y_o, w) * (past / m.maximum(peaked, _LEAST))
-        once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
-        blocks = kept * far
-        own = (kept - direct) * leaving
+        single = self.scaled_single_scattering(y_o, y_e, w, P) * self.aureole(y_o, w)
+        blocks = transmittance_past * far
+        own = (transmittance_past - direct) * leaving
         if around is not None:
-            own = (kept - direct) * (around.own * leaving + around.beside * coverage)
+            own = (transmittance_past - direct) * (around.own * leaving + around.beside * coverage)
             # Between both, each with its spectrum.
-            share = (kept - direct) / m.maximum(peaked - direct, _LEAST)
+            fraction = (transmittance_past - direct) / m.maximum(peaked - direct, _LEAST)
             split = self.tables.split(M_far)
             with_peak = [c * x for c, x in zip(self.tables.peaked(y_e, P), split, strict=True)]
-            blocks = direct * far + share * (peaked * _sum(with_peak) - direct * far)
+            blocks = direct * far + fraction * (peaked * _sum(with_peak) - direct * far)
         if glow is not None:
-            own, leaving = own + (kept - direct) * glow, leaving + glow
-        path = once * shade.once + self.shaded(M_near - blocks, shade.scattered, y_o)
-        surroundings = self.shaded(past * rest + boundary, shade.scattered, y_o) * coverage
+            own, leaving = own + (transmittance_past - direct) * glow, leaving + glow
+        path = single * occlusion.single + self.occluded(M_near - blocks, occlusion.scattered, y_o)
+        surroundings = self.occluded(past * rest + boundary, occlusion.scattered, y_o) * coverage
         if tint is not None:
             behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
-            surroundings = surroundings + self.shaded(behind, shade.scattered, y_o) * tint
+            surroundings = surroundings + self.occluded(behind, occlusion.scattered, y_o) * tint
         return ChannelPixel(path * coverage, direct * leaving, surroundings + own)
 
     def boundary(self, y_o: Operand, w: Sequence[Operand]) -> Operand:
@@ -514,7 +522,9 @@ class ChannelWater:
         up = m.less(0.0, w[2])
         image = self.tables.image_at(*self._direction(w))
         deep = (1.0 - up) * _DEEP
-        return image * self.tables.image_left(up, R) * self.left_with_peak(deep, R)
+        return (
+            image * self.tables.image_transmittance(up, R) * self.transmittance_with_peak(deep, R)
+        )
 
     def open_water(
         self,
@@ -524,21 +534,23 @@ class ChannelWater:
         index: Operand | None,
         *,
         ripples: Ripples | None = None,
-        shade: ShadeOnPath = UNSHADED,
-        picture: MirroredPicture | None = None,
+        occlusion: OcclusionOnPath = UNOCCLUDED,
+        picture: ReflectionPicture | None = None,
         foam: FoamAhead | None = None,
-        window: WindowPicture | None = None,
+        window: RefractionPicture | None = None,
     ) -> ChannelPixel:
         """Pixel of open water with the surface or the floor behind.
 
         ``sky`` has the level 1: that of the channels is in the tables. ``picture`` is that of
-        things which the surface mirrors, ``window`` of those in the air, ``foam`` lies on it.
+        objects which the surface mirrors, ``window`` of those in the air, ``foam`` lies on it.
         """
         m, n = self.m, self.numbers
         P = distance_in_water(y_o, -w[2], n.y_f, m)
         y_e = m.maximum(y_o - w[2] * P, 0.0)
-        once = self.once(y_o, y_e, w, P) * self.aureole(y_o, w)
-        path = once * shade.once + self.shaded(self.scattered(y_o, w), shade.scattered, y_o)
+        single = self.scaled_single_scattering(y_o, y_e, w, P) * self.aureole(y_o, w)
+        path = single * occlusion.single + self.occluded(
+            self.scattered(y_o, w), occlusion.scattered, y_o
+        )
         up = m.less(0.0, w[2])
         below = self._floor_after(P)
         above = self.from_surface(w, P, sky, index, ripples, picture, foam, window)
@@ -552,18 +564,18 @@ class ChannelWater:
         sky: Sky,
         index: Operand | None,
         ripples: Ripples | None = None,
-        picture: MirroredPicture | None = None,
+        picture: ReflectionPicture | None = None,
         foam: FoamAhead | None = None,
-        window: WindowPicture | None = None,
+        window: RefractionPicture | None = None,
     ) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""
         m = self.m
-        peaked = self.left_with_peak(0.0 * P, P)
+        peaked = self.transmittance_with_peak(0.0 * P, P)
         skylight = self.tables.along("sky", None, P) * peaked
         if index is None:
             return skylight * sky.radiance(w, m)
         slopes = None if ripples is None else ripples.slopes
-        seen, mirrored, down = under_surface_shares(w, sky, index, m, slopes)
+        seen, mirrored, down = under_surface_fractions(w, sky, index, m, slopes)
         M, rest = self.ahead(0.0 * w[2], down)
         to_floor = distance_in_water(0.0 * w[2], -down[2], self.numbers.y_f, m)
         risen = peaked * self._risen(M + rest, P)
@@ -575,24 +587,30 @@ class ChannelWater:
         free: Operand = 1.0
         if window is not None:
             normal = (0.0, 0.0, 1.0) if slopes is None else surface_normal(*slopes, m)
-            things = window(direction_in_air(w, normal, index, m))
+            surfaces = window(direction_in_air(w, normal, index, m))
             through = (1.0 - mirrored) * (index * index)
             behind = self.tables.along("sky", None, 0.0 * P) * seen
-            total = total + self._differing(through * things.radiance - things.covered * behind, P)
-            free = 1.0 - things.covered
+            total = total + self._differing(
+                through * surfaces.radiance - surfaces.covered * behind, P
+            )
+            free = 1.0 - surfaces.covered
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
             image = image if window is None else free * image
-            total = total + image * self.tables.along("glitter", None, P) * self.left(0.0 * P, P)
+            total = total + image * self.tables.along("glitter", None, P) * self.transmittance(
+                0.0 * P, P
+            )
         if foam is not None:
-            left, parts = self.tables.peaked(0.0 * P, P), self.tables.split(foam.radiance)
-            matte = peaked * _sum([c * x for c, x in zip(left, parts, strict=True)])
-            total = seen_with_foam(total, matte, foam.share)
+            transmittance, parts = self.tables.peaked(0.0 * P, P), self.tables.split(foam.radiance)
+            matte = peaked * _sum([c * x for c, x in zip(transmittance, parts, strict=True)])
+            total = seen_with_foam(total, matte, foam.fraction)
         return total
 
     def _floor_after(self, P: Operand) -> Operand:
         """Radiance of the floor that is left after P."""
-        return self.tables.along("floor", None, P) * self.left_with_peak(0.0 * P + _DEEP, P)
+        return self.tables.along("floor", None, P) * self.transmittance_with_peak(
+            0.0 * P + _DEEP, P
+        )
 
     def _floor_mirrored(self, P: Operand, to_floor: Operand, times: int) -> Operand:
         """Radiance of the floor seen from the surface, past the water above the camera so often."""
@@ -601,32 +619,34 @@ class ChannelWater:
         # What is above the camera is other water than what lies between it and the floor.
         below = self._floor_after(self.m.maximum(to_floor - P, 0.0))
         above = P * times
-        return self._risen(below, above) * self.left_with_peak(0.0 * P, above)
+        return self._risen(below, above) * self.transmittance_with_peak(0.0 * P, above)
 
     def _risen(self, light: Operand, P: Operand) -> Operand:
         """Light of the colours of what rises to the surface after P, but for the slowest rate."""
         parts = self.tables.split(light)
         return _sum([self.tables.along("mirrored", j, P) * x for j, x in enumerate(parts)])
 
-    def _brought(self, things: MirroredThings, rising: Operand, P: Operand) -> Operand:
-        """What things bring, or keep away, of light that rises to the surface, left after P.
+    def _brought(self, surfaces: ReflectedRadiance, rising: Operand, P: Operand) -> Operand:
+        """What objects bring, or keep away, of light that rises to the surface, left after P.
 
-        What differs from open water is that of things, and is seen without the forward peak.
+        What differs from open water is that of objects, and is seen without the forward peak.
         """
-        return self._differing((things.radiance - rising) * things.known, P)
+        return self._differing((surfaces.radiance - rising) * surfaces.known, P)
 
     def _differing(self, radiance: Operand, P: Operand) -> Operand:
         """What is left after P of what the surface sends otherwise than under open water."""
         y = 0.0 * P
         differs = self.tables.split(radiance)
         columns = self.tables.dimmed(y, P)
-        return self.left(y, P) * _sum([c * x for c, x in zip(columns, differs, strict=True)])
+        return self.transmittance(y, P) * _sum(
+            [c * x for c, x in zip(columns, differs, strict=True)]
+        )
 
     def _direction(self, w: Sequence[Operand]) -> tuple[Operand, Operand]:
         return azimuth(w, self.sun, AZIMUTHS, self.m), elevation(w[2], self.m)
 
 
-def along_rays(light: FoldedLight, sun: Sequence[float], w: Sequence[Operand]) -> ChannelWater:
+def along_rays(light: ChannelTables, sun: Sequence[float], w: Sequence[Operand]) -> ChannelWater:
     """Return the water along rays in numpy; components of directions of shape (..., 1)."""
     s2 = half_angle2(w, sun)
     parts = [part.per_steradian(s2) for part in light.components]
@@ -634,14 +654,14 @@ def along_rays(light: FoldedLight, sun: Sequence[float], w: Sequence[Operand]) -
     return ChannelWater(tables, light.numbers, sun, parts, light.layered, light.fastest)
 
 
-def under_surface_shares(
+def under_surface_fractions(
     w: Sequence[Operand],
     sky: Sky,
     index: Operand,
     m: Mathematics,
     slopes: tuple[Operand, Operand] | None,
 ) -> tuple[Operand, Operand, tuple[Operand, Operand, Operand]]:
-    """Shares of the sky's level and of mirrored water along w, and where that comes from."""
+    """Fractions of the sky's level and of mirrored water along w, and where that comes from."""
     cosine, down = mirrored_ray(w, m, slopes)
     R = fresnel_reflectance(cosine, 1.0 / index, m)
     seen = (1.0 - R) * (index * index) * sky.seen_through(w, index, m, slopes)

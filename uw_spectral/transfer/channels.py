@@ -38,18 +38,18 @@ class Channels:
     reflectance: Array
     emission: Array
 
-    def fold(self, spectra: ArrayLike) -> Array:
+    def project(self, spectra: ArrayLike) -> Array:
         """Return the channels of spectra, shape (..., n) to (..., 3).
 
         Examples
         --------
         >>> channels = channels_of(Bands.uniform(3), np.eye(3))
-        >>> channels.fold([1.0, 2.0, 3.0]).tolist()
+        >>> channels.project([1.0, 2.0, 3.0]).tolist()
         [1.0, 2.0, 3.0]
         """
         return np.asarray(spectra, dtype=np.float64) @ self.weights.T
 
-    def fold_colours(self, light: ArrayLike, basis: ArrayLike | None = None) -> Array:
+    def project_colours(self, light: ArrayLike, basis: ArrayLike | None = None) -> Array:
         """Return the channels of a light on red, green and blue, shape (..., n) to (..., 3, 3).
 
         Element [c, k] is channel c of colour k: what a surface of unit reflectance k makes of
@@ -58,12 +58,12 @@ class Channels:
         Examples
         --------
         >>> channels = channels_of(Bands.uniform(3), np.eye(3))
-        >>> channels.fold_colours([1.0, 1.0, 1.0]).sum(axis=-1).round(6).tolist()
+        >>> channels.project_colours([1.0, 1.0, 1.0]).sum(axis=-1).round(6).tolist()
         [1.0, 1.0, 1.0]
         """
         chosen = self.reflectance if basis is None else np.asarray(basis, dtype=np.float64)
         coloured = np.asarray(light, dtype=np.float64)[..., None, :] * chosen.T
-        return np.swapaxes(self.fold(coloured), -1, -2)
+        return np.swapaxes(self.project(coloured), -1, -2)
 
     def mean(self, values: ArrayLike, light: ArrayLike) -> Array:
         """Return the mean of values over the bands as each channel sees a light, (..., 3).
@@ -78,12 +78,14 @@ class Channels:
         """
         values, light = np.asarray(values, np.float64), np.asarray(light, np.float64)
         # Channels may weigh bands negatively: what counts is how much of each there is.
-        shares = np.abs(self.weights) * light[..., None, :]
-        total = shares.sum(axis=-1)
+        fractions = np.abs(self.weights) * light[..., None, :]
+        total = fractions.sum(axis=-1)
         seen = total > np.finfo(np.float64).tiny
-        even = np.full(shares.shape, 1.0 / shares.shape[-1])
-        shares = np.where(seen[..., None], shares / np.where(seen, total, 1.0)[..., None], even)
-        return (shares * values[..., None, :]).sum(axis=-1)
+        even = np.full(fractions.shape, 1.0 / fractions.shape[-1])
+        fractions = np.where(
+            seen[..., None], fractions / np.where(seen, total, 1.0)[..., None], even
+        )
+        return (fractions * values[..., None, :]).sum(axis=-1)
 
 
 def channels_of(bands: Bands, weights: ArrayLike) -> Channels:

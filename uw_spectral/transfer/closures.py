@@ -13,7 +13,7 @@ _HAIR, _DARKEST = 1.7, 1e-6
 
 
 BOTH_SIDES = 0.5
-"""Share of the light from behind in that inside a closed translucent body.
+"""Fraction of the light from behind in that inside a closed translucent body.
 
 There it is what falls on the body in the mean over its sides, and all of its walls throw on the
 same. Two opposite sides stand for all of them.
@@ -45,7 +45,7 @@ def whole_closure(colour: Operand, m: Mathematics = NUMPY, *, closed: bool = Fal
 
 
 def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Share of uniform light that a white sheen throws towards a direction.
+    """Fraction of uniform light that a white sheen throws towards a direction.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ _SMALLEST_SUN_COSINE = 0.01
 _LEAST = 1e-12  # extinction, 1/m
 _RESONANCE = 1e-6
 _SMALLEST_RATE = 1e-7
-_FAINT = 1e-5  # share of the light in an azimuth mode below which it is left out
+_FAINT = 1e-5  # fraction of the light in an azimuth mode below which it is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +179,7 @@ def solve_discrete_ordinates(
         sky_modes = light.sky.modes_in_air(streams) @ waves.entering.mT
     sky_modes = np.broadcast_to(sky_modes, (streams, len(light.E), len(mu)))
     sun_legendre = _legendre(streams - 1, streams, (mu_s,))[..., 0]
-    driven = np.maximum(_shares(sun_legendre), _shares(sky_modes))
+    driven = np.maximum(_fractions(sun_legendre), _fractions(sky_modes))
     modes = min(1 + int(np.flatnonzero(driven > _FAINT)[-1]), modes or streams)
     legendre = _legendre(streams - 1, modes, tuple(mu.tolist()))
     solved, top, beam = [], 0.0, np.ones_like(light.E)
@@ -192,7 +192,7 @@ def solve_discrete_ordinates(
     return SolvedField(mu, weights, joined, light)
 
 
-def _shares(modes: Array) -> Array:
+def _fractions(modes: Array) -> Array:
     """Largest value of each azimuth mode over that of the mean."""
     largest = np.abs(modes).max(axis=tuple(range(1, modes.ndim)))
     return largest / max(largest[0], np.finfo(float).tiny)

@@ -136,7 +136,7 @@ _MEANS = tuple(2.0 / (power + 2.0) for power in range(3))  # of those, over all 
 
 
 def _lost(roughness: Operand, powers: Sequence[Operand]) -> Operand:
-    """Share of its light that a white one loses between facets."""
+    """Fraction of its light that a white one loses between facets."""
     found: Operand = 0.0
     for row in reversed(_LOST):
         by_cosine = sum(factor * power for factor, power in zip(row, powers, strict=True))

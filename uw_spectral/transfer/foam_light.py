@@ -45,13 +45,13 @@ class FoamAhead:
 
     Attributes
     ----------
-    share : number
+    fraction : number
         Of the surface.
     radiance : channels
         Just below fresh foam.
     """
 
-    share: Operand
+    fraction: Operand
     radiance: Operand
 
 

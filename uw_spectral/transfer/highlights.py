@@ -68,7 +68,7 @@ def stretched_highlight(
     (vx, vy, vz), (lx, ly, lz) = seen(to_eye), seen(to_sun)
     spread = hx * hx + hy * hy + hz * hz
     masked = lz * m.sqrt(vx * vx + vy * vy + vz * vz) + vz * m.sqrt(lx * lx + ly * ly + lz * lz)
-    return _thrown_back(along * across, spread, masked)
+    return _virtual_point_lights(along * across, spread, masked)
 
 
 def round_highlight(
@@ -100,7 +100,7 @@ def round_highlight(
     hz = dot(half, n)
     spread = (1.0 - hz * hz) / width2 + hz * hz
     stretched = [m.sqrt(width2 + (1.0 - width2) * z * z) for z in (vz, lz)]
-    return _thrown_back(width2, spread, lz * stretched[0] + vz * stretched[1])
+    return _virtual_point_lights(width2, spread, lz * stretched[0] + vz * stretched[1])
 
 
 def halfway(one: Vector, other: Vector, m: Mathematics = NUMPY) -> list[Operand]:
@@ -108,7 +108,7 @@ def halfway(one: Vector, other: Vector, m: Mathematics = NUMPY) -> list[Operand]
     return _unit([a + b for a, b in zip(one, other, strict=True)], m)
 
 
-def _thrown_back(area: Operand, spread: Operand, masked: Operand) -> Operand:
+def _virtual_point_lights(area: Operand, spread: Operand, masked: Operand) -> Operand:
     """Return D G / (4 cos cos), times pi."""
     return 0.5 / (area * spread * spread * masked)
 

@@ -14,9 +14,9 @@ from .radiance_field import FARTHEST
 from .solved_field import Array, SolvedField
 
 _DEPTHS, _RATES, _KEPT = 96, 48, 12
-_FAINT = 1e-5  # share of the largest power below which depths count less and less
+_FAINT = 1e-5  # fraction of the largest power below which depths count less and less
 _STEEPEST, _FLATTEST = 5.0, 0.2  # rates: times the steepest slope, over the deepest depth
-_ALIKE = 1e-5  # share of an exponential that those kept before do not contain
+_ALIKE = 1e-5  # fraction of an exponential that those kept before do not contain
 
 
 def inelastic_emission(

@@ -13,7 +13,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def light_from_above(field: SolvedField, y: float, count: int) -> Array:
-    """Return directions that carry equal shares of the scalar irradiance from above.
+    """Return directions that carry equal fractions of the scalar irradiance from above.
 
     All bands together; the sun's beam with its forward peak is left out.
 
@@ -55,25 +55,25 @@ def light_from_above(field: SolvedField, y: float, count: int) -> Array:
     modes, _ = field.stream_modes([y], 2 * len(field.mu))
     waves = np.cos(np.arange(len(modes))[:, None] * turns)
     radiance = np.maximum(np.einsum("mns,mt->st", modes[:, :, 0], waves), 0.0)
-    share = field.weights[:, None] * radiance
-    if not share.sum() > 0:
+    fraction = field.weights[:, None] * radiance
+    if not fraction.sum() > 0:
         return np.tile([0.0, 0.0, 1.0], (count, 1))
     order = np.argsort(field.mu)
-    share, weights = share[order], field.weights[order]
+    fraction, weights = fraction[order], field.weights[order]
     places = np.linspace(0.5, count - 0.5, count) / count
-    row, within = _drawn(np.broadcast_to(share.sum(axis=1), (count, len(order))), places)
+    row, within = _drawn(np.broadcast_to(fraction.sum(axis=1), (count, len(order))), places)
     mu = np.cumsum(weights)[row] - (1.0 - within) * weights[row]
-    column, within = _drawn(share[row], np.linspace(1.0, count, count) * _GOLDEN % 1.0)
+    column, within = _drawn(fraction[row], np.linspace(1.0, count, count) * _GOLDEN % 1.0)
     turn = (column + within) * (2.0 * math.pi / _TURNS) + math.atan2(field.sun[1], field.sun[0])
     across = np.sqrt(np.maximum(1.0 - mu**2, 0.0))
     return np.stack([-across * np.cos(turn), -across * np.sin(turn), mu], axis=-1)
 
 
-def _drawn(shares: Array, places: Array) -> tuple[np.ndarray, Array]:
+def _drawn(fractions: Array, places: Array) -> tuple[np.ndarray, Array]:
     """Cell that a place from 0 to 1 falls into, and where in it, for rows of shares (k, c)."""
-    ends = np.cumsum(shares, axis=1)
+    ends = np.cumsum(fractions, axis=1)
     wanted = places * ends[:, -1]
-    cell = np.minimum((ends < wanted[:, None]).sum(axis=1), shares.shape[1] - 1)
-    rows = np.arange(len(shares))
-    size = np.maximum(shares[rows, cell], np.finfo(np.float64).tiny)
+    cell = np.minimum((ends < wanted[:, None]).sum(axis=1), fractions.shape[1] - 1)
+    rows = np.arange(len(fractions))
+    size = np.maximum(fractions[rows, cell], np.finfo(np.float64).tiny)
     return cell, np.clip((wanted - ends[rows, cell]) / size + 1.0, 0.0, 1.0)

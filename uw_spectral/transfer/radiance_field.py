@@ -1,4 +1,4 @@
-"""What every model of the light in undisturbed water answers, and what follows from it alone.
+"""What every model of the light in unoccluded water answers, and what follows from it alone.
 
 Directions are in Blender's axes (x, y horizontal, z up); depth is positive down.
 Arguments broadcast against the bands: give arrays a last axis of 1. The formulas are
@@ -21,7 +21,7 @@ from ..surface.refraction import direction_in_air, fresnel_reflectance
 FARTHEST = 1e7
 """Distance in m that stands for infinity along a level ray."""
 
-_LOWEST_SUN = 0.1  # share of the sun's normal irradiance that a flat surface lets in, at 80°
+_LOWEST_SUN = 0.1  # fraction of the sun's normal irradiance that a flat surface lets in, at 80°
 _LEVEL = -0.01  # vertical component of a mirrored ray that would go up
 # Directions of the upwelling light; more of them change it by less than 0.5 %.
 _ELEVATIONS, _AZIMUTHS = 6, 8

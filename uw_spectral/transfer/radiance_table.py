@@ -1,4 +1,4 @@
-"""The solved light field as tables that a renderer looks up: where things are, and how made.
+"""The solved light field as tables that a renderer looks up: where objects are, and how made.
 
 Scattered light M(y, w) is tabulated over depth, elevation and azimuth to the sun, the
 irradiance on a patch over depth, the sun's aureole over depth and angle. The positions are
@@ -34,16 +34,16 @@ MOST_ZONES = 4
 
 _HORIZON = 1.0  # of the warp of elevations: they lie this dense about the horizon
 _SLANT = 1e-6  # horizontal component below which there is no azimuth
-_DARK = 1e-8  # share of the light at which the table of deep water ends
+_DARK = 1e-8  # fraction of the light at which the table of deep water ends
 _DEEPEST = 2000.0
 _LARGEST_EXPONENT = 40.0  # beyond it there is rounding, and no light
 _NOTHING = 1e-200  # irradiance below which there is no light
-_FAINT, _GROWTH = 1e-3, 10.0  # share of the light that the rate holds for; of what is left later
+_FAINT, _GROWTH = 1e-3, 10.0  # fraction of the light that the rate holds for; of what is left later
 TABLE_STREAMS = 24
 """Streams of a field that is tabulated; more change less than the tables' own error."""
-SHADED_STREAMS = 6
-"""Streams whose forward peak counts as unscattered where things shade: what is left of the light
-then changes with direction about as slowly as shade is known."""
+OCCLUSION_STREAMS = 6
+"""Streams whose forward peak counts as unscattered where objects occlude: what is left of the light
+then changes with direction about as slowly as occlusion is known."""
 _FIRST = 0.3  # optical depths, in the most turbid band, of the scale of the first slices
 _CHANGE = 1.2  # factor of the extinction in any band from which on slices are dense around it
 _ANGLE = (ANGLES - 1) / math.log(WIDEST / SUN_DISC)
@@ -79,15 +79,15 @@ def tilt(n_z: Operand, m: Mathematics = NUMPY) -> Operand:
 
 
 def _from_horizon(up: Operand, m: Mathematics) -> Operand:
-    """Share of the way from the horizon to the zenith or the nadir in a stereographic map."""
+    """Fraction of the way from the horizon to the zenith or the nadir in a stereographic map."""
     size = m.minimum(m.absolute(up), 1.0)
     across = m.sqrt(m.maximum(1.0 - size * size, 0.0))
     return 1.0 - across / (1.0 + size)
 
 
-def _signed(share: Operand, up: Operand, count: int, m: Mathematics) -> Operand:
+def _signed(fraction: Operand, up: Operand, count: int, m: Mathematics) -> Operand:
     half = (count - 1) / 2
-    return half + half * (2.0 * m.less(0.0, up) - 1.0) * share
+    return half + half * (2.0 * m.less(0.0, up) - 1.0) * fraction
 
 
 def azimuth(

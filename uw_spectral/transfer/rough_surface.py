@@ -40,7 +40,7 @@ Array = NDArray[np.float64]
 
 
 def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array, Array, Array]:
-    """Return slopes along x and y of facets, and the share of each in the mean surface.
+    """Return slopes along x and y of facets, and the fraction of each in the mean surface.
 
     Parameters
     ----------
@@ -51,12 +51,12 @@ def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array,
 
     Returns
     -------
-    x, y, share : array, shape (rings * around,)
+    x, y, fraction : array, shape (rings * around,)
 
     Examples
     --------
-    >>> x, y, share = facet_slopes(0.03, 8, 16)
-    >>> round(float(share @ (x**2 + y**2)), 12), round(float(share.sum()), 12)
+    >>> x, y, fraction = facet_slopes(0.03, 8, 16)
+    >>> round(float(fraction @ (x**2 + y**2)), 12), round(float(fraction.sum()), 12)
     (0.03, 1.0)
     """
     nodes, weights = np.polynomial.legendre.leggauss(rings)
@@ -65,8 +65,8 @@ def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array,
     weights /= weights.sum()
     size *= np.sqrt(slope_variance / (weights @ size**2))
     size, turn = size[:, None], 2.0 * math.pi * (np.arange(around) + 0.5) / around
-    share = np.repeat(weights / around, around)
-    return (size * np.cos(turn)).ravel(), (size * np.sin(turn)).ravel(), share
+    fraction = np.repeat(weights / around, around)
+    return (size * np.cos(turn)).ravel(), (size * np.sin(turn)).ravel(), fraction
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class RoughSurface:
     slope_variance: float
 
     def reflectance(self, cosine: ArrayLike) -> Array:
-        """Share of a beam in air that the waves reflect.
+        """Fraction of a beam in air that the waves reflect.
 
         Parameters
         ----------
@@ -116,7 +116,7 @@ class RoughSurface:
         return np.reshape(found, np.shape(cosine)) / zenith
 
     def passing(self, cosine: ArrayLike) -> Array:
-        """Share of the light between a facet and the sky that other waves let pass or mirror.
+        """Fraction of the light between a facet and the sky that other waves let pass or mirror.
 
         Parameters
         ----------
@@ -128,14 +128,14 @@ class RoughSurface:
 
     @functools.cached_property
     def sky_transmittance(self) -> float:
-        """Share of the irradiance of a uniform sky that enters the water."""
+        """Fraction of the irradiance of a uniform sky that enters the water."""
         nodes, weights = np.polynomial.legendre.leggauss(_COSINES)
         cosine = (nodes + 1.0) / 2.0
         return float(weights * cosine @ (1.0 - self.reflectance(cosine)))
 
     @property
     def diffuse_internal_reflectance(self) -> float:
-        """Share of uniform upward radiance in the water that the waves reflect back down.
+        """Fraction of uniform upward radiance in the water that the waves reflect back down.
 
         What leaves is, by reciprocity, what a uniform sky brings, over n².
         """
@@ -145,7 +145,7 @@ class RoughSurface:
 def beam_reflectance(
     cosine: ArrayLike, refractive_index: float, slope_variance: float = 0.0
 ) -> Array:
-    """Share of a beam in air that a surface reflects, flat without slopes.
+    """Fraction of a beam in air that a surface reflects, flat without slopes.
 
     Examples
     --------
@@ -177,7 +177,7 @@ def beam_below(sun: Sequence[float], refractive_index: float, slope_variance: fl
 
 @functools.lru_cache(maxsize=64)
 def internal_reflectance(refractive_index: float, slope_variance: float = 0.0) -> float:
-    """Share of uniform upward radiance that a surface reflects down, flat without slopes.
+    """Fraction of uniform upward radiance that a surface reflects down, flat without slopes.
 
     Examples
     --------
@@ -232,8 +232,8 @@ def exchange(
     n2, cosines = surface.refractive_index**2, np.array(mu)
     met = _meet(surface, cosines, 1.0 / surface.refractive_index)
     through = direction_in_air(met.w, met.normal, surface.refractive_index)
-    enters = met.share * (1.0 - met.reflectance) * surface.passing(through[2])
-    goes = met.share - enters
+    enters = met.fraction * (1.0 - met.reflectance) * surface.passing(through[2])
+    goes = met.fraction - enters
     x, y, z = met.mirrored
     reflected = _modes(goes, -z, np.arctan2(y, x), mu, modes)
     entering = n2 * _modes(enters, through[2], np.arctan2(through[1], through[0]), sky, modes)
@@ -259,7 +259,7 @@ class _Meeting:
     Shares add up to 1 for each ray; ``area`` (q,) is what all facets turn to it.
     """
 
-    share: Array
+    fraction: Array
     w: tuple[Array, Array, Array]
     normal: tuple[Array, Array, Array]
     mirrored: tuple[Array, Array, Array]
@@ -268,12 +268,12 @@ class _Meeting:
 
 
 def _meet(surface: RoughSurface, cosine: Array, relative_index: float) -> _Meeting:
-    x, y, share = facet_slopes(surface.slope_variance, _RINGS, _AROUND)
+    x, y, fraction = facet_slopes(surface.slope_variance, _RINGS, _AROUND)
     up = np.broadcast_to(cosine[:, None], (len(cosine), len(x)))
     w = np.sqrt(1.0 - up * up), np.zeros_like(up), up
     normal = surface_normal(x, y)
     met, mirrored = tilted_mirror(w, normal)
-    seen = share * met / normal[2]
+    seen = fraction * met / normal[2]
     area = seen.sum(axis=1)
     R = fresnel_reflectance(met, relative_index)
     return _Meeting(seen / area[:, None], w, normal, mirrored, R, area)
@@ -291,7 +291,7 @@ def _reflectance(surface: RoughSurface, cosines: tuple[float, ...]) -> Array:
     nodes, once, _ = _beams(surface)
     # What a facet sends on down meets the waves again.
     again = np.where(met.mirrored[2] > 0, np.interp(met.mirrored[2], nodes, once), 1.0)
-    return constant((met.share * met.reflectance * again).sum(axis=1))
+    return constant((met.fraction * met.reflectance * again).sum(axis=1))
 
 
 @functools.lru_cache(maxsize=64)
@@ -301,7 +301,7 @@ def _entering_cosine(surface: RoughSurface, cosines: tuple[float, ...]) -> Array
     down = direction_in_air(
         [-part for part in met.w], [-part for part in met.normal], 1.0 / surface.refractive_index
     )[2]
-    enters = met.share * (1.0 - met.reflectance)
+    enters = met.fraction * (1.0 - met.reflectance)
     slant = enters / np.maximum(-down, _FLATTEST)
     return constant(enters.sum(axis=1) / slant.sum(axis=1))
 
@@ -311,12 +311,14 @@ def _beams(surface: RoughSurface) -> tuple[Array, Array, Array]:
     """Of beams in air: cosines, shares that facets reflect to whatever side, and see unhidden."""
     cosine = np.linspace(0.0, 1.0, _COSINES) ** 2
     met = _meet(surface, cosine, surface.refractive_index)
-    return cosine, (met.share * met.reflectance).sum(axis=1), cosine / met.area
+    return cosine, (met.fraction * met.reflectance).sum(axis=1), cosine / met.area
 
 
-def _modes(share: Array, cosine: Array, turn: Array, nodes: tuple[float, ...], modes: int) -> Array:
+def _modes(
+    fraction: Array, cosine: Array, turn: Array, nodes: tuple[float, ...], modes: int
+) -> Array:
     """Cosine modes of light that goes along cosines (q, f), shared among nodes, (modes, q, k)."""
     at = np.clip(np.interp(cosine, nodes, np.arange(len(nodes))), 0.0, len(nodes) - 1.0)
     hats = np.maximum(1.0 - np.abs(at[..., None] - np.arange(len(nodes))), 0.0)
     waves = np.cos(np.arange(modes)[:, None, None] * turn)
-    return np.matmul(np.swapaxes(waves * share, 0, 1), hats).swapaxes(0, 1)
+    return np.matmul(np.swapaxes(waves * fraction, 0, 1), hats).swapaxes(0, 1)

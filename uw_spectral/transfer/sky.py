@@ -148,7 +148,7 @@ class Sky:
         return self.radiance(w, m)
 
     def transmittance(self, refractive_index: float, slope_variance: float = 0.0) -> float:
-        """Share of the sky's irradiance that a surface, flat or of waves, lets into the water.
+        """Fraction of the sky's irradiance that a surface, flat or of waves, lets into the water.
 
         Examples
         --------

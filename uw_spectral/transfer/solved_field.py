@@ -178,7 +178,7 @@ class SolvedField:
         return _weight(self.phase_at(y), part)
 
     def peak_at(self, y: float) -> Array:
-        """Share of the scattering that counts as unscattered forward peak, shape (n,)."""
+        """Fraction of the scattering that counts as unscattered forward peak, shape (n,)."""
         layer = self._layer_at(y)
         return (layer.c - layer.scaled) / np.maximum(layer.b, np.finfo(np.float64).tiny)
 
@@ -231,7 +231,7 @@ class SolvedField:
         return total / (high - low)
 
     def beam(self, depths: ArrayLike) -> Array:
-        """Share of the sun's beam, the forward peak included, left at depths, shape (n, d)."""
+        """Fraction of the sun's beam, the forward peak included, left at depths, shape (n, d)."""
         return np.exp(-self._optical_depth(np.asarray(depths, np.float64)) / self.light.mu_s)
 
     def stream_modes(self, depths: ArrayLike, modes: int) -> tuple[Array, Array]:
@@ -369,7 +369,7 @@ class SolvedField:
         cosines = np.cos(np.arange(len(found))[:, None] * turns)
         return np.moveaxis(found, 0, -1) @ cosines
 
-    def once_on_grid(self, depths: ArrayLike, mu: ArrayLike) -> Array:
+    def single_scattering_on_grid(self, depths: ArrayLike, mu: ArrayLike) -> Array:
         """Sunlight scattered once, per value of each part of the phase function.
 
         With the :attr:`components` p of the phase function towards a direction, Σ p times this
@@ -386,15 +386,15 @@ class SolvedField:
             Irradiance.
         """
         depths, mu = np.asarray(depths, np.float64), np.asarray(mu, np.float64)
-        found = self.once_on_rays(np.repeat(depths, len(mu)), np.tile(mu, len(depths)))
+        found = self.single_scattering_on_rays(np.repeat(depths, len(mu)), np.tile(mu, len(depths)))
         found = found.reshape(len(found), len(depths), len(mu), -1)
         return np.moveaxis(found, -1, 1)
 
-    def once_on_rays(self, y: Array, mu: Array) -> Array:
-        """Return :meth:`once_on_grid` for rays from depths y along cosines mu (q,), (k, q, n)."""
+    def single_scattering_on_rays(self, y: Array, mu: Array) -> Array:
+        """Return :meth:`single_scattering_on_grid` of rays, y and mu (q,): (k, q, n)."""
         return np.array(
             [
-                self._once(
+                self._single_scattering(
                     y, mu, lambda layer, _, part=part: _weight(layer.phase, part), scaled=True
                 )
                 for part in self.components
@@ -505,9 +505,9 @@ class SolvedField:
         def phase(layer: SolvedLayer, rays: NDArray[np.bool_]) -> Array:
             return layer.phase.per_steradian(s2[rays])
 
-        return self._once(y, mu, phase, scaled=scaled)
+        return self._single_scattering(y, mu, phase, scaled=scaled)
 
-    def _once(
+    def _single_scattering(
         self,
         y: Array,
         mu: Array,
@@ -556,10 +556,12 @@ class SolvedField:
         """Radiance that comes down from waves, on average, along view directions (q, 1)."""
         n, sky, q = waves.refractive_index, self.light.sky, len(w[0])
         turn = math.atan2(self.light.sun[1], self.light.sun[0])
-        x, y, share = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
+        x, y, fraction = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
         x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
         total, area = np.zeros(1), np.zeros(1)
-        for some in np.array_split(np.arange(len(share)), math.ceil(q * len(share) / _AT_ONCE)):
+        for some in np.array_split(
+            np.arange(len(fraction)), math.ceil(q * len(fraction) / _AT_ONCE)
+        ):
             rays = [np.repeat(part, len(some), axis=0) for part in w]
             slopes = np.tile(x[some], q)[:, None], np.tile(y[some], q)[:, None]
             normal = surface_normal(*slopes)
@@ -569,7 +571,7 @@ class SolvedField:
             passing = waves.passing(direction_in_air(rays, normal, n)[2])
             L_sky = passing * sky.seen_through(rays, n, slopes=slopes)
             L_sky = L_sky + (1.0 - passing) / n**2 * risen.light
-            seen = np.tile(share[some], q)[:, None] * met / normal[2]
+            seen = np.tile(fraction[some], q)[:, None] * met / normal[2]
             light = seen * under_surface(risen, rays, L_sky, n, slopes=slopes)
             area = area + seen.reshape(q, -1, 1).sum(axis=1)
             total = total + light.reshape(q, len(some), -1).sum(axis=1)
@@ -601,9 +603,9 @@ def _spread_sun(field: SolvedField, depths: bytes) -> SpreadSun:
     return field.spread_sun(np.frombuffer(depths)[:, None])
 
 
-def _cell(share: Array, count: int) -> tuple[NDArray[np.intp], Array]:
-    """Index before a place on a scale of so many from 0 to 1, and share of the next, (q, 1)."""
-    at = share * (count - 1)
+def _cell(fraction: Array, count: int) -> tuple[NDArray[np.intp], Array]:
+    """Index before a place on a scale of so many from 0 to 1, and fraction of the next, (q, 1)."""
+    at = fraction * (count - 1)
     low = np.clip(at.astype(np.intp), 0, count - 2)
     return low, np.clip(at - low, 0.0, 1.0)[:, None]
 

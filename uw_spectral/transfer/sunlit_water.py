@@ -87,7 +87,7 @@ class SunlitWater:
     Parameters
     ----------
     field : SolvedField
-        Of the n bands, in water of one layer; its streams decide what :meth:`sun_share` counts
+        Of the n bands, in water of one layer; its streams decide what :meth:`sun_fraction` counts
         as sun, so take those that are drawn.
     """
 
@@ -103,8 +103,8 @@ class SunlitWater:
         total = field.Ed(depth)
         return np.divide(light, total, out=np.zeros_like(light), where=total > 0)
 
-    def sun_share(self, depth: float) -> NDArray[np.float64]:
-        """Share of the direct and forward-scattered sun in the irradiance, shape (n,).
+    def sun_fraction(self, depth: float) -> NDArray[np.float64]:
+        """Fraction of the direct and forward-scattered sun in the irradiance, shape (n,).
 
         The two of :meth:`.SolvedPatchLight.surface_irradiance`, which a renderer multiplies
         by the pattern.
@@ -164,11 +164,11 @@ class SunlitWater:
             0 to 1 (more would make the light negative in dark places).
         """
         grey = math.sqrt(np.sum(pattern_power(pattern)))
-        share = self.sun_share(depth)
+        fraction = self.sun_fraction(depth)
         if grey == 0:
-            return np.ones_like(share)
+            return np.ones_like(fraction)
         variation = self.variation(pattern, tile, depth) / grey
-        ratio = np.divide(variation, share, out=np.zeros_like(share), where=share > 0)
+        ratio = np.divide(variation, fraction, out=np.zeros_like(fraction), where=fraction > 0)
         return np.minimum(ratio, 1.0)
 
     def _transfer(

@@ -184,10 +184,10 @@ class WaterColumn(ComparedByContent):
     @property
     def sky_irradiance(self) -> NDArray[np.float64]:
         """Irradiance of the sky just below the surface, shape (n,)."""
-        share = 1.0
+        fraction = 1.0
         if self.reflects:
-            share = self.skylight.transmittance(self.refractive_index, self.roughness)
-        return math.pi * self.sky_radiance * share
+            fraction = self.skylight.transmittance(self.refractive_index, self.roughness)
+        return math.pi * self.sky_radiance * fraction
 
     @property
     def attenuation(self) -> NDArray[np.float64]:
@@ -226,9 +226,9 @@ class WaterColumn(ComparedByContent):
             return self
         tops = np.array([0.0, *(layer.top for layer in self.below), math.inf])
         y = max(y, 1e-3)
-        shares = np.diff(np.minimum(tops, y)) / y
+        fractions = np.diff(np.minimum(tops, y)) / y
         parts = [(x.absorption, x.scattering) for x in (self, *self.below)]
-        a, b = np.tensordot(shares, np.array(parts), axes=1)
+        a, b = np.tensordot(fractions, np.array(parts), axes=1)
         return dataclasses.replace(self, absorption=a, scattering=b, below=())
 
     def require_one_layer(self, who: str) -> None:

@@ -222,11 +222,11 @@ class Constituents:
         """
         parts = self.scatterings(wavelengths)
         low, high = _FIXED_BACKSCATTER
-        share = float(np.clip((self.organic_backscatter - low) / (high - low), 0.0, 1.0))
+        fraction = float(np.clip((self.organic_backscatter - low) / (high - low), 0.0, 1.0))
         # In water without particles the bands would have the same weights, in its neighbour not.
         organic = np.maximum(parts["phytoplankton"], _TRACE)
         weights = np.stack(
-            [parts["water"], (1 - share) * organic, share * organic, parts["minerals"]]
+            [parts["water"], (1 - fraction) * organic, fraction * organic, parts["minerals"]]
         )
         components = (
             EinsteinSmoluchowski(),

@@ -48,8 +48,8 @@ class BoundedPhase(ComparedByContent):
     ----------
     asymmetries, alphas : array, shape (2, n)
         See :func:`.draine`.
-    shares : array, shape (2, n)
-        Share of each lobe in the scattering coefficient. What their sum lacks to 1 goes on
+    fractions : array, shape (2, n)
+        Fraction of each lobe in the scattering coefficient. What their sum lacks to 1 goes on
         as if it were not scattered.
     error : array, shape (n,)
         Relative error of the phase function that 95 % of the angles beyond
@@ -58,13 +58,13 @@ class BoundedPhase(ComparedByContent):
 
     asymmetries: Array
     alphas: Array
-    shares: Array
+    fractions: Array
     error: Array
 
     def per_steradian(self, s2: Array) -> Array:
         """Return what is scattered, relative to the whole coefficient, 1/sr, shape (..., n)."""
         lobes = draine(self.asymmetries, self.alphas, np.asarray(s2)[..., None, None])
-        return (self.shares * lobes).sum(axis=-2)
+        return (self.fractions * lobes).sum(axis=-2)
 
 
 @functools.lru_cache(maxsize=32)
@@ -90,7 +90,7 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     >>> from .phase import FournierForand
     >>> phase = FournierForand().for_bands([1.0])
     >>> bounded = bound_forward_peak(phase)
-    >>> bounded.shares.sum(axis=0).round(1), (bounded.error < 0.15).all().item()
+    >>> bounded.fractions.sum(axis=0).round(1), (bounded.error < 0.15).all().item()
     (array([0.7]), True)
     """
     s2 = _angles()
@@ -103,16 +103,16 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     # Errors are relative; bands with the same phase function share their fit.
     distinct, which = np.unique(wanted.T, axis=0, return_inverse=True)
     chosen = [_closest(narrow, wide, weights / w, weights) for w in distinct]
-    i, j, shares = (np.array([chosen[k][part] for k in which.ravel()]) for part in range(3))
+    i, j, fractions = (np.array([chosen[k][part] for k in which.ravel()]) for part in range(3))
     lobes = np.array(_NARROW)[i], np.array(_WIDE)[j]
     asymmetries, alphas = (np.stack([lobe[:, part] for lobe in lobes]) for part in range(2))
-    found = BoundedPhase(asymmetries, alphas, shares.T, np.zeros(len(phase)))
+    found = BoundedPhase(asymmetries, alphas, fractions.T, np.zeros(len(phase)))
     error = np.quantile(np.abs(found.per_steradian(s2) / values - 1.0), 0.95, axis=0)
     return dataclasses.replace(found, error=error)
 
 
 def _closest(narrow: Array, wide: Array, scale: Array, target: Array) -> tuple[int, int, Array]:
-    """Return the two lobes that come closest to a target, and their shares, 0 to 1."""
+    """Return the two lobes that come closest to a target, and their fractions, 0 to 1."""
     one, other = narrow * scale, wide * scale
     a, b, cross = (one**2).sum(1)[:, None], (other**2).sum(1), one @ other.T
     u, v = (one @ target)[:, None], other @ target

@@ -22,7 +22,7 @@ SIZE_SLOPE = -1.5
 EFFICIENCY = 2.0
 """Cross-section over the area of the disc, of what is far larger than the wavelength."""
 DIFFRACTED = 0.5
-"""Share of the scattered light that is only diffracted, as by a disc."""
+"""Fraction of the scattered light that is only diffracted, as by a disc."""
 
 
 def sauter_radius(

@@ -32,7 +32,7 @@ _RAMAN_488, _RAMAN_EXPONENT = 2.6e-4, 5.5
 _WALRAFEN = np.array(
     [(0.41, 3250.0, 210.0), (0.39, 3425.0, 175.0), (0.10, 3530.0, 140.0), (0.10, 3625.0, 140.0)]
 )
-# Ocean Optics Web Book, Chlorophyll Fluorescence: shares of the photons, centres and standard
+# Ocean Optics Web Book, Chlorophyll Fluorescence: fractions of the photons, centres and standard
 # deviations, nm, of photosystem II and of the shoulder, mostly of photosystem I. One line at
 # 685 nm, as of C. D. Mobley, Light and Water (1994), leaves the shoulder out.
 _CHLOROPHYLL_LINES = ((0.75, 685.0, 10.6), (0.25, 730.0, 21.2))
@@ -155,9 +155,9 @@ def chlorophyll_emission(wavelengths: ArrayLike) -> NDArray[np.float64]:
     array([0.0287, 0.0047])
     """
     x = _checked(wavelengths)[:, None]
-    shares, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
+    fractions, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
     lines = np.exp(-0.5 * ((x - centres) / sigmas) ** 2) / (sigmas * math.sqrt(2 * math.pi))
-    return lines @ shares
+    return lines @ fractions
 
 
 def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float64]:
@@ -197,8 +197,8 @@ def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
 
     photons = np.zeros((len(excitation), len(emission)))
     for node, weight in zip(_NODES, _NODE_WEIGHTS / 2, strict=True):
-        shares = below(edges, excitation.centres + node * excitation.widths / 2)
-        photons += weight * (shares[..., 1] - shares[..., 0])
+        fractions = below(edges, excitation.centres + node * excitation.widths / 2)
+        photons += weight * (fractions[..., 1] - fractions[..., 0])
     # λ/λ' of the mean shift: 1/(1 - λ' shift).
     mean_shift = float(amplitude @ centre / amplitude.sum())
     stretch = 1 / (1 - excitation.centres * mean_shift * 1e-7)
@@ -222,9 +222,9 @@ def chlorophyll_process(
         raise InputError(f"quantum yield must be 0 to 1, got {quantum_yield:g}")
     low, high = _CHLOROPHYLL_EXCITATION
     excites = (excitation.centres >= low) & (excitation.centres <= high)
-    shares, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
+    fractions, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
     below = 0.5 * _error_function((_edges(emission)[..., None] - centres) / (sigmas * math.sqrt(2)))
-    line = (below[:, 1] - below[:, 0]) @ shares
+    line = (below[:, 1] - below[:, 0]) @ fractions
     return InelasticProcess(
         "chlorophyll",
         _coefficient(absorption, excitation, "phytoplankton") * excites,

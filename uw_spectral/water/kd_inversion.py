@@ -28,7 +28,7 @@ from .phase import BACKSCATTER_RANGE
 from .pure_water import molecular_scattering, pure_water_absorption
 
 REFERENCE_WAVELENGTH = 490.0
-USUAL_SUN_ZENITH = 30.0
+TYPICAL_SUN_ZENITH = 30.0
 """Sun zenith in degrees of a measurement that does not say its own."""
 
 SUN_ZENITH = "sun_zenith"
@@ -82,7 +82,7 @@ def invert_Kd(
     Kd : Spectrum
         1/m, in 300 to 800 nm and known at 490 nm.
     sun_zenith : float, optional
-        Of the measurement, in air, 0 to 90 degrees; :data:`USUAL_SUN_ZENITH`, with a caveat, if
+        Of the measurement, in air, 0 to 90 degrees; :data:`TYPICAL_SUN_ZENITH`, with a caveat, if
         it is not known.
     backscatter : float, optional
         bb/b of the particles; that of the case 1 water (Morel & Maritorena 2001) if it is not
@@ -121,7 +121,7 @@ def invert_Kd(
             f"{Kd.name} reaches from {nm[0]:g} to {nm[-1]:g} nm; the inversion needs it at 490 nm, "
             "where it stands for the chlorophyll. Add rows, or give a and b"
         )
-    zenith = USUAL_SUN_ZENITH if sun_zenith is None else sun_zenith
+    zenith = TYPICAL_SUN_ZENITH if sun_zenith is None else sun_zenith
     if not 0 <= zenith < 90:
         raise InputError(
             f"{Kd.name}: the sun zenith of the measurement must be 0 to 90 degrees (90 is the "
@@ -237,7 +237,7 @@ def water_of_chlorophyll(chlorophyll: float) -> Water:
             f"{chlorophyll:g}"
         )
     Kd = Kd_Morel2001(chlorophyll)
-    found = invert_Kd(Kd, USUAL_SUN_ZENITH).water
+    found = invert_Kd(Kd, TYPICAL_SUN_ZENITH).water
     nm = found.absorption.wavelengths
     a = np.maximum(found.absorption.values, pure_water_absorption(nm))
     return dataclasses.replace(

@@ -241,43 +241,43 @@ class Water(ComparedByContent):
             particle_backscatter=table.stated(BACKSCATTER),
         )
 
-    def mixed(self, other: Water, share: float) -> Water:
+    def mixed(self, other: Water, fraction: float) -> Water:
         """Mix with another water, by volume.
 
         Parameters
         ----------
         other : Water
             The water that is mixed in.
-        share : float
+        fraction : float
             Its share, 0 to 1. Coefficients mix linearly, as absorbing and
             scattering matter does; Kd, which does not, is dropped.
 
         Raises
         ------
         InputError
-            If the share is outside 0 to 1, or the tables do not overlap.
+            If the fraction is outside 0 to 1, or the tables do not overlap.
 
         Examples
         --------
         >>> Water.uniform(0.1, 0.2).mixed(Water.uniform(0.3, 0.2), 0.25).a(500).round(3).item()
         0.15
         """
-        if not 0.0 <= share <= 1.0:
-            raise InputError(f"the share of {other.name} is {share:g}; give 0 to 1")
-        if share == 0.0:
+        if not 0.0 <= fraction <= 1.0:
+            raise InputError(f"the fraction of {other.name} is {fraction:g}; give 0 to 1")
+        if fraction == 0.0:
             return self
-        if share == 1.0:
+        if fraction == 1.0:
             return other
-        name = f"{self.name} with {share:.4g} of {other.name}"
+        name = f"{self.name} with {fraction:.4g} of {other.name}"
         return Water(
-            _mixture(self.absorption, other.absorption, share, f"absorption of {name}"),
-            _mixture(self.scattering, other.scattering, share, f"scattering of {name}"),
+            _mixture(self.absorption, other.absorption, fraction, f"absorption of {name}"),
+            _mixture(self.scattering, other.scattering, fraction, f"scattering of {name}"),
             None,
             name,
             f"{self.source} | {other.source}",
             tuple(dict.fromkeys((*self.caveats, *other.caveats))),
             (*self.doubts, *other.doubts),
-            self._mixed_backscatter(other, share),
+            self._mixed_backscatter(other, fraction),
         )
 
     def concentrated(self, factor: float) -> Water:
@@ -363,11 +363,11 @@ class Water(ComparedByContent):
             return SeawaterMixture()
         return SeawaterMixture(FournierForand.of_backscatter_Mobley2002(self.particle_backscatter))
 
-    def _mixed_backscatter(self, other: Water, share: float) -> float | None:
-        """bb/b of particles of which another water brings a share, weighted by their scattering."""
+    def _mixed_backscatter(self, other: Water, fraction: float) -> float | None:
+        """bb/b of particles, a fraction of them another water's, weighted by their scattering."""
         if self.particle_backscatter == other.particle_backscatter:
             return self.particle_backscatter
-        weights = np.array([(1.0 - share), share])
+        weights = np.array([(1.0 - fraction), fraction])
         weights *= [water.scattering.values.mean() for water in (self, other)]
         ratios = [
             FournierForand().backscatter if ratio is None else ratio
@@ -454,14 +454,14 @@ def _below_water(a: _Column, name: str) -> tuple[str, ...]:
     )
 
 
-def _mixture(one: Spectrum, other: Spectrum, share: float, name: str) -> Spectrum:
+def _mixture(one: Spectrum, other: Spectrum, fraction: float, name: str) -> Spectrum:
     wavelengths = np.union1d(one.wavelengths, other.wavelengths)
     low = max(one.wavelengths[0], other.wavelengths[0])
     high = min(one.wavelengths[-1], other.wavelengths[-1])
     common = wavelengths[(wavelengths >= low) & (wavelengths <= high)]
     if common.size == 0:
         raise InputError(f"{one.name} and {other.name} have no wavelength in common")
-    return Spectrum(common, (1 - share) * one.at(common) + share * other.at(common), name)
+    return Spectrum(common, (1 - fraction) * one.at(common) + fraction * other.at(common), name)
 
 
 @dataclass(frozen=True, eq=False)

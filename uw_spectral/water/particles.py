@@ -23,7 +23,7 @@ from .pure_water import molecular_scattering
 SNOW, PLANKTON, BUBBLES, SILT = "snow", "plankton", "bubbles", "silt"
 COUNTED_FROM = 1e-4
 """Diameter in m from which on particles are counted: 0.1 mm, about the smallest that eyes see."""
-USUAL_SLOPE = 3.6
+TYPICAL_SLOPE = 3.6
 """Measured: 3.6 ± 0.33 from 0.8 to 120 µm in 168 Arctic samples (Runyan, Reynolds & Stramski 2020,
 doi:10.1029/2020JC016218); 3.5 from 3 µm on in 5500 coastal ones (Reynolds et al. 2010, J. Geophys.
 Res. 115(8)); 3 in images of 1 µm to 1 cm of a diatom bloom, 3.5 to 3.6 there by aperture
@@ -161,8 +161,8 @@ def _moment(low: float, high: float, slope: float, power: float) -> float:
     return low**exponent * math.expm1(exponent * ratio) / exponent
 
 
-def scattering_share(slope: float = USUAL_SLOPE) -> float:
-    """Share of the particles' scattering that those larger than 0.1 mm carry.
+def scattering_fraction(slope: float = TYPICAL_SLOPE) -> float:
+    """Fraction of the particles' scattering that those larger than 0.1 mm carry.
 
     Parameters
     ----------
@@ -177,14 +177,14 @@ def scattering_share(slope: float = USUAL_SLOPE) -> float:
 
     Examples
     --------
-    >>> [round(scattering_share(slope), 3) for slope in (3.0, 3.6, 4.0)]
+    >>> [round(scattering_fraction(slope), 3) for slope in (3.0, 3.6, 4.0)]
     [0.5, 0.059, 0.01]
     """
     first, last = _SCATTERERS
     return _moment(COUNTED_FROM, last, slope, 2.0) / _moment(first, last, slope, 2.0)
 
 
-def number_of_scattering(b_p: float, slope: float = USUAL_SLOPE) -> float:
+def number_of_scattering(b_p: float, slope: float = TYPICAL_SLOPE) -> float:
     """Particles larger than 0.1 mm in a litre of a water whose particles scatter so much.
 
     Parameters
@@ -226,13 +226,13 @@ def particle_scattering(wavelengths: ArrayLike, scattering: ArrayLike) -> float:
 
 
 def diameter(
-    share: Operand, smallest: Operand, largest: Operand, slope: Operand, m: Mathematics = NUMPY
+    fraction: Operand, smallest: Operand, largest: Operand, slope: Operand, m: Mathematics = NUMPY
 ) -> Operand:
-    """Diameter below which a share of the particles of a power law lie, m.
+    """Diameter below which a fraction of the particles of a power law lie, m.
 
     Parameters
     ----------
-    share : Operand
+    fraction : Operand
         0 to 1.
     smallest, largest : Operand
         Ends of the law, m.
@@ -246,7 +246,7 @@ def diameter(
     """
     exponent = 1.0 - slope
     rare = m.power(largest / smallest, exponent)
-    return smallest * m.power(1.0 - share * (1.0 - rare), 1.0 / exponent)
+    return smallest * m.power(1.0 - fraction * (1.0 - rare), 1.0 / exponent)
 
 
 def wrapped(place: Operand, middle: Operand, side: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -315,7 +315,7 @@ def particle_cloud(
     kind: ParticleKind,
     per_litre: float,
     *,
-    slope: float = USUAL_SLOPE,
+    slope: float = TYPICAL_SLOPE,
     angle: float = 3e-4,
     reach: float = math.inf,
     most: int = 200_000,

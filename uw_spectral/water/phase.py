@@ -64,7 +64,7 @@ class PhaseFunction:
 
     @property
     def backscatter_ratio(self) -> float:
-        """Share of the light that is scattered backwards, bb/b."""
+        """Fraction of the light that is scattered backwards, bb/b."""
         return float(
             _integral_over_sphere(self, lambda angle: np.where(angle > math.pi / 2, 1.0, 0.0))
         )
@@ -152,25 +152,25 @@ class HenyeyGreenstein(PhaseFunction):
 
 @dataclass(frozen=True)
 class TwoTermHenyeyGreenstein(PhaseFunction):
-    """``share`` of HG(g1) and ``1 - share`` of HG(g2)."""
+    """``fraction`` of HG(g1) and ``1 - share`` of HG(g2)."""
 
     g1: float
     g2: float
-    share: float
+    fraction: float
 
     def __post_init__(self) -> None:
         _check_asymmetry(self.g1)
         _check_asymmetry(self.g2)
-        if not 0 <= self.share <= 1:
+        if not 0 <= self.fraction <= 1:
             raise InputError(
-                f"two-term Henyey-Greenstein: the share of the first term must be 0 to 1, "
-                f"got {self.share:g}"
+                f"two-term Henyey-Greenstein: the fraction of the first term must be 0 to 1, "
+                f"got {self.fraction:g}"
             )
 
     def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the value in 1/sr."""
         first = henyey_greenstein(self.g1, s2, m)
-        return self.share * first + (1.0 - self.share) * henyey_greenstein(self.g2, s2, m)
+        return self.fraction * first + (1.0 - self.fraction) * henyey_greenstein(self.g2, s2, m)
 
 
 @dataclass(frozen=True)
@@ -417,7 +417,7 @@ class BandPhase(ComparedByContent, Mixture):
     components : tuple of PhaseFunction
         The k parts.
     weights : array, shape (k, n)
-        Share of each part in each band; each column adds up to 1.
+        Fraction of each part in each band; each column adds up to 1.
     """
 
     weights: NDArray[np.float64]
@@ -506,9 +506,9 @@ def seawater_mixture(
             DataWarning,
             stacklevel=2,
         )
-    share = np.divide(b_molecular, b, out=np.ones_like(b), where=b > b_molecular)
+    fraction = np.divide(b_molecular, b, out=np.ones_like(b), where=b > b_molecular)
     return BandPhase(
-        (EinsteinSmoluchowski(), particles or FournierForand()), np.stack([share, 1 - share])
+        (EinsteinSmoluchowski(), particles or FournierForand()), np.stack([fraction, 1 - fraction])
     )
 
 

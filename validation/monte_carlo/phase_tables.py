@@ -29,7 +29,7 @@ def s2_grid(phases: Sequence[PhaseFunction]) -> NDArray[np.float64]:
 
 
 def cumulative(phase: PhaseFunction, edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Share of the light scattered below each edge of s2, from 0 to 1.
+    """Fraction of the light scattered below each edge of s2, from 0 to 1.
 
     Parameters
     ----------

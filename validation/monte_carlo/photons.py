@@ -38,14 +38,14 @@ class PhaseTables(NamedTuple):
     emission: Array  # (j, n, n) cumulative over the emission band
     energy_ratio: Array  # (n, n) photon energy after over before
     packet: Array  # (n,) power of one photon packet that starts in the band
-    sun_share: Array  # (n,) probability that it comes from the sun
+    sun_fraction: Array  # (n,) probability that it comes from the sun
     sun: Array  # (3,) travel direction
     sky_cdf: Array  # inverse CDF of the cosine of skylight in the water
     sky_cosine: Array
     refractive_index: float  # of the water against air; 1 without a surface
     floor: float
     floor_reflectance: Array  # (n,)
-    floor_planar: Array  # (d, n) share of the floor's light that reaches each depth, as Eu
+    floor_planar: Array  # (d, n) fraction of the floor's light that reaches each depth, as Eu
     floor_scalar: Array  # (d, n) and as Eou
     depths: Array  # (d,) irradiance meters, increasing
     meter_depth: Array  # (v,) radiance meters
@@ -97,12 +97,12 @@ def turned(ux, uy, uz, s2, azimuth):  # noqa: ANN001, ANN201
     return x / length, y / length, z / length
 
 
-def between(low, high, share):  # noqa: ANN001, ANN201
+def between(low, high, fraction):  # noqa: ANN001, ANN201
     """Interpolate linearly."""
-    return low + (high - low) * share
+    return low + (high - low) * fraction
 
 
-def share_of(x, low, high):  # noqa: ANN001, ANN201
+def fraction_of(x, low, high):  # noqa: ANN001, ANN201
     """Where x lies between low and high, 0 to 1; 0 in an empty interval."""
     return (x - low) / np.maximum(high - low, 1e-300)
 
@@ -223,7 +223,7 @@ def trace(rng: np.random.Generator, per_band: int, t: PhaseTables, out: Tallies)
 
 def _enter(rng: np.random.Generator, band: NDArray, t: PhaseTables) -> tuple[Array, Array, Array]:
     xi, azimuth = rng.random(len(band)), TWO_PI * rng.random(len(band))
-    sky = rng.random(len(band)) >= t.sun_share[band]
+    sky = rng.random(len(band)) >= t.sun_fraction[band]
     cosine = np.interp(xi, t.sky_cdf, t.sky_cosine)
     across = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     return (
@@ -265,7 +265,7 @@ def _tally_flights(
 
 
 def _from_floor(v: int, c: Array, t: PhaseTables) -> Array:
-    """Share of the floor's radiance that reaches meter v; coming down, by way of the surface."""
+    """Fraction of the floor's radiance that reaches meter v; coming down, by way of the surface."""
     dz = t.meter_travel[v, 2]
     way = t.floor - np.copysign(t.meter_depth[v], dz)
     return t.meter_floor[v] * survival(c, way, abs(dz))

@@ -24,7 +24,7 @@ _ED, _EU, _EOD, _EOU = photons.ED, photons.EU, photons.EOD, photons.EOU
 _compiled = numba.njit(nogil=True, error_model="numpy")
 _turned = _compiled(photons.turned)
 _between = _compiled(photons.between)
-_share_of = _compiled(photons.share_of)
+_fraction_of = _compiled(photons.fraction_of)
 _half_sine = _compiled(photons.half_sine)
 _survival = _compiled(photons.survival)
 _free_path = _compiled(photons.free_path)
@@ -42,7 +42,7 @@ _MATH: Operand = namedtuple("Functions", ("clamp", "maximum", "sqrt"))(
 @_compiled
 def _inverse(xi, cdf, values):  # noqa: ANN001, ANN202
     i = min(max(np.searchsorted(cdf, xi, side="right"), 1), len(cdf) - 1)
-    return _between(values[i - 1], values[i], _share_of(xi, cdf[i - 1], cdf[i]))
+    return _between(values[i - 1], values[i], _fraction_of(xi, cdf[i - 1], cdf[i]))
 
 
 @_compiled
@@ -109,7 +109,7 @@ def _tally_event(event, band, energy, deposit, out):  # noqa: ANN001, ANN202
 def _follow(rng, band, t, out):  # noqa: ANN001, ANN202
     n, events = len(t.c), len(t.roulette)
     y, energy, weight, origin = 0.0, t.packet[band], 1.0, 0
-    if rng.random() < t.sun_share[band]:
+    if rng.random() < t.sun_fraction[band]:
         ux, uy, uz = t.sun
     else:
         cosine = _inverse(rng.random(), t.sky_cdf, t.sky_cosine)

@@ -207,9 +207,9 @@ class _Sky:
         self._slope = 2.0 if shape == "cardioidal" else 0.0
         edges = np.linspace(0, 1, 8193)  # of the squared cosine in air: even steps of irradiance
         middle = np.sqrt((edges[1:] + edges[:-1]) / 2)
-        shares = self._relative(middle) * (1 - self._fresnel(middle)) * np.diff(edges)
-        self.irradiance = math.pi * column.sky_radiance * shares.sum()
-        self.cdf = np.concatenate([[0.0], np.cumsum(shares)]) / shares.sum()
+        fractions = self._relative(middle) * (1 - self._fresnel(middle)) * np.diff(edges)
+        self.irradiance = math.pi * column.sky_radiance * fractions.sum()
+        self.cdf = np.concatenate([[0.0], np.cumsum(fractions)]) / fractions.sum()
         self.cosine = np.sqrt(1 - (1 - edges) / self._n**2)
 
     def radiance(self, view: View, c: NDArray) -> NDArray[np.float64]:
@@ -267,7 +267,7 @@ def _tables(
         ),
         energy_ratio=centres[:, None] / centres[None, :],
         packet=incoming * column.bands.widths,
-        sun_share=np.divide(
+        sun_fraction=np.divide(
             column.sun_irradiance, incoming, out=np.ones(n), where=incoming > 0
         ),
         sun=_sun(column),

@@ -11,8 +11,8 @@ from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.closed_form.aureole_lobes import solve_aureole
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
-from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_share
-from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
+from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_fraction
+from underwater_spectral.uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.path_integral import attenuated_path, phi
@@ -108,17 +108,17 @@ def test_upwelling_irradiance_where_two_streams_are_negative():
     water = _water(1.0, 0.05)
     y = np.array([[1.0], [3.0], [6.0]])
     assert np.all(water.field.Eu(y)[1:] < 0)
-    share = upwelling_irradiance(water.radiance, y) / water.field.Ed(y)
-    assert share.shape == (3, 1)
-    assert np.all(share > 0)
-    assert np.ptp(share) < 0.1 * share.mean()
+    fraction = upwelling_irradiance(water.radiance, y) / water.field.Ed(y)
+    assert fraction.shape == (3, 1)
+    assert np.all(fraction > 0)
+    assert np.ptp(fraction) < 0.1 * fraction.mean()
 
 
 def test_thin_water_is_single_scattering():
     water = _water(0.02, 1e-4)
     for w_y in (-0.6, 0.2, 0.8):
         w = _view(w_y, 2.0)
-        path, single = water.path(5.0, w, 2.0), closed_beam(water).scattered_once(5.0, w, 2.0)
+        path, single = water.path(5.0, w, 2.0), closed_beam(water).single_scattering(5.0, w, 2.0)
         np.testing.assert_allclose(path, single, rtol=5e-3)
 
 
@@ -129,7 +129,9 @@ def test_single_scattering_is_its_integral():
     p = parse_phase("hg:0.8")(-np.dot(w, water.sun))
     light = np.exp(-c * (5 - 0.5 * v) / 0.9 - c * v) / 0.9
     expected = 0.4 * p * np.trapezoid(light, v)
-    np.testing.assert_allclose(closed_beam(water).scattered_once(5.0, w, 3.0), expected, rtol=1e-6)
+    np.testing.assert_allclose(
+        closed_beam(water).single_scattering(5.0, w, 3.0), expected, rtol=1e-6
+    )
 
 
 def test_pixel_joins_object_and_background():
@@ -140,13 +142,13 @@ def test_pixel_joins_object_and_background():
     floor = field.floor_radiance()
     pixel = Pixel(water, 5.0, w, 3.0, floor, floor).total
     np.testing.assert_allclose(pixel, water.radiance(5.0, w), rtol=1e-12)
-    assert (forward_scattered_share(water, np.array([0.0, 1.0, 1e3])) >= 0).all()
+    assert (forward_scattered_fraction(water, np.array([0.0, 1.0, 1e3])) >= 0).all()
     np.testing.assert_allclose(Pixel(water, 5.0, w, 0.0, 2.0, 1.0).total, 2.0)
 
 
 def test_components_add_up_and_are_what_their_names_say():
     water, w = _water(0.05, 0.2, r=0.2), _view(0.3)
-    pixel = UndisturbedWater(water, Sky(0.1)).surface(5.0, 5.6, w, 2.0, 0.7, coverage=0.6)
+    pixel = UnoccludedWater(water, Sky(0.1)).surface(5.0, 5.6, w, 2.0, 0.7, coverage=0.6)
     whole = pixel.direct + pixel.forward_scattered + pixel.path
     np.testing.assert_allclose(pixel.total, whole, rtol=1e-12)
     np.testing.assert_allclose(pixel.direct, 0.7 * np.exp(-0.25 * 2.0))
@@ -159,8 +161,8 @@ def test_components_add_up_and_are_what_their_names_say():
 
 @pytest.mark.parametrize("z", [0.9, 0.3, 0.0, -0.3, -0.9])
 @pytest.mark.parametrize("index", [None, 1.34])
-def test_open_water_is_the_undisturbed_radiance(z, index):
-    water, w = UndisturbedWater(_water(0.05, 0.2, r=0.2), Sky(0.1), index), _view(z)
+def test_open_water_is_the_unoccluded_radiance(z, index):
+    water, w = UnoccludedWater(_water(0.05, 0.2, r=0.2), Sky(0.1), index), _view(z)
     pixel = water.open_water(5.0, w)
     np.testing.assert_allclose(pixel.total, water.radiance(5.0, w), rtol=1e-12)
     # What lies on the way changes nothing if it shines as the water behind it does.
@@ -280,7 +282,7 @@ def test_any_ray_is_finite_and_not_negative(
     values = (
         water.path(kind(y_o), w, kind(P)),
         water.radiance(kind(y_o), w, kind(0.1)),
-        closed_beam(water).scattered_once(kind(y_o), w, kind(P)),
+        closed_beam(water).single_scattering(kind(y_o), w, kind(P)),
     )
     for value in values:
         assert np.isfinite(value).all()

@@ -85,15 +85,15 @@ def test_surface_irradiance_adds_up_to_the_downwelling():
     y_f=st.floats(1e-3, 1e4) | st.just(math.inf),
     r=st.floats(0, 1),
     R=st.sampled_from([0.0, 0.48, 1.0]),
-    share=st.floats(0, 1),
+    fraction=st.floats(0, 1),
 )
-def test_any_water_gives_finite_irradiance(c, albedo, g, mu_s, y_f, r, R, share):
+def test_any_water_gives_finite_irradiance(c, albedo, g, mu_s, y_f, r, R, fraction):
     if R == 1 and r == 1:
         R = 0.48  # a closed mirror box holds any amount of light
     field = solve_light_field(
         c * (1 - albedo), c * albedo, g, g * g, 1.0, mu_s, R=R, r=r, y_f=y_f, E_sky=0.3
     )
-    y = share * min(y_f, 500.0)
+    y = fraction * min(y_f, 500.0)
     for value in (field.E0(y), field.F(y), field.Ed(y), field.Eu(y), field.floor_radiance()):
         assert np.isfinite(value).all()
     assert (field.Ed(0.0) > 0).all()

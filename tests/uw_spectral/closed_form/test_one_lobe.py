@@ -11,9 +11,9 @@ from underwater_spectral.uw_spectral.closed_form.light_field import light_field_
 from underwater_spectral.uw_spectral.closed_form.one_lobe import (
     LobeSeries,
     plain_water,
-    surface_shares,
+    surface_fractions,
 )
-from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
+from underwater_spectral.uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import diffuse_internal_reflectance
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
@@ -53,7 +53,7 @@ def test_it_is_the_closed_form_with_its_fitted_aureole(g, a, b, depth, floor, r)
     column, phase = _column(a, b, floor, r), parse_phase(f"hg:{g}").for_bands([1.0])
     fitted = solve_closed_form(light_field_of(column, phase), phase, depth, SUN)
     w = _rays()
-    wanted = UndisturbedWater(fitted, column.skylight, 1.34).open_water(depth, w).total
+    wanted = UnoccludedWater(fitted, column.skylight, 1.34).open_water(depth, w).total
     errors = np.abs(_plain(column, g, depth).open_water(depth, w).total / wanted - 1)
     assert np.median(errors) < 0.005
     assert np.quantile(errors, 0.95) < 0.02
@@ -91,7 +91,7 @@ def test_single_precision():
 
 
 @pytest.mark.parametrize("index", np.linspace(1.0, 1.8, 17))
-def test_shares_of_the_surface(index):
-    let_in, sent_back = surface_shares(index)
+def test_fractions_of_the_surface(index):
+    let_in, sent_back = surface_fractions(index)
     assert sent_back == pytest.approx(diffuse_internal_reflectance(index), abs=3e-3)
     assert let_in == pytest.approx(index**2 * (1 - sent_back))

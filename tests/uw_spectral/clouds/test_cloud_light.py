@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several
+from underwater_spectral.uw_spectral.clouds.gaussian_blob import GaussianBlob
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
-from underwater_spectral.uw_spectral.clouds.puff import Puff
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
-from underwater_spectral.validation.cloud_photons import GreyPuff, radiance
+from underwater_spectral.validation.cloud_photons import GreyBlob, radiance
 
 SUN = np.array([0.373, 0.0, -0.928])
 SUN /= np.linalg.norm(SUN)
@@ -23,9 +23,9 @@ def _numbers(concentration, *, sun=0.0, spread=0.0, ambient=0.0, albedo=None, at
     if albedo is not None:
         a, b = (1.0 - albedo) * (a + b), albedo * (a + b)
     wide, turned = b * (1.0 - blunt.peak), b * (1.0 - matter.phase.g)
-    puff = Puff.of_axes(at, 2.0 * SIGMA * np.eye(3))
+    blob = GaussianBlob.of_axes(at, 2.0 * SIGMA * np.eye(3))
     cloud = CloudNumbers(
-        puff.middle, puff.rows, (a + b) * one, (a + wide) * one, wide / (a + wide) * one,
+        blob.middle, blob.rows, (a + b) * one, (a + wide) * one, wide / (a + wide) * one,
         sun * one, spread * one, ambient * one, 0 * one, 0 * one, 0 * one, 0 * one,
         (a + turned) * one, turned / (a + turned) * one, 0.0,
         blunt.asymmetry, blunt.ceiling, blunt.peak,
@@ -87,16 +87,16 @@ def test_the_sun_beneath_a_cloud_is_dimmed_by_what_does_not_go_forward():
     clouds = Clouds(Several([cloud]), [matter.phase], tuple(SUN))
     wide = float(matter.absorption[0] + matter.scattering[0] * (1.0 - matter.phase.g))
     wanted = np.exp(-wide * SIGMA * np.sqrt(2.0 * np.pi))
-    assert float(clouds.sunlight_left(list(below))[0]) == pytest.approx(wanted, rel=1e-3)
-    assert float(clouds.sunlight_left(list(beside))[0]) == pytest.approx(1.0, abs=1e-3)
-    sky = float(clouds.skylight_left(list(below))[0])
+    assert float(clouds.sunlight_transmittance(list(below))[0]) == pytest.approx(wanted, rel=1e-3)
+    assert float(clouds.sunlight_transmittance(list(beside))[0]) == pytest.approx(1.0, abs=1e-3)
+    sky = float(clouds.skylight_transmittance(list(below))[0])
     assert sky == pytest.approx(0.4 + 0.6 * wanted, rel=1e-3)
 
 
 @pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.05), (8.0, 0.09)])
 def test_light_of_a_beam_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration, sun=1.0)
-    grey = GreyPuff(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
+    grey = GreyBlob(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
     photons = radiance(grey, SUN, VIEWS)
     found = {name: _middle_radiance(cloud, matter, view) for name, view in VIEWS.items()}
     assert found == pytest.approx(photons, rel=bound)
@@ -105,7 +105,7 @@ def test_light_of_a_beam_is_that_of_photons(concentration, bound):
 @pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.04), (8.0, 0.04), (30.0, 0.06)])
 def test_light_of_all_sides_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration, ambient=1.0)
-    grey = GreyPuff(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
+    grey = GreyBlob(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
     photons = np.mean(list(radiance(grey, SUN, VIEWS, isotropic=True).values()))
     found = np.mean([_middle_radiance(cloud, matter, view) for view in VIEWS.values()])
     assert found == pytest.approx(photons, rel=bound)

@@ -1,4 +1,4 @@
-"""Clouds with grids: columns against integrals, and their light against that of puffs."""
+"""Clouds with grids: columns against integrals, and their light against that of blobs."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from underwater_spectral.uw_spectral.clouds.density_grid import (
     escape_column,
     node_counts,
 )
+from underwater_spectral.uw_spectral.clouds.gaussian_blob import FAR, GaussianBlob
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
-from underwater_spectral.uw_spectral.clouds.puff import FAR, Puff
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 
 SUN = np.array([0.373, 0.2, -0.928])
 SUN /= np.linalg.norm(SUN)
-PUFF = Puff.of_axes((0.0, 3.0, -5.0), np.diag([1.0, 0.8, 1.2]) @ np.eye(3))
+BLOB = GaussianBlob.of_axes((0.0, 3.0, -5.0), np.diag([1.0, 0.8, 1.2]) @ np.eye(3))
 TURNED = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _of_puff(puff=PUFF, count=48, reach=1.75):
-    """Nodes in a turned box that hold the density of a puff."""
+def _of_blob(blob=BLOB, count=48, reach=1.75):
+    """Nodes in a turned box that hold the density of a blob."""
     axes = TURNED * (2.0 * reach / (count - 1))
-    corner = np.asarray(puff.middle) - axes @ np.full(3, (count - 1) / 2.0)
+    corner = np.asarray(blob.middle) - axes @ np.full(3, (count - 1) / 2.0)
     empty = DensityGrid(np.zeros((count,) * 3), corner, axes)
-    density = np.asarray(puff.density(list(np.moveaxis(empty.places(), -1, 0))))
+    density = np.asarray(blob.density(list(np.moveaxis(empty.places(), -1, 0))))
     for axis in range(3):
         np.moveaxis(density, axis, 0)[[0, -1]] = 0.0
     return dataclasses.replace(empty, density=density)
@@ -58,7 +58,7 @@ def _numbers(concentration, *, albedo=None, sun=1.0, spread=0.4, ambient=0.6):
         a, b = (1.0 - albedo) * (a + b), albedo * (a + b)
     wide, turned = b * (1.0 - blunt.peak), b * (1.0 - matter.phase.g)
     cloud = CloudNumbers(
-        PUFF.middle, PUFF.rows, a + b, a + wide, wide / (a + wide),
+        BLOB.middle, BLOB.rows, a + b, a + wide, wide / (a + wide),
         sun * one, spread * one, ambient * one, 0.1 * one, 0.1 * one, 0.1 * one, 0.01 * one,
         a + turned, turned / (a + turned), 3.0, blunt.asymmetry, blunt.ceiling, blunt.peak,
     )  # fmt: skip
@@ -124,13 +124,13 @@ def test_columns_towards_the_sun_are_integrals_inside_the_box_and_outside():
         assert np.sqrt(np.mean(np.square(wanted))) > 10.0 * bound
 
 
-def test_ways_out_are_those_of_a_puff():
+def test_ways_out_are_those_of_a_blob():
     axes = np.eye(3) * (3.5 / 47)
-    corner = np.asarray(PUFF.middle) - 1.75
+    corner = np.asarray(BLOB.middle) - 1.75
     places = list(np.moveaxis(DensityGrid(np.zeros((48,) * 3), corner, axes).places(), -1, 0))
-    grid = DensityGrid(np.asarray(PUFF.density(places)), corner, axes)
+    grid = DensityGrid(np.asarray(BLOB.density(places)), corner, axes)
     for way, found in zip(WAYS, grid.outwards, strict=True):
-        wanted = PUFF.along(places, list(way)).column(FAR)
+        wanted = BLOB.along(places, list(way)).column(FAR)
         np.testing.assert_allclose(found, wanted, atol=0.03)
         # The thinnest side is .4 m from middle to a standard deviation.
         assert found.max() > 0.9
@@ -140,7 +140,7 @@ def test_what_escapes_is_a_mean_over_all_sides():
     density = np.zeros((21, 21, 21))
     density[5:16, 5:16, 5:16] = 1.0
     grid = DensityGrid(density, np.full(3, -1.0), np.eye(3) * 0.1)
-    left = np.exp(-3.0 * escape_column(grid.outwards, 3.0))
+    transmittance = np.exp(-3.0 * escape_column(grid.outwards, 3.0))
     directions = np.random.default_rng(4).normal(size=(1500, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     s = (np.arange(150) + 0.5) / 150 * 1.8
@@ -148,30 +148,32 @@ def test_what_escapes_is_a_mean_over_all_sides():
     for node in ((6, 10, 10), (6, 6, 10), (6, 6, 6), (8, 8, 8)):
         place = grid.places()[node]
         columns = [_trilinear(grid, place + d * s[:, None]).sum() * 1.8 / 150 for d in directions]
-        assert left[node] == pytest.approx(np.mean(np.exp(-3.0 * np.array(columns))), rel=0.08)
+        assert transmittance[node] == pytest.approx(
+            np.mean(np.exp(-3.0 * np.array(columns))), rel=0.08
+        )
 
 
-def test_the_puff_that_is_most_like_it_is_its_own():
-    blob = _of_puff().blob()
-    assert blob.middle == pytest.approx(PUFF.middle, abs=1e-3)
-    assert blob.size == pytest.approx(PUFF.size, rel=0.02)
+def test_the_blob_that_is_most_like_it_is_its_own():
+    blob = _of_blob().blob()
+    assert blob.middle == pytest.approx(BLOB.middle, abs=1e-3)
+    assert blob.size == pytest.approx(BLOB.size, rel=0.02)
 
 
 @pytest.mark.parametrize("concentration", [2.0, 8.0])
 @pytest.mark.parametrize(
     ("y", "P"), [(0.0, 3.2), (0.0, FAR), (2.8, FAR)], ids=["end in it", "past it", "from within"]
 )
-def test_a_grid_of_a_puff_shines_as_the_puff_does(concentration, y, P):
+def test_a_grid_of_a_blob_shines_as_the_blob_does(concentration, y, P):
     cloud, matter = _numbers(concentration)
-    gridded = dataclasses.replace(cloud, grid=_of_puff().lit(SUN, float(cloud.kept.mean())))
+    gridded = dataclasses.replace(cloud, grid=_of_blob().lit(SUN, float(cloud.transport.mean())))
     one, other = _veil([cloud], matter.phase, P, y), _veil([gridded], matter.phase, P, y)
     assert other.light == pytest.approx(one.light, rel=0.02)
     assert other.passed == pytest.approx(one.passed, abs=0.004)
 
 
-def test_a_puff_in_its_grid_is_one_cloud_twice_as_dense():
+def test_a_blob_in_its_grid_is_one_cloud_twice_as_dense():
     cloud, matter = _numbers(6.0)
-    gridded = dataclasses.replace(cloud, grid=_of_puff().lit(SUN, float(cloud.kept.mean())))
+    gridded = dataclasses.replace(cloud, grid=_of_blob().lit(SUN, float(cloud.transport.mean())))
     two = _veil([cloud, cloud], matter.phase)
     for found in ([cloud, gridded], [gridded, dataclasses.replace(gridded)]):
         mixed = _veil(found, matter.phase)
@@ -182,17 +184,17 @@ def test_a_puff_in_its_grid_is_one_cloud_twice_as_dense():
 def test_a_grid_that_absorbs_nothing_is_invisible_in_even_light():
     cloud, matter = _numbers(20.0, albedo=1.0, sun=0.0, spread=0.0, ambient=4.0 * np.pi)
     cloud = dataclasses.replace(cloud, water=np.zeros(3), ambient_decay=np.zeros(3))
-    cloud = dataclasses.replace(cloud, grid=_rough().lit(SUN, float(cloud.kept.mean())))
+    cloud = dataclasses.replace(cloud, grid=_rough().lit(SUN, float(cloud.transport.mean())))
     veil = _veil([cloud], matter.phase)
     assert veil.passed + veil.light == pytest.approx(np.ones_like(veil.light), abs=2e-3)
 
 
-def test_things_below_are_shaded_by_the_column_towards_the_sun():
+def test_objects_below_are_occluded_by_the_column_towards_the_sun():
     cloud, matter = _numbers(8.0)
-    gridded = dataclasses.replace(cloud, grid=_of_puff().lit(SUN, 1.0))
-    below = list(np.asarray(PUFF.middle) + 3.0 * SUN)
+    gridded = dataclasses.replace(cloud, grid=_of_blob().lit(SUN, 1.0))
+    below = list(np.asarray(BLOB.middle) + 3.0 * SUN)
     one, other = (
-        Clouds(Several([x]), [matter.phase], tuple(SUN)).sunlight_left(below)
+        Clouds(Several([x]), [matter.phase], tuple(SUN)).sunlight_transmittance(below)
         for x in (cloud, gridded)
     )
     assert np.max(one) < 0.7

@@ -1,4 +1,4 @@
-"""Light of lamps in clouds: photons one by one, sums along rays, things in the same place."""
+"""Light of lamps in clouds: photons one by one, sums along rays, objects in the same place."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
 from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, with_escapes
 from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.water.phase import parse_phase
-from underwater_spectral.validation.cloud_photons import GreyPuff, radiance
+from underwater_spectral.validation.cloud_photons import GreyBlob, radiance
 
 from .test_cloud_light import SIGMA, SUN, VIEWS, _numbers
 
@@ -60,13 +60,13 @@ def _disc(view, radius=0.5):
 def test_light_of_a_lamp_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration)
     empty = lamp_water([0.0] * 3, [1e-9] * 3, parse_phase("isotropic").for_bands([1e-9] * 3))
-    folded = fold_lamps([_torch()], empty, CHANNELS, clouds=SIGMA)
-    grey = GreyPuff(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
+    projected = project_lamps([_torch()], empty, CHANNELS, clouds=SIGMA)
+    grey = GreyBlob(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
     photons = radiance(grey, SUN, SIDES, lamp=TORCH, count=200_000)
     found = {}
     for name, view in SIDES.items():
         light = lamp_lit_cloud.path_light(
-            folded, _clouds((cloud, matter)), *_disc(view), np.full((36, 1), 200.0)
+            projected, _clouds((cloud, matter)), *_disc(view), np.full((36, 1), 200.0)
         )
         found[name] = float(light[:, 0].mean())
     assert found == pytest.approx(photons, rel=bound)
@@ -75,83 +75,87 @@ def test_light_of_a_lamp_is_that_of_photons(concentration, bound):
 @pytest.mark.parametrize("profile", [IsotropicProfile(), SpotProfile(math.radians(50.0), 0.5)])
 def test_a_black_cloud_takes_light_of_the_water_along_both_ways(profile):
     cloud, matter = _numbers(12.0, albedo=0.0, at=(0.0, 0.0, 0.0))
-    folded = fold_lamps([_torch(profile)], _water(), CHANNELS, clouds=SIGMA)
+    projected = project_lamps([_torch(profile)], _water(), CHANNELS, clouds=SIGMA)
     origin, w = (0.0, -3.0, 0.0), (0.0, 1.0, 0.0)
-    found = lamp_lit_cloud.path_light(folded, _clouds((cloud, matter)), origin, w, 8.0)
+    found = lamp_lit_cloud.path_light(projected, _clouds((cloud, matter)), origin, w, 8.0)
     # The light of the water up to each distance, of which each piece is dimmed for itself.
     ends = np.linspace(1e-3, 8.0, 400)[:, None]
-    pieces = np.diff(folded.path_light(origin, w, ends), axis=0)
+    pieces = np.diff(projected.path_light(origin, w, ends), axis=0)
     s = 0.5 * (ends[1:] + ends[:-1])
     start = [np.full_like(s, x) for x in origin]
-    seen = cloud.puff.along(start, w).column(s)
+    seen = cloud.blob.along(start, w).column(s)
     places = [x + along * s for x, along in zip(origin, w, strict=True)]
     way = [x - x0 for x, x0 in zip(places, TORCH, strict=True)]
     r = np.sqrt(sum(x * x for x in way))
-    lit = cloud.puff.along(TORCH, [x / r for x in way]).column(r)
-    left = np.exp(-cloud.scaled * seen - cloud.kept * lit)
-    assert found == pytest.approx((pieces * left).sum(axis=0), rel=0.03)
+    lit = cloud.blob.along(TORCH, [x / r for x in way]).column(r)
+    transmittance = np.exp(-cloud.scaled * seen - cloud.transport * lit)
+    assert found == pytest.approx((pieces * transmittance).sum(axis=0), rel=0.03)
     # Most of it comes from before the cloud: all of that is untouched.
-    near, middle = (folded.path_light(origin, w, P) for P in (1.4, 3.0))
+    near, middle = (projected.path_light(origin, w, P) for P in (1.4, 3.0))
     assert np.all(found > near)
     assert np.all(found < middle)
 
 
-def test_what_floats_is_lit_as_a_white_thing_in_its_place():
+def test_what_floats_is_lit_as_a_white_object_in_its_place():
     torch = _torch(SpotProfile(math.radians(50.0), 0.5))
-    folded = fold_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
-    ((_, light),) = folded.lights()
+    projected = project_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
+    ((_, light),) = projected.lights()
     for r, s in ((1.0, 1.5), (3.0, 2.5), (5.0, 4.0)):
         place = np.array(torch.position) + r * np.array(torch.axis)
         normal = [-x for x in torch.axis]
-        D, F = folded.reflected(list(place), normal, (1.0, 1.0, 1.0), s)
+        D, F = projected.reflected(list(place), normal, (1.0, 1.0, 1.0), s)
         found = light.floating_at(r, s) / (r * r + torch.radius**2)
         assert found == pytest.approx(math.pi * (D + F), rel=0.04)
 
 
 def test_a_cloud_aside_changes_nothing():
-    folded = fold_lamps([_torch()], _water(), CHANNELS, clouds=SIGMA)
+    projected = project_lamps([_torch()], _water(), CHANNELS, clouds=SIGMA)
     ray = (0.0, -3.0, 0.0), (0.0, 1.0, 0.0), 8.0
-    aside = lamp_lit_cloud.path_light(folded, _clouds(_numbers(30.0, at=(90.0, 0.0, 0.0))), *ray)
-    assert aside == pytest.approx(folded.path_light(*ray), rel=1e-6)
+    aside = lamp_lit_cloud.path_light(projected, _clouds(_numbers(30.0, at=(90.0, 0.0, 0.0))), *ray)
+    assert aside == pytest.approx(projected.path_light(*ray), rel=1e-6)
 
 
 def test_two_halves_in_one_place_are_the_whole_by_lamp():
-    folded = fold_lamps([_torch()], _water(), CHANNELS, clouds=SIGMA)
+    projected = project_lamps([_torch()], _water(), CHANNELS, clouds=SIGMA)
     ray = (0.1, -3.0, 0.0), (0.0, 1.0, 0.0), 8.0
-    whole = lamp_lit_cloud.path_light(folded, _clouds(_numbers(2.0)), *ray)
-    halves = lamp_lit_cloud.path_light(folded, _clouds(_numbers(1.0), _numbers(1.0)), *ray)
+    whole = lamp_lit_cloud.path_light(projected, _clouds(_numbers(2.0)), *ray)
+    halves = lamp_lit_cloud.path_light(projected, _clouds(_numbers(1.0), _numbers(1.0)), *ray)
     # Light that is scattered twice is counted in each for itself.
     assert halves == pytest.approx(whole, rel=0.06)
 
 
 def test_a_lamp_within_a_cloud_is_added_up_in_few_steps(monkeypatch):
     torch = Lamp((0.2, 0.1, 0.0), (0.0, 1.0, 0.0), np.ones(3), IsotropicProfile(), 0.02)
-    folded = fold_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
+    projected = project_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
     ray = (0.0, -2.0, 0.0), (0.0, 1.0, 0.0), 8.0
-    few = lamp_lit_cloud.path_light(folded, _clouds(_numbers(6.0)), *ray)
+    few = lamp_lit_cloud.path_light(projected, _clouds(_numbers(6.0)), *ray)
     monkeypatch.setattr(lamp_lit_cloud, "STEPS", 200)
-    many = lamp_lit_cloud.path_light(folded, _clouds(_numbers(6.0)), *ray)
+    many = lamp_lit_cloud.path_light(projected, _clouds(_numbers(6.0)), *ray)
     assert few == pytest.approx(many, rel=0.05)
 
 
 def test_what_lies_behind_a_cloud_is_lit_through_it():
     cloud, matter = _numbers(10.0)
     torch, behind = _torch(), (-0.4, 3.0, -0.2)
-    left = lamp_lit_cloud.left_on_thing(_clouds((cloud, matter)), torch, behind)
+    transmittance = lamp_lit_cloud.transmittance_to_surface(_clouds((cloud, matter)), torch, behind)
     wide = float(matter.absorption[0] + matter.scattering[0] * (1.0 - matter.phase.g))
-    assert left == pytest.approx(np.exp(-wide * SIGMA * math.sqrt(2.0 * math.pi)), rel=1e-3)
-    aside = lamp_lit_cloud.left_on_thing(_clouds((cloud, matter)), torch, (-6.0, -3.0, 0.0))
+    assert transmittance == pytest.approx(
+        np.exp(-wide * SIGMA * math.sqrt(2.0 * math.pi)), rel=1e-3
+    )
+    aside = lamp_lit_cloud.transmittance_to_surface(
+        _clouds((cloud, matter)), torch, (-6.0, -3.0, 0.0)
+    )
     assert aside == pytest.approx(1.0, abs=1e-3)
 
 
 def _gridded(found, torch, count=48):
-    """Clouds of a puff whose density is at nodes."""
+    """Clouds of a blob whose density is at nodes."""
     cloud, matter = found
     axes = np.eye(3) * (3.6 / (count - 1))
     corner = np.asarray(cloud.middle, dtype=float) - 1.8
     empty = DensityGrid(np.zeros((count,) * 3), corner, axes)
-    density = np.asarray(cloud.puff.density(list(np.moveaxis(empty.places(), -1, 0))))
-    grid = replace(empty, density=density).lit(SUN, float(cloud.kept.mean()), [torch.position])
+    density = np.asarray(cloud.blob.density(list(np.moveaxis(empty.places(), -1, 0))))
+    grid = replace(empty, density=density).lit(SUN, float(cloud.transport.mean()), [torch.position])
     return Clouds(Several([replace(cloud, grid=grid)]), [matter.phase], tuple(SUN))
 
 
@@ -159,30 +163,30 @@ def _gridded(found, torch, count=48):
 def test_light_of_a_lamp_in_a_grid_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration)
     empty = lamp_water([0.0] * 3, [1e-9] * 3, parse_phase("isotropic").for_bands([1e-9] * 3))
-    folded = fold_lamps([_torch()], empty, CHANNELS, clouds=SIGMA)
-    grey = GreyPuff(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
+    projected = project_lamps([_torch()], empty, CHANNELS, clouds=SIGMA)
+    grey = GreyBlob(SIGMA, float(matter.absorption[0]), float(matter.scattering[0]), matter.phase)
     photons = radiance(grey, SUN, SIDES, lamp=TORCH, count=200_000)
     found = {}
     for name, view in SIDES.items():
         light = lamp_lit_cloud.path_light(
-            folded, _gridded((cloud, matter), _torch()), *_disc(view), np.full((36, 1), 200.0)
+            projected, _gridded((cloud, matter), _torch()), *_disc(view), np.full((36, 1), 200.0)
         )
         found[name] = float(light[:, 0].mean())
     assert found == pytest.approx(photons, rel=bound)
 
 
 @pytest.mark.parametrize("place", [(0.2, 0.1, 0.0), (0.0, -2.2, 0.3)], ids=["in it", "outside"])
-def test_a_lamp_shines_in_a_grid_as_in_its_puff(place):
+def test_a_lamp_shines_in_a_grid_as_in_its_blob(place):
     torch = Lamp(place, (0.0, 1.0, 0.0), np.ones(3), IsotropicProfile(), 0.02)
-    folded = fold_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
+    projected = project_lamps([torch], _water(), CHANNELS, clouds=SIGMA)
     for side in (0.0, 0.3, -0.5):
         ray = [np.array([x]) for x in (side, -3.0, 0.1)], (0.0, 1.0, 0.0), np.array([8.0])
-        one = lamp_lit_cloud.path_light(folded, _clouds(_numbers(6.0)), *ray)
-        other = lamp_lit_cloud.path_light(folded, _gridded(_numbers(6.0), torch), *ray)
+        one = lamp_lit_cloud.path_light(projected, _clouds(_numbers(6.0)), *ray)
+        other = lamp_lit_cloud.path_light(projected, _gridded(_numbers(6.0), torch), *ray)
         assert other == pytest.approx(one, rel=0.05)
 
 
-def test_columns_to_a_lamp_are_those_of_the_puff():
+def test_columns_to_a_lamp_are_those_of_the_blob():
     found = _numbers(6.0)
     for place in ((0.2, 0.1, 0.0), TORCH):
         torch = Lamp(place, (0.0, 1.0, 0.0), np.ones(3))

@@ -141,10 +141,10 @@ def test_every_filter_sees_its_channel(pattern):
 
 def test_lenses_darken_towards_the_corners():
     size, focal, centre = (60, 40), (50.0, 50.0), (30.0, 20.0)
-    natural = Vignetting().share(size, focal, centre)
+    natural = Vignetting().fraction(size, focal, centre)
     corner = np.cos(np.arctan(np.hypot(29.5, 19.5) / 50.0)) ** 4
     assert natural[0, 0] == pytest.approx(corner)
-    radial = Vignetting(natural=False, radial=(-0.3, -0.1)).share(size, focal, centre)
+    radial = Vignetting(natural=False, radial=(-0.3, -0.1)).fraction(size, focal, centre)
     assert radial[20, 30] == pytest.approx(1.0, abs=1e-3)
     assert radial[0, 0] == pytest.approx(0.6, abs=0.03)
     flat = capture(np.full((40, 60, 3), 0.5), RawSettings(QUIET, 1.0))
@@ -267,7 +267,7 @@ def test_what_cannot_be_taken_says_why(tmp_path):
     with pytest.raises(InputError, match="three channels"):
         capture(picture[..., 0], RawSettings(QUIET, 1.0))
     with pytest.raises(InputError, match="darker than black"):
-        Vignetting(radial=(-2.0,)).share((8, 8), (9.0, 9.0), (4.0, 4.0))
+        Vignetting(radial=(-2.0,)).fraction((8, 8), (9.0, 9.0), (4.0, 4.0))
     with pytest.raises(InputError, match="one 16-bit count"):
         write_dng(tmp_path / "a.dng", np.zeros((2, 2, 3), np.uint16), QUIET, "RGGB", np.eye(3),
                   np.ones(3), "a")  # fmt: skip

@@ -74,11 +74,14 @@ def test_lateral_colour_magnifies():
 
 def test_what_a_lens_does_not_see_is_nan():
     """A polynomial that folds back would show the far side inside the picture."""
-    folding = BrownConrady(-0.3)
-    assert np.isnan(folding.image([[2.0, 0.0, 1.0], [0.1, 0.0, -1.0]])).all()
-    assert np.isnan(folding.directions([5.0, 0.0])).all()
-    for lens, fold in ((BrownConrady(k2=-0.1), 2**0.25), (BrownConrady(k3=-0.1), 0.7 ** (-1 / 6))):
-        seen = np.isfinite(lens.image([[0.99 * fold, 0.0, 1.0], [0.0, 1.01 * fold, 1.0]]))
+    projecting = BrownConrady(-0.3)
+    assert np.isnan(projecting.image([[2.0, 0.0, 1.0], [0.1, 0.0, -1.0]])).all()
+    assert np.isnan(projecting.directions([5.0, 0.0])).all()
+    for lens, project in (
+        (BrownConrady(k2=-0.1), 2**0.25),
+        (BrownConrady(k3=-0.1), 0.7 ** (-1 / 6)),
+    ):
+        seen = np.isfinite(lens.image([[0.99 * project, 0.0, 1.0], [0.0, 1.01 * project, 1.0]]))
         assert seen.all(axis=-1).tolist() == [True, False]
     fisheye = KannalaBrandt(-0.2)
     limit = np.sqrt(1 / 0.6)

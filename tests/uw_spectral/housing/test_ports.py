@@ -156,7 +156,7 @@ def test_a_large_dome_close_by_is_a_flat_port():
 )
 @pytest.mark.parametrize("distance", [0.3, 2.0, 1e7])
 def test_focus_lies_where_two_rays_meet(port, distance):
-    """Rays from both sides of the pupil to a thing on the axis meet in its image."""
+    """Rays from both sides of the pupil to an object on the axis meet in its image."""
     formula = float(focus_distance(Housing(PLAIN, port), distance, 500.0))
     assert cases.traced_focus(port, distance, 500.0) == pytest.approx(formula, rel=1e-5)
     if distance == 1e7 and isinstance(port, DomePort):

@@ -54,7 +54,7 @@ def test_pixels_see_what_their_rays_meet(name, position):
         origins, w = housing.ray_in_water(centres, nm)
         distance, board = cases.cast(origins, w)
         inner = ~cases.edges(board)
-        # Hidden things are few; from the best viewpoint they lie at edges.
+        # Hidden objects are few; from the best viewpoint they lie at edges.
         assert seen.hidden.mean() < 0.01
         if position is None:
             assert not (seen.hidden & inner).any()

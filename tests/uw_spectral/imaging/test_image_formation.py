@@ -47,7 +47,7 @@ def optics(water: str, *, floor: float = math.inf, surface: str = "none"):
 
 
 def pixels(found, w, z, J):
-    """Bands of the pixel model, shape (m, n): light of the thing, and of the water."""
+    """Bands of the pixel model, shape (m, n): light of the object, and of the water."""
     field, column = found.solved_field(), found.column
     beam = sun_beam(column, found.phase)
     index = column.refractive_index if column.reflects else None
@@ -89,13 +89,13 @@ def test_channels_are_sums_over_bands():
     D = np.exp(-np.outer(z, c)) * Ed @ response.T / (response @ Ed)
     assert np.exp(-formation.channels.beta_direct * z[:, None]) == pytest.approx(D)
     B = -np.expm1(-np.outer(z, c)) * formation.bands.B_inf @ response.T
-    share = -np.expm1(-formation.channels.beta_backscatter * z[:, None])
-    assert formation.channels.B_inf * share == pytest.approx(B)
+    fraction = -np.expm1(-formation.channels.beta_backscatter * z[:, None])
+    assert formation.channels.B_inf * fraction == pytest.approx(B)
     # Light that is left travels better: coefficients fall with range, that of red most.
     assert (np.diff(formation.channels.beta_direct, axis=0) < 0).all()
 
 
-def test_coefficients_depend_on_the_colour_of_the_thing():
+def test_coefficients_depend_on_the_colour_of_the_object():
     found = optics("jerlov:IB")
     grey = compute_image_formation(found, DEPTH).channels
     red = compute_image_formation(

@@ -24,7 +24,7 @@ from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
     euphotic_depth,
     horizontal_visibility,
-    light_left,
+    transmitted_light,
 )
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
@@ -57,7 +57,7 @@ def test_each_layer_has_its_own_numbers():
     assert found.water.name == "clear"
     mixed = _resolved(
         WaterDescription(
-            LAYERS, second=Water.uniform(0.5, 0.0), second_share=0.5, scattering_factor=2.0
+            LAYERS, second=Water.uniform(0.5, 0.0), second_fraction=0.5, scattering_factor=2.0
         )
     )
     np.testing.assert_allclose(mixed.column.below[0].absorption, 0.4)
@@ -68,11 +68,11 @@ def test_a_profile_is_not_mixed_in(tmp_path):
     path = tmp_path / "profile.csv"
     path.write_text("depth_m,cdom\n0,0.1\n5,0.2\n")
     with pytest.raises(InputError, match=r"profile.csv' differs with depth"):
-        _resolved(WaterDescription(CLEAR, second=f"file:{path}", second_share=0.5))
+        _resolved(WaterDescription(CLEAR, second=f"file:{path}", second_fraction=0.5))
 
 
 def test_each_layer_has_its_own_phase_function():
-    """By its own share of molecules; of constituents, as if they were all of the water."""
+    """By its own fraction of molecules; of constituents, as if they were all of the water."""
     found = _resolved(WaterDescription(LAYERS))
     deeper = found.column.below[0].phase
     assert np.all(deeper.weights[0] < 0.5 * found.phase.weights[0])
@@ -126,7 +126,9 @@ def test_read_outs_of_one_water_in_layers_are_those_of_the_water():
     whole, cut = (readouts(view, view) for view in views)
     assert cut.visibility == pytest.approx(whole.visibility)
     assert cut.euphotic_depth == pytest.approx(whole.euphotic_depth, rel=1e-6)
-    np.testing.assert_allclose(cut.light_left.values, whole.light_left.values, rtol=1e-6)
+    np.testing.assert_allclose(
+        cut.transmitted_light.values, whole.transmitted_light.values, rtol=1e-6
+    )
     np.testing.assert_allclose(cut.swatch, whole.swatch, rtol=1e-6)
     np.testing.assert_allclose(*(diffuse_attenuation(view) for view in views), rtol=1e-6)
 
@@ -139,7 +141,7 @@ def test_read_outs_are_those_of_the_camera_s_layer():
     field = found.column.solved_field(found.phase)
     np.testing.assert_allclose(above.light, field.Ed(4.0), rtol=2e-3)
     np.testing.assert_allclose(above.background, field.radiance(4.0, above.level), rtol=0.02)
-    np.testing.assert_allclose(light_left(above), field.Ed(4.0) / field.Ed(0.0), rtol=2e-3)
+    np.testing.assert_allclose(transmitted_light(above), field.Ed(4.0) / field.Ed(0.0), rtol=2e-3)
     # A white wall far away is water, one close by is not.
     wall = np.ones(4)
     np.testing.assert_allclose(above.seen_level(wall, 1e3), above.background)

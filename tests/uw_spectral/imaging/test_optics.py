@@ -35,16 +35,16 @@ from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase import HenyeyGreenstein
 
 
-def test_text_and_the_thing_it_stands_for_are_the_same():
+def test_text_and_the_object_it_stands_for_are_the_same():
     text = Description(
-        WaterDescription("jerlov:3C", second="jerlov:I", second_share=0.2, phase="hg:0.8"),
+        WaterDescription("jerlov:3C", second="jerlov:I", second_fraction=0.2, phase="hg:0.8"),
         SunAndSky("clear-sky", 40.0, above_surface=True),
         SurfaceDescription("flat"),
         FloorDescription(9.0, "0.3"),
         CameraDescription("ARRI D21", "depth"),
         BandsDescription(5, 420.0, 680.0),
     )
-    things = replace(
+    surfaces = replace(
         text,
         water=replace(
             text.water,
@@ -57,7 +57,7 @@ def test_text_and_the_thing_it_stands_for_are_the_same():
         camera=replace(text.camera, sensor=parse_sensor("ARRI D21")),
         bands=Bands.uniform(5, 420.0, 680.0),
     )
-    one, other = resolve(text), resolve(things)
+    one, other = resolve(text), resolve(surfaces)
     assert one.column == other.column
     assert one.phase == other.phase
     assert one.viewpoint(5.0) == other.viewpoint(5.0)
@@ -98,16 +98,16 @@ def test_constituents_bring_their_phase_function():
     assert spelt.phase == amounts[0].phase(spelt.bands.centres)
     chosen = resolve(Description(WaterDescription(amounts[0], phase="hg:0.9"))).phase
     assert chosen.components == (HenyeyGreenstein(0.9),)
-    mixed = WaterDescription(amounts[0], second="jerlov:II", second_share=0.5)
+    mixed = WaterDescription(amounts[0], second="jerlov:II", second_fraction=0.5)
     assert len(resolve(Description(mixed)).phase.components) == 2
 
 
 def test_mixed_constituents_keep_their_backscatter():
     """bb/b 0.007 of 1 mg/m³ and Petzold's 0.0183, by the scattering of each."""
-    described = WaterDescription("bio:chl=1", second="jerlov:IB", second_share=0.5)
+    described = WaterDescription("bio:chl=1", second="jerlov:IB", second_fraction=0.5)
     ratio = resolve(Description(described)).phase.components[1].backscatter_ratio
     assert 0.007 < ratio < 0.0183
-    alone = resolve(Description(replace(described, second_share=0.0))).phase.components[1]
+    alone = resolve(Description(replace(described, second_fraction=0.0))).phase.components[1]
     assert alone.backscatter_ratio == pytest.approx(0.007, rel=0.01)
 
 
@@ -117,7 +117,9 @@ def test_fluorescence_needs_constituents():
     with pytest.raises(InputError, match="second water"):
         resolve(
             Description(
-                WaterDescription("bio:chl=1", second="jerlov:II", inelastic="cdom", second_share=0)
+                WaterDescription(
+                    "bio:chl=1", second="jerlov:II", inelastic="cdom", second_fraction=0
+                )
             )
         )
     with pytest.raises(InputError, match="unknown inelastic process 'ramen'"):

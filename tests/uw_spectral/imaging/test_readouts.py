@@ -17,8 +17,8 @@ from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
     euphotic_depth,
     horizontal_visibility,
-    light_left,
     sighting_range,
+    transmitted_light,
 )
 from underwater_spectral.uw_spectral.imaging.water_colour import (
     dominant_colour,
@@ -78,18 +78,18 @@ def test_light_of_absorbing_water_follows_beers_law():
     assert euphotic_depth(column.column, column.phase) == pytest.approx(
         -math.log(0.01) * mu / 0.2, rel=1e-6
     )
-    assert light_left(column) == pytest.approx(math.exp(-0.2 / mu))
+    assert transmitted_light(column) == pytest.approx(math.exp(-0.2 / mu))
     assert diffuse_attenuation(column) == pytest.approx(0.2 / mu)
 
 
 @pytest.mark.parametrize("name", JERLOV_TYPES)
-@pytest.mark.parametrize("share", [0.5, 0.1, 0.01, 1e-6])
-def test_share_of_light_at_that_depth(name, share):
+@pytest.mark.parametrize("fraction", [0.5, 0.1, 0.01, 1e-6])
+def test_fraction_of_light_at_that_depth(name, fraction):
     view = viewpoint(name)
-    depth = euphotic_depth(view.column, view.phase, share)
+    depth = euphotic_depth(view.column, view.phase, fraction)
     photons = FINE.centres * FINE.widths
-    left = view.field.Ed(depth) @ photons / (view.field.Ed(0.0) @ photons)
-    assert left == pytest.approx(share, rel=1e-4)
+    transmittance = view.field.Ed(depth) @ photons / (view.field.Ed(0.0) @ photons)
+    assert transmittance == pytest.approx(fraction, rel=1e-4)
 
 
 @pytest.mark.parametrize("name", JERLOV_TYPES)
@@ -98,7 +98,9 @@ def test_diffuse_attenuation_takes_the_light_away(name):
     views = [viewpoint(name, depth=depth) for depth in depths]
     attenuation = np.array([diffuse_attenuation(view) for view in views])
     taken = np.trapezoid(attenuation, depths, axis=0)
-    assert np.exp(-taken) == pytest.approx(light_left(views[-1]) / light_left(views[0]), rel=1e-3)
+    assert np.exp(-taken) == pytest.approx(
+        transmitted_light(views[-1]) / transmitted_light(views[0]), rel=1e-3
+    )
     assert (attenuation[-1] > JERLOV[name].a(FINE.centres)).all()
 
 
@@ -186,7 +188,7 @@ def test_readouts_collect_the_single_ones():
     assert found.visibility == horizontal_visibility(reference)
     assert found.euphotic_depth == euphotic_depth(reference.column, reference.phase)
     assert found.swatch.tolist() == water_swatch(reference).tolist()
-    assert found.light_left.values.tolist() == light_left(reference).tolist()
+    assert found.transmitted_light.values.tolist() == transmitted_light(reference).tolist()
     assert found.colour == dominant_colour(reference)
     assert found.colour_error == colour_error(view, reference)
 
@@ -197,7 +199,7 @@ def test_refusals():
         viewpoint(depth=9.0, floor_depth=8.0)
     with pytest.raises(InputError, match="contrast must lie between 0 and 1"):
         sighting_range([0.1], [1.0], 1.0)
-    with pytest.raises(InputError, match="share of light must lie"):
+    with pytest.raises(InputError, match="fraction of light must lie"):
         euphotic_depth(view.column, view.phase, 0.0)
     with pytest.raises(InputError, match="no light between 400 and 700 nm"):
         euphotic_depth(replace(view.column, sun_irradiance=0.0), view.phase)

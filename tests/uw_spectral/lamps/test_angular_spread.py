@@ -16,8 +16,8 @@ from underwater_spectral.uw_spectral.lamps.angular_spread import (
     length_place,
     profile_place,
 )
+from underwater_spectral.uw_spectral.lamps.delta_scaled_phase import RESOLVED, wide_moments
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
-from underwater_spectral.uw_spectral.lamps.wide_phase import RESOLVED, wide_moments
 from underwater_spectral.uw_spectral.water.phase import (
     parse_phase,
     seawater_mixture,

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.emission import parse_emission
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_surface import (
-    carried_forward,
+    forward_transmittance,
     patch_past_lamp,
     surface_irradiance,
 )
@@ -42,7 +42,7 @@ XYZ_TO_REC709 = np.array(
 )
 LIGHTS = ("equal", "led", "halogen")
 PROFILES = (rov_lamp(), IsotropicProfile(), SpotProfile(math.radians(50), 0.3))
-# Places that get less than this share of what an even lamp would give are dark.
+# Places that get less than this fraction of what an even lamp would give are dark.
 DARK = 1e-3
 FLUOROPHORES = ("coral-cyan", "coral-green", "coral-red")
 
@@ -99,26 +99,26 @@ def _check(bound, pairs, channels):
         errors = []
         for found, wanted, even in pairs:
             scale = np.maximum(wanted @ weights, DARK * (even @ weights))
-            errors.append(np.abs(factor * found - channels.fold(wanted)) / scale)
+            errors.append(np.abs(factor * found - channels.project(wanted)) / scale)
         # An error of a tenth is seen.
         assert bound.holds(np.concatenate(errors)) == (factor == 1.0)
 
 
 def _cases(sensor, water):
-    """Lamps of each spectrum and profile, folded, and the same that shine evenly."""
+    """Lamps of each spectrum and profile, projected, and the same that shine evenly."""
     rng = np.random.default_rng(5)
     for light, profile in itertools.product(LIGHTS, PROFILES):
         axis = _directions(rng, 1)[0]
         lamp = Lamp((0.0, 0.0, 0.0), tuple(axis), _intensity(light), profile, 0.02)
         even = replace(lamp, profile=IsotropicProfile())
-        yield lamp, even, fold_lamps([lamp], _water(water), _channels(sensor)), rng
+        yield lamp, even, project_lamps([lamp], _water(water), _channels(sensor)), rng
 
 
-def _things(sensor, water):
-    """Channels and bands of light on things: seen, of that unscattered, and irradiance."""
+def _objects(sensor, water):
+    """Channels and bands of light on objects: seen, of that unscattered, and irradiance."""
     found = {"seen": [], "unscattered": [], "irradiance": []}
     medium = _water(water)
-    for lamp, even, folded, rng in _cases(sensor, water):
+    for lamp, even, projected, rng in _cases(sensor, water):
         u = _directions(rng)
         u[::2] = np.array(lamp.axis) + 0.4 * u[::2]
         u /= np.linalg.norm(u, axis=1)[:, None]
@@ -131,30 +131,31 @@ def _things(sensor, water):
             np.asarray(sum(surface_irradiance(one, patch_past_lamp(one, *place), medium)))
             for one in (lamp, even)
         )
-        direct, forward = np.exp(-medium.c * P), carried_forward(P, medium)
+        direct, forward = np.exp(-medium.c * P), forward_transmittance(P, medium)
         R = uplift(colour, BANDS) / math.pi
-        D, F = folded.reflected(*place, _columns(colour), P)
+        D, F = projected.reflected(*place, _columns(colour), P)
         whole = direct + forward
         found["seen"].append((D + F, R * E * whole, R * E_even * whole))
         # By what is seen: far away little of that is unscattered.
-        kept = _channels(sensor).fold(R * E * forward)
+        kept = _channels(sensor).project(R * E * forward)
         found["unscattered"].append((D + kept, R * E * whole, R * E_even * whole))
-        found["irradiance"].append((folded.irradiance(*place), E, E_even))
+        found["irradiance"].append((projected.irradiance(*place), E, E_even))
     return found
 
 
 def _rays(sensor, water):
-    """Channels and bands of light in the water, before a thing or not."""
+    """Channels and bands of light in the water, before an object or not."""
     found, medium = [], _water(water)
-    for lamp, even, folded, rng in _cases(sensor, water):
+    for lamp, even, projected, rng in _cases(sensor, water):
         origin = _columns(rng.uniform(0.2, 8.0, (COUNT, 1)) * _directions(rng))
         w, P = _columns(_directions(rng)), rng.uniform(0.2, 12.0, (COUNT, 1))
-        for before_thing in (False, True):
+        for before_surface in (False, True):
             rays = [
-                ray_past_lamp(one, origin, w, P, before_thing=before_thing) for one in (lamp, even)
+                ray_past_lamp(one, origin, w, P, before_surface=before_surface)
+                for one in (lamp, even)
             ]
             wanted = sum(lamp_light(lamp, rays[0], medium)) + lamp_disc(lamp, rays[0], medium.c)
-            L = folded.path_light(origin, w, P, before_thing=before_thing)
+            L = projected.path_light(origin, w, P, before_surface=before_surface)
             found.append((L, wanted, sum(lamp_light(even, rays[1], medium))))
     return found
 
@@ -164,8 +165,8 @@ SENSORS = ("cie1931", "Nikon D700", "rec709")
 
 @pytest.mark.parametrize("water", WATERS)
 @pytest.mark.parametrize("sensor", SENSORS)
-def test_light_on_things(sensor, water):
-    found, channels = _things(sensor, water), _channels(sensor)
+def test_light_on_surfaces(sensor, water):
+    found, channels = _objects(sensor, water), _channels(sensor)
     for pairs in found.values():
         _check(_Bound(0.004, 0.02, 0.15), pairs, channels)
 
@@ -181,9 +182,9 @@ def test_light_in_the_water(sensor, water, request):
 
 
 @pytest.mark.parametrize("water", ONE_OF_WATERS)
-def test_three_bands_are_what_they_are(water):
+def test_representative_bands_are_what_they_are(water):
     channels = _channels("bands")
-    for pairs in _things("bands", water).values():
+    for pairs in _objects("bands", water).values():
         _check(_Bound(0.0005, 0.002, 0.006), pairs, channels)
     _check(_Bound(0.0005, 0.002, 0.002), _rays("bands", water), channels)
 
@@ -192,13 +193,13 @@ def test_a_measured_reflectance_replaces_the_colour():
     steps = np.where(np.arange(12) % 5 < 2, 0.1, 0.8)
     lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), _intensity("led"), rov_lamp())
     water, channels = _water("II"), _channels("cie1931")
-    folded = fold_lamps([lamp], water, channels, [np.ones(12), steps])
+    projected = project_lamps([lamp], water, channels, [np.ones(12), steps])
     patch, P = ((0.3, 0.0, 0.0), (0.0, 0.0, 1.0)), 3.0
     E = sum(surface_irradiance(lamp, patch_past_lamp(lamp, *patch), water))
-    arriving = np.exp(-water.c * P) + carried_forward(P, water)
-    found = sum(folded.reflected(*patch, (0.2, 0.2, 0.2), P, measured=1))
-    assert found == pytest.approx(channels.fold(steps * E * arriving / math.pi), rel=5e-3)
-    assert folded.measured == 2
+    arriving = np.exp(-water.c * P) + forward_transmittance(P, water)
+    found = sum(projected.reflected(*patch, (0.2, 0.2, 0.2), P, measured=1))
+    assert found == pytest.approx(channels.project(steps * E * arriving / math.pi), rel=5e-3)
+    assert projected.measured == 2
 
 
 @pytest.mark.parametrize("sensor", ["cie1931", "bands"])
@@ -208,11 +209,11 @@ def test_what_excites_is_the_sum_over_all_bands(sensor):
     lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), light, rov_lamp())
     water = _water("II")
     exciting = np.array([parse_fluorophore(x).excitation_in(BANDS) for x in FLUOROPHORES])
-    folded = fold_lamps([lamp], water, _channels(sensor), exciting=exciting)
+    projected = project_lamps([lamp], water, _channels(sensor), exciting=exciting)
     patch = (0.3, 0.0, 0.0), (0.0, 0.0, 1.0)
     E = sum(surface_irradiance(lamp, patch_past_lamp(lamp, *patch), water))
-    assert folded.excitation(*patch) == pytest.approx(exciting @ E, rel=5e-3)
-    assert not fold_lamps([lamp], water, _channels(sensor)).excites
+    assert projected.excitation(*patch) == pytest.approx(exciting @ E, rel=5e-3)
+    assert not project_lamps([lamp], water, _channels(sensor)).excites
 
 
 def test_lamps_add_up_and_each_has_its_spectrum():
@@ -222,16 +223,16 @@ def test_lamps_add_up_and_each_has_its_spectrum():
         for x, light in ((0.5, "led"), (-0.8, "halogen"))
     ]
     ray = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 6.0
-    found = fold_lamps(lamps, water, channels).path_light(*ray)
+    found = project_lamps(lamps, water, channels).path_light(*ray)
     wanted = sum(sum(lamp_light(one, ray_past_lamp(one, *ray), water)) for one in lamps)
-    assert found == pytest.approx(channels.fold(wanted), rel=3e-3)
+    assert found == pytest.approx(channels.project(wanted), rel=3e-3)
 
 
 def test_what_is_hidden_from_a_lamp_keeps_the_light_from_about():
     lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), _intensity("led"), IsotropicProfile())
-    folded = fold_lamps([lamp], _water("II"), _channels("cie1931"))
+    projected = project_lamps([lamp], _water("II"), _channels("cie1931"))
     patch = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-    lit, hidden = (folded.irradiance(*patch, visible) for visible in (1.0, 0.0))
+    lit, hidden = (projected.irradiance(*patch, visible) for visible in (1.0, 0.0))
     assert np.all((hidden > 0) & (hidden < 0.2 * lit))
 
 
@@ -241,18 +242,18 @@ def test_extremes_are_finite(intensity):
     clear = lamp_water(np.zeros(12), np.zeros(12), _water("I").phase)
     for water in (clear, _water("9C")):
         lamp = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), np.full(12, intensity), rov_lamp())
-        folded = fold_lamps([lamp], water, channels)
+        projected = project_lamps([lamp], water, channels)
         for z in (-1e6, -1.0, 0.0, 1.0, 1e6):
             for P in (0.0, 1.0, 1e6):
-                L = folded.path_light((0.0, 0.01, z), (0.0, 0.0, 1.0), P)
-                D, F = folded.reflected((0.0, 0.01, z), (0.0, 0.0, -1.0), (1.0, 1.0, 1.0), P)
+                L = projected.path_light((0.0, 0.01, z), (0.0, 0.0, 1.0), P)
+                D, F = projected.reflected((0.0, 0.01, z), (0.0, 0.0, -1.0), (1.0, 1.0, 1.0), P)
                 assert np.isfinite([L, D, F]).all()
                 assert intensity or not np.any([L, D, F])
     # Nothing absorbs, nothing scatters: the inverse square.
     white = (1.0, 1.0, 1.0)
-    folded = fold_lamps([replace(lamp, intensity=np.ones(12))], clear, channels)
-    D, F = folded.reflected((0.0, 0.0, 10.0), (0.0, 0.0, -1.0), white, 1e3)
-    wanted = channels.fold(np.ones(12)) / 100.0 / math.pi
+    projected = project_lamps([replace(lamp, intensity=np.ones(12))], clear, channels)
+    D, F = projected.reflected((0.0, 0.0, 10.0), (0.0, 0.0, -1.0), white, 1e3)
+    wanted = channels.project(np.ones(12)) / 100.0 / math.pi
     assert pytest.approx(wanted, rel=1e-4) == D
     assert not np.any(F)
 
@@ -264,10 +265,10 @@ def test_a_lamp_that_is_seen_itself(name, away):
     water, channels, intensity = _water("II"), _channels(name), _intensity("halogen")
     lamp = Lamp((0.0, 0.0, away), (0.0, 0.0, -1.0), intensity, IsotropicProfile(), radius=0.05)
     seen, hidden = (
-        fold_lamps([replace(lamp, seen=x)], water, channels).path_light(
+        project_lamps([replace(lamp, seen=x)], water, channels).path_light(
             (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), away + 1.0
         )
         for x in (1.0, 0.0)
     )
-    wanted = channels.fold(intensity * np.exp(-water.c * away)) / (math.pi * 0.05**2)
+    wanted = channels.project(intensity * np.exp(-water.c * away)) / (math.pi * 0.05**2)
     np.testing.assert_allclose(seen - hidden, wanted * lamp.profile.value(1.0), rtol=0.01)

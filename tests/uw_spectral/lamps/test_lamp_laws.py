@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.lamps import thrown_back
+from underwater_spectral.uw_spectral.lamps import virtual_point_lights
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
@@ -23,29 +23,31 @@ SPOT = SpotProfile(math.radians(60.0), 0.3)
 PLACES = [(x, y, z) for x in (-1.0, 1.5) for y in (1.0, 3.0) for z in (-0.9, 0.4)]
 
 
-def _lit(lamp: Lamp) -> thrown_back.LitThings:
+def _lit(lamp: Lamp) -> virtual_point_lights.LitSurfaces:
     """Look from a lamp: a floor 1.2 m below the camera, and a dark wall 5 m before it."""
-    rays = thrown_back.rays_of(lamp)
+    rays = virtual_point_lights.rays_of(lamp)
     u, (_, y, z) = rays.directions, lamp.position
     floor = np.where(u[:, 2] < 0, (z + 1.2) / np.maximum(-u[:, 2], 1e-9), np.inf)
     wall = np.where(u[:, 1] > 0, (5.0 - y) / np.maximum(u[:, 1], 1e-9), np.inf)
     is_floor = (floor < wall)[:, None]
     normals = np.where(is_floor, (0.0, 0.0, 1.0), (0.0, -1.0, 0.0))
     reflectance = np.where(is_floor, (0.6, 0.5, 0.3), (0.1, 0.2, 0.2))
-    return thrown_back.LitThings(rays, np.minimum(floor, wall), normals, reflectance)
+    return virtual_point_lights.LitSurfaces(rays, np.minimum(floor, wall), normals, reflectance)
 
 
 def _light(lamps: list[Lamp], water: LampWater) -> np.ndarray:
-    """Light that things throw on level patches and into rays."""
-    thrown = thrown_back.thrown_back(lamps, [_lit(lamp) for lamp in lamps], water, CAMERA)
+    """Light that objects throw on level patches and into rays."""
+    virtual = virtual_point_lights.virtual_point_lights(
+        lamps, [_lit(lamp) for lamp in lamps], water, CAMERA
+    )
     found = []
     for place in PLACES:
-        patches = [patch_past_lamp(lamp, place, (0.0, 0.0, -1.0)) for lamp in thrown]
-        pairs = zip(thrown, patches, strict=True)
+        patches = [patch_past_lamp(lamp, place, (0.0, 0.0, -1.0)) for lamp in virtual]
+        pairs = zip(virtual, patches, strict=True)
         found.append(sum(sum(surface_irradiance(*pair, water)) for pair in pairs))
         way = np.array(place) / np.linalg.norm(place)
-        rays = [ray_past_lamp(lamp, CAMERA, way, np.full(1, 9.0)) for lamp in thrown]
-        found.append(sum(sum(lamp_light(*pair, water)) for pair in zip(thrown, rays, strict=True)))
+        rays = [ray_past_lamp(lamp, CAMERA, way, np.full(1, 9.0)) for lamp in virtual]
+        found.append(sum(sum(lamp_light(*pair, water)) for pair in zip(virtual, rays, strict=True)))
     return np.array(found)
 
 
@@ -82,7 +84,7 @@ def test_what_lamps_light_adds_up(count, water, monkeypatch):
         )
     ][:count]
     _add_up(lamps, water)
-    right = thrown_back.thrown_back
+    right = virtual_point_lights.virtual_point_lights
 
     def wrong(lamps, *others):
         """Plant an error of a tenth where the first lamp is not alone."""
@@ -90,7 +92,7 @@ def test_what_lamps_light_adds_up(count, water, monkeypatch):
         made = right(lamps, *others)
         return [dataclasses.replace(one, intensity=more * one.intensity) for one in made]
 
-    monkeypatch.setattr(thrown_back, "thrown_back", wrong)
+    monkeypatch.setattr(virtual_point_lights, "virtual_point_lights", wrong)
     with pytest.raises(AssertionError):
         _add_up(lamps, water)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
 from underwater_spectral.uw_spectral.lamps.layers import water_between, waters_of_lamps
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
@@ -16,7 +16,7 @@ from underwater_spectral.uw_spectral.water.phase import seawater_mixture
 
 ONE = grey_column(0.4, 0.6)
 N = len(ONE.bands)
-TURBID, CLEAR = (seawater_mixture([1.0] * N, [share] * N) for share in (0.01, 0.5))
+TURBID, CLEAR = (seawater_mixture([1.0] * N, [fraction] * N) for fraction in (0.01, 0.5))
 COLUMN = dataclasses.replace(
     ONE, below=(DeeperWater(6.0, np.full(N, 0.1), np.full(N, 0.2), CLEAR),)
 )
@@ -50,9 +50,9 @@ def test_each_lamp_has_its_own_water_and_all_have_the_mean_by_their_light():
     assert [float(x.a[0]) for x in each] == pytest.approx([0.4, 0.25])
     assert around.a == pytest.approx((3.0 * 0.4 + 0.25) / 4.0)
     channels = channels_of_bands(COLUMN.bands, [0, 1, 2])
-    folded = fold_lamps(lamps, around, channels, own=each)
-    for tables, water in zip(folded.folded, each, strict=True):
+    projected = project_lamps(lamps, around, channels, own=each)
+    for tables, water in zip(projected.projected, each, strict=True):
         ratio = tables.unscattered[1:64] / tables.unscattered[0]
         place = np.arange(1, 64) / 255.0
-        length = folded.stretch * place / (1.0 - place)
+        length = projected.stretch * place / (1.0 - place)
         assert ratio[:, 0] == pytest.approx(np.exp(-float(water.c[0]) * length), rel=1e-6)

@@ -51,9 +51,9 @@ def marched(lamp, origin, w, P, b, c, phase, panels=20000):
     return float((b * p * falling * np.exp(-c * (r + t0 + s)) * dt).sum())
 
 
-def once(lamp, origin, w, P, b, c, phase, nodes=lamp_path.NODES):
+def single(lamp, origin, w, P, b, c, phase, nodes=lamp_path.NODES):
     ray = ray_past_lamp(lamp, origin, w, P)
-    found = lamp_path.scattered_once(lamp, ray, np.array([b]), np.array([c]), phase, nodes=nodes)
+    found = lamp_path.single_scattering(lamp, ray, np.array([b]), np.array([c]), phase, nodes=nodes)
     return float(found[0])
 
 
@@ -81,7 +81,10 @@ def test_it_is_the_integral_along_the_ray(phase, cases, tolerance):
     for position, P, c in cases:
         lamp = Lamp(position, (0, 0, 1), np.array([2.0]), IsotropicProfile(), 1e-3)
         arguments = (lamp, (0, 0, 0), (0, 0, 1), P, 0.7 * c, c, PHASES[phase])
-        assert once(*arguments) == pytest.approx(marched(*arguments), rel=tolerance), (position, c)
+        assert single(*arguments) == pytest.approx(marched(*arguments), rel=tolerance), (
+            position,
+            c,
+        )
 
 
 @pytest.mark.parametrize(
@@ -109,13 +112,16 @@ def test_narrow_lamps_are_resolved(profile, tolerance):
         lamp = Lamp(position, _unit(axis), np.array([2.0]), profile, 1e-4)
         arguments = (lamp, (0, 0, 0), (0, 0, 1), 60.0, 0.2, 0.3, PHASES["hg"])
         wanted = marched(*arguments)
-        assert once(*arguments) == pytest.approx(wanted, rel=tolerance, abs=1e-9), (position, axis)
+        assert single(*arguments) == pytest.approx(wanted, rel=tolerance, abs=1e-9), (
+            position,
+            axis,
+        )
 
 
 def test_a_ray_that_misses_the_cone_gets_nothing():
     spot = SpotProfile(math.radians(20), 0.2)
     lamp = Lamp((1, 0, 0), (1, 0, 0), np.array([1.0]), spot)
-    assert once(lamp, (0, 0, 0), (0, 0, 1), 100.0, 0.1, 0.2, PHASES["hg"]) == 0.0
+    assert single(lamp, (0, 0, 0), (0, 0, 1), 100.0, 0.1, 0.2, PHASES["hg"]) == 0.0
 
 
 # What only an isotropic phase function in empty water has: L = b I (atan) / (4π h).
@@ -123,7 +129,7 @@ def test_without_extinction_it_is_the_angle_that_the_lamp_sees():
     phase = parse_phase("isotropic").for_bands([1.0])
     lamp = Lamp((2, 0, 1), (0, 0, 1), np.array([5.0]))
     wanted = 0.3 * 5.0 / (4 * math.pi * 2) * (math.atan(9 / 2) + math.atan(1 / 2))
-    found = once(lamp, (0, 0, 0), (0, 0, 1), 10.0, 0.3, 0.0, phase)
+    found = single(lamp, (0, 0, 0), (0, 0, 1), 10.0, 0.3, 0.0, phase)
     assert found == pytest.approx(wanted, rel=1e-5)
 
 
@@ -132,12 +138,12 @@ def test_an_error_of_10_percent_in_b_c_or_the_intensity_shows():
     case = {"b": 0.2, "c": 0.5, "phase": PHASES["hg"]}
     geometry = ((0, 0, 0), (0, 0, 1), 20.0)
     right = marched(lamp, *geometry, **case)
-    assert once(lamp, *geometry, **case) == pytest.approx(right, rel=2e-3)
+    assert single(lamp, *geometry, **case) == pytest.approx(right, rel=2e-3)
     brighter = dataclasses.replace(lamp, intensity=np.array([2.2]))
     for wrong in (
-        once(lamp, *geometry, **case | {"b": 0.22}),
-        once(lamp, *geometry, **case | {"c": 0.55}),
-        once(brighter, *geometry, **case),
+        single(lamp, *geometry, **case | {"b": 0.22}),
+        single(lamp, *geometry, **case | {"c": 0.55}),
+        single(brighter, *geometry, **case),
     ):
         assert abs(wrong / right - 1) > 0.05
 
@@ -163,7 +169,7 @@ def test_extremes_are_finite(dtype):
         with np.errstate(over="raise", invalid="raise", divide="raise"):
             ray = ray_past_lamp(lamp, (zero, zero, zero), (zero, zero, one), dtype(P))
             b_, c_ = np.array([b], dtype), np.array([c], dtype)
-            L = lamp_path.scattered_once(lamp, ray, b_, c_, PHASES["mixture"])
+            L = lamp_path.single_scattering(lamp, ray, b_, c_, PHASES["mixture"])
         assert np.all(np.isfinite(L))
         assert np.all(L >= 0)
 
@@ -176,7 +182,7 @@ def test_single_precision_serves():
             lamp = Lamp(tuple(map(cast, position)), (cast(0), cast(0), cast(1)), np.ones(1, dtype))
             ray = ray_past_lamp(lamp, (cast(0),) * 3, (cast(0), cast(0), cast(1)), cast(P))
             phase = PHASES["hg"]
-            values.append(lamp_path.scattered_once(lamp, ray, cast(0.5 * c), cast(c), phase))
+            values.append(lamp_path.single_scattering(lamp, ray, cast(0.5 * c), cast(c), phase))
         assert values[1] == pytest.approx(values[0], rel=1e-3)
 
 
@@ -184,7 +190,7 @@ def test_it_is_continuous_where_the_ray_meets_the_lamp():
     # h is held at the radius, or at a thousandth of the distance: no jump, no pole.
     lamp = Lamp((0, 0, 4), (0, 0, -1), np.ones(1), radius=0.02)
     aside = np.array([0.0, 0.01, 0.0199, 0.0201, 0.03])
-    L = [once(lamp, (x, 0, 0), (0, 0, 1), 50.0, 0.2, 0.4, PHASES["mixture"]) for x in aside]
+    L = [single(lamp, (x, 0, 0), (0, 0, 1), 50.0, 0.2, 0.4, PHASES["mixture"]) for x in aside]
     assert L[0] == pytest.approx(L[1], rel=1e-9)
     assert L[2] == pytest.approx(L[3], rel=0.05)
     assert L[4] < L[3]
@@ -196,7 +202,7 @@ def test_intensity_and_b_are_factors_and_bands_do_not_mix():
     lamp = Lamp((0.5, 0, 3), (0, 0, 1), np.array([1.0, 0.0, 3.0]))
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 9.0)
     phase = parse_phase("hg:0.9").for_bands(np.ones(3))
-    L = lamp_path.scattered_once(lamp, ray, np.full(3, 0.2), np.full(3, 0.4), phase)
+    L = lamp_path.single_scattering(lamp, ray, np.full(3, 0.2), np.full(3, 0.4), phase)
     assert L[1] == 0
     assert L[2] == pytest.approx(3 * L[0])
-    assert lamp_path.scattered_once(lamp, ray, 0.0, 0.4, phase) == pytest.approx(np.zeros(3))
+    assert lamp_path.single_scattering(lamp, ray, 0.0, 0.4, phase) == pytest.approx(np.zeros(3))

@@ -1,4 +1,4 @@
-"""What things keep the light of a lamp from."""
+"""What objects keep the light of a lamp from."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _places(count=4000, seed=1):
 
 
 def test_the_directions_are_where_the_map_is_looked_up():
-    """A thing in the direction of one entry alone is a thing there, and not in the others."""
+    """An object in the direction of one entry alone is an object there, and not in the others."""
     u = shadow_directions()
     assert np.linalg.norm(u, axis=1) == pytest.approx(1.0)
     distances = np.random.default_rng(2).uniform(1.0, 9.0, SIDE * SIDE)
@@ -77,9 +77,9 @@ def test_light_along_a_ray_ends_where_the_shadow_begins():
     lamp = Lamp((1.0, 0.0, 2.0), (0.0, 0.0, 1.0), np.ones(1))
     dark = dataclasses.replace(lamp, shadow=_wall(3.0))
     whole, cut = (ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), P) for P in (50.0, 5.1))
-    once, more = lamp_light(dark, whole, WATER)
+    single, more = lamp_light(dark, whole, WATER)
     wanted, most = lamp_light(lamp, cut, WATER)
-    assert once == pytest.approx(wanted, rel=0.02)
+    assert single == pytest.approx(wanted, rel=0.02)
     assert 0.8 * most < more < 1.2 * most
     clear = dataclasses.replace(lamp, shadow=shadow_map(np.full(SIDE * SIDE, np.inf)))
     for found, alone in zip(

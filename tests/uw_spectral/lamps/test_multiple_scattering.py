@@ -11,7 +11,7 @@ import pytest
 from underwater_spectral.benchmarks.lamp_light import even_in_angle, exact, solved
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum, scattered_once
+from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum, single_scattering
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
     BandLight,
     LampField,
@@ -44,7 +44,7 @@ def test_photons_of_the_first_order_are_the_integral():
                 phase, rng, count=1,
             )  # fmt: skip
             ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 1e6)
-            wanted = scattered_once(lamp, ray, np.ones(1), np.ones(1), function)[0]
+            wanted = single_scattering(lamp, ray, np.ones(1), np.ones(1), function)[0]
             assert found.mean() == pytest.approx(wanted, rel=0.02)
 
 
@@ -88,11 +88,11 @@ def test_it_is_as_photons_have_it(index, tolerance):
     found = lamp_cases.traced(case, 150_000 if case.kind == "beside" else 30_000, 7)
     for albedo in (0.4, 0.8, 0.95):
         value, error = lamp_photons.summed(found, albedo)
-        once, whole = solved(case, albedo)
-        value += once if case.kind == "patch" else 0.0
+        single, whole = solved(case, albedo)
+        value += single if case.kind == "patch" else 0.0
         assert error < 0.5 * tolerance * value
         assert whole == pytest.approx(value, rel=tolerance)
-        assert abs(whole / value - 1) < abs(once / value - 1)
+        assert abs(whole / value - 1) < abs(single / value - 1)
 
 
 def test_light_beside_a_beam_was_bent_out_of_it():
@@ -108,16 +108,16 @@ def test_the_first_part_is_light_scattered_once():
     lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.array([2.0]), rov_lamp())
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 20.0)
     water = lamp_water([0.1], [0.3], HG)
-    once, more = lamp_light(lamp, ray, water)
-    assert once == pytest.approx(scattered_once(lamp, ray, water.b, water.c, HG))
+    single, more = lamp_light(lamp, ray, water)
+    assert single == pytest.approx(single_scattering(lamp, ray, water.b, water.c, HG))
     assert more > 0
 
 
 def test_thin_water_scatters_once():
     lamp = Lamp((0.5, 0, 3), (0, 0, -1), np.array([2.0]))
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 20.0)
-    once, more = lamp_light(lamp, ray, lamp_water([1e-4], [1e-4], HG))
-    assert more < 0.01 * once
+    single, more = lamp_light(lamp, ray, lamp_water([1e-4], [1e-4], HG))
+    assert more < 0.01 * single
 
 
 def test_more_nodes_change_little():
@@ -185,5 +185,5 @@ def test_the_cube_root_is_what_sea_particles_need():
     wanted = exact(lamp, 30.0, 0.3, MIXTURE)
     assert abs(even_in_angle(lamp, 30.0, 0.3, MIXTURE, 12) / wanted - 1) > 0.1
     ray = ray_past_lamp(lamp, (0, 0, 0), (0, 0, 1), 30.0)
-    found = scattered_once(lamp, ray, np.ones(1), np.full(1, 0.3), MIXTURE)[0]
+    found = single_scattering(lamp, ray, np.ones(1), np.full(1, 0.3), MIXTURE)[0]
     assert found == pytest.approx(wanted, rel=1e-3)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.over_water import Surface, through_surface
@@ -128,7 +128,7 @@ def test_without_a_surface_it_is_the_lamp():
 
 @pytest.mark.parametrize("slopes", [0.005, 0.02])
 def test_waves_widen_a_narrow_beam_by_their_slopes(slopes):
-    """A slope s turns a ray by s (1 - 1/n), seen from the apparent place by the share of the way
+    """A slope s turns a ray by s (1 - 1/n), seen from the apparent place by the fraction of the way
     that is in the water.
     """
     narrow, depth = SpotProfile(math.radians(6.0), 0.3), 3.0
@@ -166,18 +166,18 @@ def test_light_in_the_water_has_gone_the_wet_way():
     lamp = Lamp((0.0, 0.0, 20.0), (0.0, 0.0, -1.0), np.ones(1), dry=20.0)
     under = dataclasses.replace(lamp, dry=0.0)
     ray, water = ((-0.5, 0.0, -1.0), (1.0, 0.0, 0.0), 1.0), lamp_water([0.1], [1e-6], PHASE)
-    once, _ = lamp_light(lamp, ray_past_lamp(lamp, *ray), water)
+    single, _ = lamp_light(lamp, ray_past_lamp(lamp, *ray), water)
     drowned, _ = lamp_light(under, ray_past_lamp(under, *ray), water)
-    assert float(once[0] / drowned[0]) == pytest.approx(math.exp(0.1 * 20.0), rel=1e-3)
+    assert float(single[0] / drowned[0]) == pytest.approx(math.exp(0.1 * 20.0), rel=1e-3)
 
 
 @pytest.mark.parametrize("depth", [0.5, 4.0])
-def test_folded_light_of_a_lamp_over_the_water_is_that_of_the_bands(depth):
+def test_projected_light_of_a_lamp_over_the_water_is_that_of_the_bands(depth):
     water = lamp_water([0.1] * 3, [0.2, 0.25, 0.3], seawater_mixture([1.0] * 3, [0.02] * 3))
     lamp = through_surface(
         Lamp((0.0, 0.0, 2.0), _tilted(20.0), np.array([1.0, 2.0, 3.0]), SPOT), Surface(N)
     )
-    folded = fold_lamps([lamp], water, channels_of_bands(Bands.uniform(3), [0, 1, 2]))
+    projected = project_lamps([lamp], water, channels_of_bands(Bands.uniform(3), [0, 1, 2]))
     ray = (0.3, -2.0, -depth), (0.0, 1.0, 0.0), 30.0
-    found = folded.path_light(*ray)
+    found = projected.path_light(*ray)
     assert found == pytest.approx(sum(lamp_light(lamp, ray_past_lamp(lamp, *ray), water)), rel=0.01)

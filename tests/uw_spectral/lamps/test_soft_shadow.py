@@ -1,4 +1,4 @@
-"""Scattered light that finds its way round things, against points drawn in the whole water."""
+"""Scattered light that finds its way round objects, against points drawn in the whole water."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
-    left_in_shadow,
     scattered_lit,
     shadow_directions,
     shadow_map,
+    transmitted_in_shadow,
 )
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
@@ -39,13 +39,13 @@ def _disc():
 def _crosses(start, end):
     """Whether straight ways cross the disc."""
     step = end[..., 2] - start[..., 2]
-    share = (1.0 - start[..., 2]) / np.where(step == 0.0, 1e-9, step)
-    at = start + share[..., None] * (end - start)
-    return (share > 0) & (share < 1) & (np.hypot(at[..., 0], at[..., 1]) < RADIUS)
+    fraction = (1.0 - start[..., 2]) / np.where(step == 0.0, 1e-9, step)
+    at = start + fraction[..., None] * (end - start)
+    return (fraction > 0) & (fraction < 1) & (np.hypot(at[..., 0], at[..., 1]) < RADIUS)
 
 
 def _drawn(x, profile, count=2_000_000):
-    """Share of the light scattered once that arrives at x, by points of the whole water."""
+    """Fraction of the light scattered once that arrives at x, by points of the whole water."""
     rng = np.random.default_rng(3)
     u = rng.normal(size=(count, 3))
     u /= np.linalg.norm(u, axis=1, keepdims=True)
@@ -61,7 +61,7 @@ def _drawn(x, profile, count=2_000_000):
 
 
 def _walked(x, profile, orders, count=300_000):
-    """Share of the light scattered up to so often that arrives at x, by photons that walk."""
+    """Fraction of the light scattered up to so often that arrives at x, by photons that walk."""
     rng = np.random.default_rng(5)
     at, way = np.zeros((count, 3)), rng.normal(size=(count, 3))
     way /= np.linalg.norm(way, axis=1, keepdims=True)
@@ -104,7 +104,7 @@ def test_more_often_scattered_it_is_what_photons_bring(x, profile):
     assert found == pytest.approx(_walked(np.array(x), profile, 3), abs=0.1)
 
 
-def test_without_things_all_of_it_arrives():
+def test_without_objects_all_of_it_arrives():
     soft = soft_map(_lamp(np.full(len(shadow_directions()), np.inf)), WATER)
     np.testing.assert_allclose(soft.values, 1.0)
 
@@ -116,11 +116,11 @@ def test_behind_a_wall_there_is_little():
     assert float(np.ravel(scattered_lit(soft, place))[0]) < 0.1
     before = (0.0, 0.0, -1.0)
     assert float(np.ravel(scattered_lit(soft, before))[0]) > 0.85
-    assert float(np.ravel(left_in_shadow(soft, place))[0]) < 0.1
+    assert float(np.ravel(transmitted_in_shadow(soft, place))[0]) < 0.1
 
 
 def _seen(camera, w, g, count=400_000, reach=20.0):
-    """Share of the light scattered at least twice that a ray has behind the disc, by photons."""
+    """Fraction of the light scattered at least twice that a ray has behind the disc, by photons."""
     rng = np.random.default_rng(5)
     phase = parse_phase(f"hg:{g}").for_bands([0.4])
     at, way = np.zeros((count, 3)), rng.normal(size=(count, 3))

@@ -40,13 +40,13 @@ def test_an_unknown_curve_is_named():
 
 def test_the_meter_follows_the_mean_and_spares_the_highlights():
     even = np.full(50, 0.045)
-    share = np.full(50, 0.02)
-    assert metered_stops(even, share) == pytest.approx(2.0)
+    fraction = np.full(50, 0.02)
+    assert metered_stops(even, fraction) == pytest.approx(2.0)
     # One ray of fifty may burn out, two may not.
-    assert metered_stops([*even[:-1], 0.5], share) == pytest.approx(
+    assert metered_stops([*even[:-1], 0.5], fraction) == pytest.approx(
         np.log2(0.18 / (0.98 * 0.045 + 0.02 * 0.5))
     )
-    assert metered_stops([*even[:-2], 0.5, 0.5], share) == pytest.approx(1.0)
+    assert metered_stops([*even[:-2], 0.5, 0.5], fraction) == pytest.approx(1.0)
     # Shares need not add up to one, nor be equal.
     assert metered_stops([0.09, 0.36], [2.0, 1.0]) == pytest.approx(0.0)
     with pytest.raises(InputError, match="nothing in it is lit"):

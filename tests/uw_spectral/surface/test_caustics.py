@@ -152,11 +152,11 @@ def test_scattering_transfer_limits():
 def test_red_carries_more_than_blue_and_shallow_more_than_deep():
     water = _water()
     deep = WaveSpectrum(5.0).realise(8.0, 256, seed=1)
-    shares = [
+    fractions = [
         water.variation(caustic_pattern(deep, SUN, y, 0.0, 256), 8.0, y) for y in (1.0, 4.0, 8.0)
     ]
-    assert np.all(np.diff(shares, axis=0) < 0)
-    assert np.all(np.array(shares)[:, 1] > np.array(shares)[:, 0])
+    assert np.all(np.diff(fractions, axis=0) < 0)
+    assert np.all(np.array(fractions)[:, 1] > np.array(fractions)[:, 0])
 
 
 def test_variation_is_that_of_the_patterns():
@@ -200,7 +200,7 @@ def test_layers():
         truth = caustic_pattern(waves, SUN, depth, 0.0, 256)
         contrast = layers.contrast(water, depth)
         grey = layers.blend(depth)
-        modelled = water.sun_share(depth) * contrast * grey.std()
+        modelled = water.sun_fraction(depth) * contrast * grey.std()
         # Where most of the light has been scattered, the sun's share cannot carry the pattern.
         free = contrast < 1.5
         assert free.any() or depth > 4.0

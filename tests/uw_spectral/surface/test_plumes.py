@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.clouds.puff import Puff
+from underwater_spectral.uw_spectral.clouds.gaussian_blob import GaussianBlob
 from underwater_spectral.uw_spectral.surface.plumes import (
     AIR_COLUMN,
     FADES,
@@ -52,10 +52,10 @@ def test_a_patch_of_foam_has_its_place_size_and_direction():
 
 def test_a_plume_holds_the_air_below_its_foam():
     patch, depth = Patch(0.0, 0.0, 0.2, 0.9, 0.6, 0.3), 0.4
-    puff = Puff.of_axes((0, 0, 0), np.diag([patch.long, patch.short, depth]))
+    blob = GaussianBlob.of_axes((0, 0, 0), np.diag([patch.long, patch.short, depth]))
     x, y = np.meshgrid(*[np.linspace(-3.0, 3.0, 121)] * 2, indexing="ij")
     heights = np.linspace(-1.5, 0.0, 121)
-    fields = [puff.density((x, y, z)) for z in heights]
+    fields = [blob.density((x, y, z)) for z in heights]
     volume = np.trapezoid([field.sum() * 0.05**2 for field in fields], heights)
     assert 1e-3 * plume_air(patch, depth, 0.0) * volume == pytest.approx(
         AIR_COLUMN * patch.area, rel=0.01
@@ -84,7 +84,7 @@ def test_patches_hold_most_of_the_foam_of_a_sea():
     side = np.arange(-radius, radius, 0.2) + 0.1
     x, y = np.meshgrid(middle[0] + side, middle[1] + side)
     near = np.hypot(x - middle[0], y - middle[1]) <= radius
-    covered = 0.04 * np.count_nonzero(near & (waves.foam_share(x, y) > 0.0))
+    covered = 0.04 * np.count_nonzero(near & (waves.foam_fraction(x, y) > 0.0))
     found = patches(waves, middle, radius)
     assert 0.75 * covered < sum(patch.area for patch in found) <= covered + 1e-9
 

@@ -1,4 +1,4 @@
-"""What porous things reflect in water, against rays traced through grains and measured sands."""
+"""What porous objects reflect in water, against rays traced through grains and measured sands."""
 
 from __future__ import annotations
 

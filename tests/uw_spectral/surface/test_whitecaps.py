@@ -42,7 +42,7 @@ def test_cover_is_that_of_monahan_and_reflectance_that_of_koepke(wind):
                 crowding = np.roll(crowding, shift, (0, 1)) + part.crowding(GRID, t)
                 stretch = np.roll(stretch, shift, (0, 1)) * part.choppy(GRID, t).stretch
             cover += np.sum((crowding > foam.first) * stretch)
-            fresh += np.sum(foam.share(crowding) * stretch)
+            fresh += np.sum(foam.fraction(crowding) * stretch)
             area += np.sum(stretch)
     assert cover / area == pytest.approx(3.84e-6 * wind**3.41, rel=0.07)
     assert foam_reflectance(500.0) * fresh / cover == pytest.approx(0.22, rel=0.07)
@@ -54,24 +54,24 @@ def test_what_is_drawn_has_that_cover(resolution, moments):
     """Images as coarse as users may choose them, over a swell."""
     sea = dataclasses.replace(SEA, wind_speed=14.0, resolution=resolution, swell=Swell(0.5, 60.0))
     at = np.random.default_rng(2).uniform(0.0, 240.0, (2, 20_000))
-    found = [np.mean(sea.raised_at(t).foam_share(*at)) for t in np.arange(moments) * 29.0]
+    found = [np.mean(sea.raised_at(t).foam_fraction(*at)) for t in np.arange(moments) * 29.0]
     assert np.mean(found) == pytest.approx(0.22 / 0.55 * 3.84e-6 * 14.0**3.41, rel=0.1)
 
 
 def test_foam_lies_on_crests():
     found = dataclasses.replace(SEA, wind_speed=14.0).raised_at(3.0)
     at = np.random.default_rng(2).uniform(0.0, 240.0, (2, 40_000))
-    share, height = found.foam_share(*at), found.near.at(*at, found.near.elevation)[0]
-    assert np.average(height, weights=share) > 0.5 * height.std()
+    fraction, height = found.foam_fraction(*at), found.near.at(*at, found.near.elevation)[0]
+    assert np.average(height, weights=fraction) > 0.5 * height.std()
 
 
 def test_a_calm_sea_has_none_and_foam_is_off_by_itself():
     for wind in (0.0, 1.0):
         found = dataclasses.replace(SEA, wind_speed=wind).raised_at(1.0)
-        assert found.foam_share(np.arange(9.0), 0.0).max() == 0.0
+        assert found.foam_fraction(np.arange(9.0), 0.0).max() == 0.0
     plain = dataclasses.replace(SEA, foam=False).raised_at(1.0)
     assert plain.near.crowding is None
-    assert plain.foam_share(np.arange(9.0), 0.0).max() == 0.0
+    assert plain.foam_fraction(np.arange(9.0), 0.0).max() == 0.0
 
 
 def test_foam_darkens_in_the_red():

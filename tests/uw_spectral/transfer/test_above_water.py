@@ -18,8 +18,8 @@ from underwater_spectral.uw_spectral.transfer.above_water import (
     facing_mirrored,
     flattened_sun,
     glitter_from_above,
+    leaving_fraction,
     leaving_irradiance,
-    leaving_share,
     light_in_air,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_field import Ripples
@@ -55,9 +55,9 @@ def test_waves_turn_the_ray_about_their_own_normal():
 def test_apparent_depth_is_where_the_shortest_way_points():
     rng = np.random.default_rng(7)
     d, y, h = 10.0 ** rng.uniform([[-2], [-1], [-1]], [[1.5], [1.3], [1.3]], (3, 400))
-    share = np.linspace(0.0, 1.0, 20001)[:, None]
-    way = np.hypot(share * d, h) + N * np.hypot((1.0 - share) * d, y)
-    best = share[way.argmin(axis=0), 0]
+    fraction = np.linspace(0.0, 1.0, 20001)[:, None]
+    way = np.hypot(fraction * d, h) + N * np.hypot((1.0 - fraction) * d, y)
+    best = fraction[way.argmin(axis=0), 0]
     seeming = apparent_depth(d, y, h, N)
     # By the angle at the camera, of which a step of the search is a part.
     off = np.degrees(np.arctan2(h, best * d) - np.arctan2(h + seeming, d))
@@ -70,7 +70,7 @@ def test_white_light_keeps_its_energy_through_the_surface():
     cosine = (np.arange(20000) + 0.5) / 20000
     entered = 2.0 * ((1.0 - fresnel_reflectance(cosine, N)) * cosine).mean()
     inside = np.sqrt(1.0 - (1.0 - cosine**2) / N**2)
-    out = leaving_share(fresnel_reflectance(inside, 1.0 / N), N) * N**2
+    out = leaving_fraction(fresnel_reflectance(inside, 1.0 / N), N) * N**2
     np.testing.assert_allclose(2.0 * (out * cosine).mean(), entered, rtol=1e-6)
 
 
@@ -89,7 +89,7 @@ def test_light_in_air_brings_what_is_below(surface):
 
 
 def test_a_flattened_sun_keeps_shadows_where_they_seem_to_fall():
-    """Of a thing at one depth on level ground at another, both seen on the axis."""
+    """Of an object at one depth on level ground at another, both seen on the axis."""
     sun = np.array([0.3, -0.2, -0.9])
     sun /= np.linalg.norm(sun)
     for angle in (0.0, 30.0, 60.0):

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import fold_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.mathematics import dot
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -79,14 +79,14 @@ def test_a_mirroring_ball_sends_light_evenly_to_all_sides(angle, roughness, b):
     water = lamp_water([0.05, 0.1, 0.2], scattering, phase)
     place, axis = [r * x for x in towards], [-x for x in towards]
     lamp = Lamp(place, axis, np.array([1.0, 2.0, 3.0]), radius=0.02)
-    folded = fold_lamps([lamp], water, channels_of_bands(Bands.uniform(3), [0, 1, 2]))
+    projected = project_lamps([lamp], water, channels_of_bands(Bands.uniform(3), [0, 1, 2]))
     # The half of the ball that the camera sees, and its shares as seen.
     theta, phi = np.meshgrid((np.arange(300) + 0.5) * np.pi / 600, np.arange(200) * np.pi / 100)
     n = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)
-    n, share = [part.reshape(-1, 1) for part in n], np.sin(2.0 * theta) * np.pi / 600 / 200
+    n, fraction = [part.reshape(-1, 1) for part in n], np.sin(2.0 * theta) * np.pi / 600 / 200
     mirrors = {"facets": [Facets(n, roughness, _WHITE)], "to_eye": _UP}
     point = [radius * part for part in n]
-    seen = sum(folded.reflected(point, n, _WHITE, P, **mirrors))
-    intensity = (seen * share.reshape(-1, 1)).sum(axis=0) * math.pi * radius**2
-    E = math.pi * sum(folded.reflected((0.0, 0.0, 0.0), towards, _WHITE, P))
+    seen = sum(projected.reflected(point, n, _WHITE, P, **mirrors))
+    intensity = (seen * fraction.reshape(-1, 1)).sum(axis=0) * math.pi * radius**2
+    E = math.pi * sum(projected.reflected((0.0, 0.0, 0.0), towards, _WHITE, P))
     assert intensity == pytest.approx(E * radius**2 / 4.0, rel=0.04)

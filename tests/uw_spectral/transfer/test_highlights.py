@@ -49,5 +49,5 @@ def test_highlights_are_as_wide_as_slopes(slope, along, rotation):
 def test_a_toon_throws_back_all(size, smooth):
     w, weight = _hemisphere()
     found = toon_highlight(_UP, w, size, smooth)
-    # Each of these directions gets what a thing throws there; it is the same both ways.
+    # Each of these directions gets what an object throws there; it is the same both ways.
     assert (found * weight).sum() == pytest.approx(1.0, rel=0.02)

@@ -31,11 +31,11 @@ def test_directions_carry_the_flux_of_the_light_from_above(depth, sun, sky):
     assert np.linalg.norm(w, axis=1) == pytest.approx(1.0)
     assert w[:, 2].min() > 0
     down, _ = field.stream_modes([depth], 2)
-    share = field.weights * down[:, :, 0].sum(axis=1)
-    assert w[:, 2].mean() == pytest.approx(share[0] @ field.mu / share[0].sum(), rel=0.02)
+    fraction = field.weights * down[:, :, 0].sum(axis=1)
+    assert w[:, 2].mean() == pytest.approx(fraction[0] @ field.mu / fraction[0].sum(), rel=0.02)
     # More of it comes from the sun's side, and none from one side of the sun more than the other.
     along, aside = -SUN[:2] / 0.5, np.array([SUN[1], -SUN[0]]) / 0.5
-    across = 0.5 * share[1] @ np.sqrt(1 - field.mu**2) / share[0].sum()
+    across = 0.5 * fraction[1] @ np.sqrt(1 - field.mu**2) / fraction[0].sum()
     assert float((w[:, :2] @ along).mean()) == pytest.approx(across, abs=0.01)
     assert float((w[:, :2] @ aside).mean()) == pytest.approx(0.0, abs=0.01)
 

@@ -47,7 +47,7 @@ def test_whatever_way_it_faces(normal):
 
 
 def _near(eye, normal):
-    """Share of rays within 15° of the mirrored one."""
+    """Fraction of rays within 15° of the mirrored one."""
     r = np.array(mirrored_by_chance(-eye, normal, 0.4, _chances(300))[0])
     assert np.linalg.norm(r, axis=0) == pytest.approx(1.0)
     straight = 2.0 * (eye @ normal) * normal - eye

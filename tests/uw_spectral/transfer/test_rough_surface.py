@@ -185,8 +185,8 @@ def test_reflectances_of_traced_waves(wind):
         (any_way, True, 1.0 - surface.sky_transmittance),
         (any_way, False, surface.diffuse_internal_reflectance),
     ):
-        share, error = sea.reflectance(cosines, above=above)
-        assert abs(float(ours) - share) < 4 * error + 0.05 * min(share, 1 - share)
+        fraction, error = sea.reflectance(cosines, above=above)
+        assert abs(float(ours) - fraction) < 4 * error + 0.05 * min(fraction, 1 - fraction)
 
 
 @pytest.mark.parametrize("wind", [2, 10])
@@ -202,9 +202,9 @@ def test_where_traced_waves_reflect_to(wind):
         down = z < 0
         reflected = waves.reflected[:, :, place] * flux / flux[place]
         assert reflected[0] @ mu == pytest.approx(-(z * down).mean(), abs=0.02)
-        for m, share in enumerate(reflected[:6].sum(axis=1)):
+        for m, fraction in enumerate(reflected[:6].sum(axis=1)):
             traced = np.cos(m * np.arctan2(y, x)) * down
-            assert share == pytest.approx(traced.mean(), abs=0.03), (m, up)
+            assert fraction == pytest.approx(traced.mean(), abs=0.03), (m, up)
 
 
 @pytest.mark.parametrize(
@@ -253,10 +253,10 @@ def test_radiance_below_the_surface_adds_up_to_the_irradiance(variance):
 
 
 def test_facets_have_the_slope_variance():
-    x, y, share = facet_slopes(0.05, 6, 12)
-    assert share @ x**2 == pytest.approx(0.025)
-    assert share @ y**2 == pytest.approx(0.025)
-    assert share @ x**4 == pytest.approx(3 * 0.025**2, rel=0.01)
+    x, y, fraction = facet_slopes(0.05, 6, 12)
+    assert fraction @ x**2 == pytest.approx(0.025)
+    assert fraction @ y**2 == pytest.approx(0.025)
+    assert fraction @ x**4 == pytest.approx(3 * 0.025**2, rel=0.01)
 
 
 def _column(**changes):

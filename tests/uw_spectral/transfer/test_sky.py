@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
-from underwater_spectral.uw_spectral.closed_form.undisturbed_water import UndisturbedWater
+from underwater_spectral.uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
@@ -53,16 +53,16 @@ def test_irradiance_is_that_of_the_uniform_sky(kind):
     assert L.min() > 0
     assert (weight * L).sum() == pytest.approx(2 * math.pi, rel=2e-3)
     transmitted = (weight * L * (1 - fresnel_reflectance(v[2][..., 0], INDEX))).sum()
-    share = _column(kind).skylight.transmittance(INDEX)
-    assert share == pytest.approx(transmitted / (2 * math.pi), rel=1e-3)
+    fraction = _column(kind).skylight.transmittance(INDEX)
+    assert fraction == pytest.approx(transmitted / (2 * math.pi), rel=1e-3)
 
 
-def test_share_that_enters():
-    share = {kind: _column(kind).skylight.transmittance(INDEX) for kind in SKIES}
+def test_fraction_that_enters():
+    fraction = {kind: _column(kind).skylight.transmittance(INDEX) for kind in SKIES}
     # Reciprocity; a bright horizon is reflected, a bright zenith is not.
     uniform = INDEX**2 * (1 - diffuse_internal_reflectance(INDEX))
-    assert share["uniform"] == pytest.approx(uniform, rel=1e-12)
-    assert share["clear"] < share["uniform"] - 0.01 < share["overcast"] - 0.02
+    assert fraction["uniform"] == pytest.approx(uniform, rel=1e-12)
+    assert fraction["clear"] < fraction["uniform"] - 0.01 < fraction["overcast"] - 0.02
 
 
 def test_overcast_and_clear():
@@ -91,13 +91,13 @@ def test_overcast_and_clear():
 def test_solved_and_closed_form_get_the_same_light(kind, surface):
     """In water that does not scatter, where only what enters comes down."""
     column = _column(kind, surface=surface, scattering=0.0)
-    share = column.skylight.transmittance(INDEX) if surface == "flat" else 1.0
+    fraction = column.skylight.transmittance(INDEX) if surface == "flat" else 1.0
     solved = column.solved_field(PHASE)
-    np.testing.assert_allclose(solved.Ed(0.0), 2 * math.pi * share, rtol=3e-3)
+    np.testing.assert_allclose(solved.Ed(0.0), 2 * math.pi * fraction, rtol=3e-3)
     closed, uniform = light_field_of(column, PHASE), dataclasses.replace(column, sky="uniform")
     of_uniform = uniform.skylight.transmittance(INDEX) if surface == "flat" else 1.0
     gain = closed.Ed(3.0) / light_field_of(uniform, PHASE).Ed(3.0)
-    np.testing.assert_allclose(gain, share / of_uniform, rtol=1e-9)
+    np.testing.assert_allclose(gain, fraction / of_uniform, rtol=1e-9)
 
 
 @pytest.mark.parametrize("kind", SKIES)
@@ -107,7 +107,7 @@ def test_solver_and_pixel_see_the_same_sky(kind, surface):
     field = light_field_of(column, PHASE)
     closed = solve_closed_form(field, PHASE, 0.0, column.sun_direction)
     index = column.refractive_index if column.reflects else None
-    water = UndisturbedWater(closed, column.skylight, index)
+    water = UnoccludedWater(closed, column.skylight, index)
     w = np.random.default_rng(1).normal(size=(3, 40))
     w[2] = np.abs(w[2])
     w /= np.linalg.norm(w, axis=0)

@@ -46,12 +46,12 @@ class _Draine(PhaseFunction):
 
 def _as_phase(fit):
     """The lobes as a phase function of its own, and the factor on scattering."""
-    total = fit.shares.sum(axis=0)
+    total = fit.fractions.sum(axis=0)
     shapes = list(itertools.product(range(2), range(len(total))))
     lobes = tuple(_Draine(fit.asymmetries[i, k], fit.alphas[i, k]) for i, k in shapes)
     weights = np.zeros((len(lobes), len(total)))
     for row, (i, k) in enumerate(shapes):
-        weights[row, k] = fit.shares[i, k] / total[k]
+        weights[row, k] = fit.fractions[i, k] / total[k]
     return BandPhase(lobes, weights), total
 
 

@@ -135,11 +135,11 @@ def test_backscatter_of_mixed_water_is_weighted_by_scattering():
     one = dataclasses.replace(Water.uniform(0.1, 0.1), particle_backscatter=0.005)
     other = dataclasses.replace(Water.uniform(0.1, 0.4), particle_backscatter=0.02)
     assert one.mixed(other, 0.5).particle_backscatter == pytest.approx(0.017)
-    usual = Water.uniform(0.1, 0.1)
-    assert one.mixed(usual, 0.5).particle_backscatter == pytest.approx((0.005 + 0.0183) / 2)
-    assert usual.mixed(usual, 0.5).particle_backscatter is None
+    typical = Water.uniform(0.1, 0.1)
+    assert one.mixed(typical, 0.5).particle_backscatter == pytest.approx((0.005 + 0.0183) / 2)
+    assert typical.mixed(typical, 0.5).particle_backscatter is None
     with pytest.raises(InputError, match="bb/b of the particles must be"):
-        dataclasses.replace(usual, particle_backscatter=0.0)
+        dataclasses.replace(typical, particle_backscatter=0.0)
 
 
 def test_the_comment_gives_sun_and_backscatter(tmp_path):

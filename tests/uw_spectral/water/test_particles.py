@@ -18,8 +18,8 @@ def test_number_and_scattering_are_those_of_the_power_law(slope):
     law = D**-slope
     large = D >= particles.COUNTED_FROM
     area = 2.0 * math.pi / 4.0 * law * D**2
-    share = np.trapezoid(area[large], D[large]) / np.trapezoid(area, D)
-    assert particles.scattering_share(slope) == pytest.approx(share, rel=1e-3)
+    fraction = np.trapezoid(area[large], D[large]) / np.trapezoid(area, D)
+    assert particles.scattering_fraction(slope) == pytest.approx(fraction, rel=1e-3)
     per_litre = 1e-3 * 0.3 * np.trapezoid(law[large], D[large]) / np.trapezoid(area, D)
     assert particles.number_of_scattering(0.3, slope) == pytest.approx(per_litre, rel=1e-3)
 
@@ -47,17 +47,17 @@ def test_pure_water_has_none():
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_classes_hold_the_density_that_was_asked_for(kind):
     cloud = particles.particle_cloud(kind, 30.0, angle=1e-3, most=10**7)
-    slope = kind.slope or particles.USUAL_SLOPE
+    slope = kind.slope or particles.TYPICAL_SLOPE
     assert cloud.classes[0].smallest == kind.smallest
     assert cloud.classes[-1].largest == kind.largest
     for one, other in itertools.pairwise(cloud.classes):
         assert one.largest == other.smallest
     for part in cloud.classes:
         # K D^(1-s) / (s-1) of a law of 30 per litre from 0.1 mm to 1 cm
-        share = (part.smallest ** (1 - slope) - part.largest ** (1 - slope)) / (
+        fraction = (part.smallest ** (1 - slope) - part.largest ** (1 - slope)) / (
             1e-4 ** (1 - slope) - 1e-2 ** (1 - slope)
         )
-        assert part.count == pytest.approx(30e3 * share * part.side**3, abs=1.0)
+        assert part.count == pytest.approx(30e3 * fraction * part.side**3, abs=1.0)
         # At the middle of a face the smallest is just as small as may be drawn.
         assert part.smallest / (part.side / 2.0) == pytest.approx(1e-3)
 
@@ -70,8 +70,8 @@ def test_too_many_are_drawn_down_to_a_larger_angle():
 
 
 def test_sizes_drawn_follow_the_law():
-    shares = (np.arange(100_000) + 0.5) / 100_000
-    sizes = particles.diameter(shares, 1e-4, 1e-2, 4.0)
+    fractions = (np.arange(100_000) + 0.5) / 100_000
+    sizes = particles.diameter(fractions, 1e-4, 1e-2, 4.0)
     for size in (1.5e-4, 3e-4, 1e-3):
         expected = (size**-3 - 1e-2**-3) / (1e-4**-3 - 1e-2**-3)
         assert np.mean(sizes > size) == pytest.approx(expected, rel=0.02, abs=1e-5)

@@ -115,10 +115,10 @@ def test_henyey_greenstein_is_positive_and_finite(g, cosine):
 def test_mixture_is_weighted_by_scattering():
     b, molecular = np.array([0.01, 0.1, 1.0]), np.array([0.004, 0.003, 0.001])
     mixture = seawater_mixture(b, molecular)
-    share = molecular / b
+    fraction = molecular / b
     particles = FournierForand()
-    np.testing.assert_allclose(mixture.chi1, (1 - share) * particles.g, rtol=1e-9, atol=1e-12)
-    expected = 0.5 * share + (1 - share) * particles.backscatter_ratio
+    np.testing.assert_allclose(mixture.chi1, (1 - fraction) * particles.g, rtol=1e-9, atol=1e-12)
+    expected = 0.5 * fraction + (1 - fraction) * particles.backscatter_ratio
     np.testing.assert_allclose(mixture.backscatter_ratio, expected, rtol=1e-9)
     np.testing.assert_allclose(mixture.normalisation(), 1, atol=1e-9)
     assert mixture(np.linspace(-1, 0.9, 5)).shape == (5, 3)
@@ -149,7 +149,7 @@ def test_molecular_scattering_counts_at_most_all():
         ("hg:0.8,0.9", "2 values"),
         ("hg:much", "not a number"),
         ("petzold:1", "1 values"),
-        ("tthg:0.9,-0.3,1.2", "share"),
+        ("tthg:0.9,-0.3,1.2", "fraction"),
         ("fournier-forand:0.9,0.01", "index of the particles"),
         ("fournier-forand:1.10,0.6", "bb/b must be"),
         ("fournier-forand:2,0.01", "at most 1.5"),

@@ -73,8 +73,8 @@ def test_equal_ones_share_without_a_spread():
 
 
 def test_the_spread_is_bounded():
-    share = 0.02 * (1.0 + np.array([0.0, 0.5, 0.6]))
-    phase = seawater_mixture(np.ones(3), share)
+    fraction = 0.02 * (1.0 + np.array([0.0, 0.5, 0.6]))
+    phase = seawater_mixture(np.ones(3), fraction)
     backscatter = phase.backscatter_ratio
     assert np.ptp(backscatter) > LARGEST_SPREAD * backscatter.mean()
     assert alike([phase]) == [(0,), (1, 2)]

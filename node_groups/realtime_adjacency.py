@@ -1,0 +1,59 @@
+"""What objects in view block and carry of light scattered forward, as node groups read it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ..uw_spectral.occlusion.adjacency import Adjacency
+from ..uw_spectral.occlusion.view_map import SIZE, ViewMap
+from ..uw_spectral.transfer.channel_pixel import Around
+from .node_mathematics import NODES, Graph, NodeValue
+from .texture_atlas import number_image, texel
+from .value_fields import ValueFields
+
+NAME = "UW Cover"
+FIELDS = ValueFields(ViewMap, "view", dict.fromkeys(("centre", "right", "up", "ahead"), 3))
+"""Numbers of a view."""
+_TILES = 3  # what is blocked, what of it has the pixel's light, and what comes from beside
+
+
+def new_image() -> bpy.types.Image:
+    """Make an image of a view in which nothing is."""
+    return number_image(NAME, SIZE, _TILES * SIZE)
+
+
+def write_adjacency(image: bpy.types.Image, adjacency: Adjacency) -> None:
+    """Put what objects in view do into the image."""
+    out = np.ones((_TILES, SIZE, SIZE, 4), np.float32)
+    for tile, values in zip(out, (adjacency.blocked, adjacency.own, adjacency.beside), strict=True):
+        tile[..., :3] = np.moveaxis(values, 0, 2)
+    image.pixels.foreach_set(np.ravel(out))
+    image.update()
+
+
+def around(
+    graph: Graph,
+    values: bpy.types.NodeOutputs,
+    image: bpy.types.Image,
+    point: Sequence[NodeValue],
+) -> Around:
+    """Look up what objects about a point do.
+
+    Parameters
+    ----------
+    values : NodeOutputs
+        Of the group of all numbers.
+    image : Image
+        Of :func:`new_image`.
+    point : three NodeValues
+        m.
+    """
+    h, v = FIELDS.read(graph, values).place(point, NODES)
+    rows = float(_TILES * SIZE)
+    blocked, own, beside = (
+        texel(graph, image, h, v + float(tile * SIZE), float(SIZE), rows) for tile in range(_TILES)
+    )
+    return Around(blocked, own, beside)

@@ -1,0 +1,123 @@
+"""Occlusion in the water as node groups read it: one image, and where in it.
+
+A tile of the image is a level of the grid; levels lie one above the other, the ways that light
+is mixed from side by side. The image has the size of the grid, so another grid needs no
+other nodes.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.occlusion.occlusion_table import (
+    OFF_SURFACE,
+    ON_PATCH,
+    PATCHES,
+    SCATTERED,
+    STEPS,
+    TILES,
+    OcclusionBox,
+    OcclusionTable,
+    step,
+)
+from .loops import summed
+from .node_mathematics import NODES, Graph, NodeValue
+from .texture_atlas import number_image, texel
+from .value_fields import ValueFields
+
+NAME = "UW Occlusion"
+ON_IT = "Occlusion on It"
+ON_PATH = tuple(f"Occlusion on the Way {k}" for k in range(STEPS))
+REACH = "occlusion reach"
+_SMALLEST = 3
+_BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
+FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3, "weight": PATCHES})
+"""Numbers of a box."""
+
+
+def new_image() -> bpy.types.Image:
+    """Make an image without occlusion."""
+    return number_image(NAME, TILES * _SMALLEST, _SMALLEST * _SMALLEST)
+
+
+def write_table(image: bpy.types.Image, table: OcclusionTable) -> None:
+    """Put a table into the image; one of another size takes its place wherever it is used."""
+    atlas = pixels(table)
+    rows, columns = atlas.shape[:2]
+    if tuple(image.size) != (columns, rows):
+        name, old = image.name, image
+        image = number_image(name, columns, rows)
+        old.user_remap(image)
+        bpy.data.images.remove(old)
+        image.name = name
+    image.pixels.foreach_set(np.ravel(atlas))
+    image.update()
+
+
+def pixels(table: OcclusionTable) -> NDArray[np.float32]:
+    """Return the texels, shape (rows, columns, 4); the first row is the lowest."""
+    tiles, nz, ny, nx, _ = table.atlas.shape
+    out = np.ones((nz, ny, tiles, nx, 4), np.float32)
+    out[..., :3] = np.moveaxis(table.atlas, 0, 2)
+    return out.reshape(nz * ny, tiles * nx, 4)
+
+
+class Occlusion:
+    """Look-ups of occlusion in a node tree.
+
+    Parameters
+    ----------
+    graph : Graph
+        The tree.
+    values : NodeOutputs
+        Of the group of all numbers.
+    image : Image
+        Of :func:`new_image`.
+    """
+
+    def __init__(self, graph: Graph, values: bpy.types.NodeOutputs, image: bpy.types.Image) -> None:
+        self._graph, self._image = graph, image
+        self._box = FIELDS.read(graph, values)
+
+    def on_patch(
+        self, point: Sequence[NodeValue], normal: Sequence[NodeValue]
+    ) -> dict[str, NodeValue]:
+        """Look up the light on a patch at a point, over the unoccluded."""
+        off = OFF_SURFACE / self._box.per_metre
+        beside = [x + n * off for x, n in zip(point, normal, strict=True)]
+        return {ON_IT: self._mixed(ON_PATCH, beside, normal)}
+
+    def on_path(
+        self, camera: Sequence[NodeValue], w: Sequence[NodeValue], P: NodeValue
+    ) -> dict[str, NodeValue]:
+        """Look up the light at steps of a ray of length P, over the unoccluded."""
+
+        def of_step(now: NodeValue) -> list[NodeValue]:
+            s = step(now, P, self._box.reach, NODES)
+            point = [x + along * s for x, along in zip(camera, w, strict=True)]
+            light = self._mixed(SCATTERED, point, w)
+            steps = range(len(ON_PATH))
+            return [light * self._graph.operation("COMPARE", (now, float(k), 0.5)) for k in steps]
+
+        return dict(zip(ON_PATH, summed(self._graph, STEPS, of_step), strict=True))
+
+    def _mixed(self, first: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
+        place = self._box.place(point, NODES)
+        return self._box.mixed(first, w, functools.partial(self._at, place), NODES)
+
+    def _at(self, place: Sequence[NodeValue], tile: NodeValue) -> NodeValue:
+        """Look up a place in one of the tiles."""
+        x, y, z = place
+        columns, rows, levels = (last + 1.0 for last in self._box.last)
+        z = NODES.minimum(z, self._box.last[2] - _BEFORE_LAST)
+        below = NODES.floor(z)
+        fraction, row = z - below, below * rows + y
+        size = columns * float(TILES), rows * levels
+        h = tile * columns + x
+        one, other = (texel(self._graph, self._image, h, v, *size) for v in (row, row + rows))
+        return one + fraction * (other - one)

@@ -1,0 +1,107 @@
+"""The picture of what the surface mirrors, as node groups read it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.surface.reflected_view import ReflectedView
+from ..uw_spectral.transfer.channel_pixel import ReflectedRadiance
+from .node_mathematics import NODES, Graph, NodeValue
+from .texture_atlas import number_image, texel
+from .value_fields import ValueFields
+
+NAME = "UW Mirrored"
+FIELDS = ValueFields(ReflectedView, "mirror", dict.fromkeys(("eye", "right", "up", "ahead"), 3))
+"""Numbers of the picture; all are 0 where there is none."""
+_NOWHERE = 0.0, 0.0, 0.0
+NO_VIEW = ReflectedView(_NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, 0.0, 0.0)
+_SMALLEST = 4  # texels along a side
+_TILES = 2  # the picture, and how near what it shows is to the surface
+
+
+def new_image(name: str = NAME) -> bpy.types.Image:
+    """Make an image in which nothing is."""
+    return number_image(name, _SMALLEST, _TILES * _SMALLEST)
+
+
+def write_picture(
+    image: bpy.types.Image,
+    picture: NDArray[np.float32],
+    nearness: NDArray[np.float32] | None,
+    covered: NDArray[np.float32] | None = None,
+) -> None:
+    """Put a picture into the image.
+
+    Parameters
+    ----------
+    picture : array, shape (h, w, 3)
+        From the top.
+    nearness : array, shape (h, w), optional
+        1/m.
+    covered : array, shape (h, w), optional
+        Fraction of a pixel that objects cover.
+    """
+    h, w = picture.shape[:2]
+    out = np.ones((_TILES, h, w, 4), np.float32)
+    out[0, ..., :3] = picture[::-1]
+    out[1, ..., :3] = 0.0 if nearness is None else nearness[::-1, :, None]
+    if covered is not None:
+        out[1, ..., 1] = covered[::-1]
+    if tuple(image.size) != (w, _TILES * h):
+        image.scale(w, _TILES * h)
+    image.pixels.foreach_set(np.ravel(out))
+    image.update()
+
+
+def seen_in(
+    graph: Graph,
+    values: bpy.types.NodeOutputs,
+    image: bpy.types.Image,
+    place: Sequence[NodeValue],
+    down: Sequence[Operand],
+    *,
+    waves: bool,
+) -> ReflectedRadiance:
+    """Look up what a ray brings that the surface mirrors.
+
+    Parameters
+    ----------
+    values : NodeOutputs
+        Of the group of all numbers.
+    image : Image
+        Of :func:`new_image`.
+    place : three NodeValues
+        Where the ray meets the surface, m.
+    down : three NodeValues
+        Its unit direction from there on.
+    waves : bool
+        Whether the surface is not flat.
+    """
+    view = FIELDS.read(graph, values)
+    look, near = looks(graph, view, image)
+
+    def nearness(h: Operand, v: Operand) -> NodeValue:
+        return graph.components(near(h, v))[0]
+
+    if waves:
+        h, v, inside = view.found(place, down, nearness, NODES)
+    else:
+        h, v, inside = view.place(down, NODES)
+    return ReflectedRadiance(look(h, v), inside)
+
+
+def looks(
+    graph: Graph, view: ReflectedView, image: bpy.types.Image
+) -> tuple[Callable[[Operand, Operand], NodeValue], Callable[[Operand, Operand], NodeValue]]:
+    """Return what looks up, at a column and row, a picture, and what was written beside it."""
+    columns, rows = NODES.maximum(view.columns, 1.0), NODES.maximum(view.rows, 1.0)
+
+    def look(h: Operand, v: Operand) -> NodeValue:
+        return texel(graph, image, h, v, columns, float(_TILES) * rows)
+
+    return look, lambda h, v: look(h, v + rows)

@@ -1,0 +1,215 @@
+"""Draws what the surface mirrors to a camera below it, and what is seen through it in the air.
+
+The main picture looks both up. Light that a flat surface mirrors comes as if straight from the
+mirror image of the camera: one render from there, of rays that begin at the surface, is what
+arrives at it from below. Objects in the air are drawn by the camera itself, where refraction puts
+them, without water and sky.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...settings.render_plan import RenderPlan
+from ...uw_spectral.imaging.layers import parse_layers
+from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
+from ...uw_spectral.spectra.spectral_image import read_exr
+from ...uw_spectral.transfer.water_column import WAVES
+from ..readers import cameras, mirrored_eye
+from ..readers.filled_view import filled_view
+from ..readers.mirrored_eye import MirroredEye
+from ..water import moving_surface, realtime
+from ..water.frame_water import RealtimeWater
+from ..water.occlusion import Cache
+from .eevee_layers import depth_map
+from .exr_output import write_float_exr
+
+_REACH = (
+    3.0  # optical depths of the clearest band, by the surface, after which nothing is looked for
+)
+_FARTHEST = 200.0  # m
+
+
+class PlanarPictures:
+    """What the surface mirrors to a camera, and lets through to it, frame by frame of a job.
+
+    Parameters
+    ----------
+    cache : Kept
+        Has seen the objects of the frame, if they occlude.
+    """
+
+    def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object, cache: Cache) -> None:
+        self._scene, self._camera, self._cache = scene, camera, cache
+        self._found: tuple[object, MirroredEye | None] = None, None
+        self._above: tuple[object, MirroredEye | None] = None, None
+        self._near: dict[int, tuple[MirroredEye, NDArray[np.float32]]] = {}
+
+    def eye(self, plan: RenderPlan) -> MirroredEye | None:
+        """Return the mirrored eye of the current frame, if it sees objects."""
+        waves, reach = plan.settings.surface == WAVES, _reach(plan)
+        asked = self._scene.frame_current_final, reach, waves
+        if self._found[0] != asked:
+            eye = mirrored_eye.mirrored_eye(self._scene, self._camera, reach, waves=waves)
+            if eye is not None and not mirrored_eye.sees_objects(self._scene, eye, reach):
+                eye = None
+            self._found = asked, eye
+        return self._found[1]
+
+    def window_eye(self, plan: RenderPlan) -> MirroredEye | None:
+        """Return the eye of the current frame that sees objects in the air, if there are any."""
+        waves, reach = plan.settings.surface == WAVES, _reach(plan)
+        index = plan.column.refractive_index
+        asked = self._scene.frame_current_final, reach, waves, index
+        if self._above[0] != asked:
+            eye = mirrored_eye.window_eye(self._scene, self._camera, reach, index, waves=waves)
+            if eye is not None and not mirrored_eye.sees_objects(self._scene, eye, reach):
+                eye = None
+            self._above = asked, eye
+        return self._above[1]
+
+    def show(self, plan: RenderPlan, water: RealtimeWater) -> None:
+        """Draw the pictures of the current frame into the water of the scene.
+
+        The numbers of the water are those of the last of them afterwards.
+        """
+        if water.shape.window:
+            self._show_window(plan, water)
+        if water.shape.planar_reflections:
+            self._show_mirrored(plan, water)
+
+    def _show_window(self, plan: RenderPlan, water: RealtimeWater) -> None:
+        eye = self.window_eye(plan)
+        if eye is None:
+            realtime.hide_window(self._scene)
+            return
+        realtime.set_values(self._scene, water)
+        with (
+            mirrored_eye.looking(self._scene, eye, self._camera),
+            tempfile.TemporaryDirectory() as folder,
+        ):
+            path = Path(folder, "window.exr")
+            realtime.look_into_air(self._scene, water, eye.view)
+            write_float_exr(self._scene, path, alpha=True)
+            pixels, names = read_exr(path)
+            picture = pixels[..., [names.index(name) for name in "RGBA"]]
+            nearness = self._nearness(eye, path) if water.shape.waves else None
+        realtime.show_window(self._scene, eye.view, picture, nearness)
+
+    def _show_mirrored(self, plan: RenderPlan, water: RealtimeWater) -> None:
+        eye = self.eye(plan)
+        if eye is None:
+            realtime.hide_mirrored(self._scene)
+            return
+        realtime.set_values(self._scene, water)
+        with (
+            mirrored_eye.looking(self._scene, eye, self._camera) as camera,
+            tempfile.TemporaryDirectory() as folder,
+        ):
+            path = Path(folder, "mirrored.exr")
+            realtime.look_from_mirror(self._scene, water, self._buffer(camera, water))
+            write_float_exr(self._scene, path)
+            picture = read_exr(path)[0][..., :3]
+            nearness = self._nearness(eye, path) if water.shape.waves else None
+        realtime.show_mirrored(self._scene, eye.view, picture, nearness)
+
+    def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
+        kind = int(eye.towards_surface)
+        if kind not in self._near or self._near[kind][0] is not eye:
+            self._near[kind] = eye, eye.nearness(depth_map(self._scene, path))
+        return self._near[kind][1]
+
+    def _buffer(self, camera: bpy.types.Object, water: RealtimeWater) -> VisibilityBuffer | None:
+        if water.inputs.buffer is None:
+            return None
+        around = self._cache.looked
+        surfaces = None if around is None else around.surfaces
+        return filled_view(self._scene, camera, surfaces, water.field.floor_depth)
+
+
+def may_show(
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    mirrored: PlanarPictures,
+) -> bool:
+    """Whether a job may show what the surface mirrors, at this frame or at one to come."""
+    if not plan.settings.planar_reflections or _why_not(camera, plan, eyes):
+        return False
+    return len(eyes) > 1 or mirrored.eye(plan) is not None
+
+
+def may_show_air(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    mirrored: PlanarPictures,
+) -> bool:
+    """Whether a job may show objects in the air through the surface, at any of its frames."""
+    if _why_not(camera, plan, eyes):
+        return False
+    if len(eyes) > 1:
+        return mirrored_eye.may_rise(scene, len(eyes))
+    return mirrored.window_eye(plan) is not None
+
+
+def notes(
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+) -> list[str]:
+    """Return why objects are not mirrored in a surface, if they are not."""
+    why = _why_not(camera, plan, eyes)
+    if not (plan.settings.planar_reflections and plan.column.reflects and why):
+        return []
+    return [f"objects are not seen mirrored in the water surface: {why}"]
+
+
+def notes_of_air(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+) -> list[str]:
+    """Return why objects in the air are not refracted to a camera in the water, if they are not."""
+    lowest = min(eye[2] for eye in (cameras.eye_of(camera), *eyes))
+    why = _why_not(camera, plan, eyes)
+    if not (plan.column.reflects and why and lowest < 0.0):
+        return []
+    if not mirrored_eye.may_rise(scene, len(eyes)):
+        return []
+    return [f"objects above the water are seen from below as if it did not refract: {why}"]
+
+
+def _why_not(
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+) -> str:
+    if not plan.column.reflects:
+        return "there is no surface"
+    if moving_surface.may_be_over(camera, plan.settings, eyes):
+        return "the camera is above the water or at its surface"
+    if cameras.before_water(camera):
+        return "the camera looks through a port"
+    if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
+        return "the camera is no perspective one, or mirrored by a negative scale"
+    if moving_surface.has_heights(plan.settings):
+        return "the waves have height"
+    if plan.column.below:
+        return "the water differs with depth"
+    if parse_layers(plan.settings.layers):
+        return "layers are written"
+    return ""
+
+
+def _reach(plan: RenderPlan) -> float:
+    clearest = float(plan.column.attenuation.min())
+    return min(_REACH / max(clearest, 1e-6), _FARTHEST)

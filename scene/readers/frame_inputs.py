@@ -1,0 +1,84 @@
+"""What a frame of a scene shows, read once: optics and engines take it from here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...uw_spectral.clouds.solved_cloud import Cloud
+from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
+from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
+from ..materials.fluorescence import FluorescentObjects
+from ..materials.realtime_materials import Kinds
+from .lamps import SceneLamps
+
+
+@dataclass(frozen=True)
+class ViewFromAir:
+    """A camera of which some frames may be above the water.
+
+    Parameters
+    ----------
+    camera : three floats
+        Where it is, m.
+    in_air : bool
+        Whether its rays begin in the air.
+    towards : three floats
+        Unit vector to where it looks.
+    """
+
+    camera: Sequence[float]
+    in_air: bool
+    towards: Sequence[float]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameInputs:
+    """What of a scene the light of its water depends on, in the bands of a plan.
+
+    Attributes
+    ----------
+    reflectances : mapping of str to array, shape (n,)
+        Measured ones, by the names of materials.
+    occlusion : OcclusionTable or None
+        What objects keep away and throw back.
+    buffer : VisibilityBuffer or None
+        What of the camera's view objects fill.
+    lamps : SceneLamps
+        In the water.
+    above : ViewFromAir or None
+        Of a camera that may be above the water.
+    kinds : Kinds
+        Of the objects' materials.
+    seabed : float or None
+        Depth in m of the floor that continues the scene's own seabed, infinite while there is no
+        such seabed; None without that floor.
+    seabed_colour : three floats
+        Of that floor, linear Rec.709.
+    clouds, grids : tuple of (Cloud, float)
+        Clouds that are blobs, and that have grids, and how far each is from the camera, m.
+    cloud_notes : tuple of str
+        What is not drawn of clouds.
+    frame : four floats
+        Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
+    port : float
+        Distance from the camera along its axis at which the water begins, m; 0 without a port.
+    """
+
+    reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    occlusion: OcclusionTable | None = None
+    buffer: VisibilityBuffer | None = None
+    lamps: SceneLamps = field(default_factory=SceneLamps)
+    above: ViewFromAir | None = None
+    kinds: Kinds = field(default_factory=Kinds)
+    seabed: float | None = None
+    seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    clouds: tuple[tuple[Cloud, float], ...] = ()
+    grids: tuple[tuple[Cloud, float], ...] = ()
+    cloud_notes: tuple[str, ...] = ()
+    frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    port: float = 0.0
+    fluorescent: FluorescentObjects = field(default_factory=FluorescentObjects)

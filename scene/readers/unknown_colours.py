@@ -1,0 +1,29 @@
+"""What surfaces reflect in the mean, where nodes of their materials are not evaluated."""
+
+from __future__ import annotations
+
+from .surroundings import Surroundings
+
+_NAMED = 3
+
+
+def notes(around: Surroundings | None) -> list[str]:
+    """Name materials whose mean colour is a guess, and the nodes that are why.
+
+    Parameters
+    ----------
+    around : Surroundings, optional
+        What stands about the cameras, if anything was looked at.
+    """
+    found: dict[str, set[str]] = {}
+    for surface in () if around is None else around.surfaces:
+        for material, nodes in surface.unknown:
+            found.setdefault(material, set()).update(nodes)
+    if not found:
+        return []
+    named = [f"{name!r} ({', '.join(sorted(nodes))})" for name, nodes in sorted(found.items())]
+    more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+    return [
+        f"nodes of materials {', '.join(named[:_NAMED])}{more} are not evaluated for the light "
+        "that objects throw back: what they give counts as 0.5; bake them into a picture"
+    ]

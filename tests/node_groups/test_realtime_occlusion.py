@@ -1,0 +1,150 @@
+"""Occlusion as EEVEE looks it up, rendered, against the table in numpy, per pixel."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from underwater_spectral.node_groups import realtime_occlusion
+from underwater_spectral.scene.readers.frame_inputs import FrameInputs
+from underwater_spectral.scene.water import frame_water
+from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.tests.node_groups.test_realtime_groups import _column
+from underwater_spectral.uw_spectral.occlusion import occlusion_table as tables
+from underwater_spectral.uw_spectral.occlusion.grid import Grid
+from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
+from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
+from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
+from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.validation.sun_beam import sun_beam
+
+WEIGHTS = np.eye(3)
+UNDERSIDE = ((-1.5, 0.2, -3.0), (3.0, 0.0, 0.0), (0.0, 1.0, -1.0))
+
+
+def _water():
+    wavelengths = Bands.uniform(3).centres
+    a, b = 0.03 + 0.3 * ((wavelengths - 400) / 300) ** 2, 0.1 * 550 / wavelengths
+    lobes = parse_phase("mixture").for_bands(b, 0.003 * (550 / wavelengths) ** 4)
+    return _column(3, a, b, surface="none", sky="uniform", floor_depth=np.inf), lobes
+
+
+def _table(column, seed=3):
+    """Random occlusion of one spectrum, smooth from cell to cell, in a box about the view."""
+    random = np.random.default_rng(seed)
+    grid = Grid((-5.0, -2.0, -9.0), 1.0, (10, 9, 8))
+    along = grid.centres() @ random.normal(size=(3, tables.TILES)) * 0.5
+    mean, fraction = 0.6 + 0.3 * np.sin(along), 0.2 * np.cos(along)
+    ratios = mean[..., None] + fraction[..., None] * np.array([1.0, 0.2, -0.8])
+    weight = random.uniform(0.5, 1.5, 6)
+    light = ProbeIrradiance(
+        grid, np.ones(grid.count, bool), ratios[:, :6], ratios[:, 6:],
+        0.5 + 0.5 * np.sin(along[:, 0]), weight / weight.sum(),
+    )  # fmt: skip
+    return tables.occlusion_table(light, column.attenuation, np.ones(3))
+
+
+def _along_rays(table, rate, up, camera, w, P, part):
+    """What :func:`.along_ray` makes of the table, by places that are looked up in numpy."""
+    found = []
+    for k in range(tables.STEPS):
+        s = tables.step(float(k), P, table.box.reach)
+        three = table.mixed(tables.SCATTERED, camera + w * s[:, None], w)
+        mean, fraction, sunlit = three.T[..., None]
+        found.append(sunlit if part == "sun" else tables.ratio(mean, fraction, table.spectrum))
+    return tables.along_ray(found, rate(up), P[:, None], table.box.reach)
+
+
+def test_open_water_is_occluded_as_the_table_says(tmp_path):
+    column, lobes = _water()
+    solved, table = column.solved_field(lobes), _table(column)
+    view = probe.View(5.0, 88.0, square=None)
+    water = frame_water.realtime_water(
+        column, lobes, 5.0, WEIGHTS, solved=solved, inputs=FrameInputs(occlusion=table)
+    )
+    seen = probe.render(water, view, tmp_path / "a.exr")
+    w = view.rays().reshape(-1, 3)
+    light, sun = tabulate(solved), solved.sun
+    columns = [part[:, None] for part in w.T]
+    s2 = half_angle2(w.T, sun)
+
+    def single_scattering(field):
+        beam = dataclasses.replace(sun_beam(column, lobes), cp=field.extinction)
+        P = np.minimum(beam.boundary(5.0, columns), 1e6)
+        found = beam.single_scattering(5.0, columns, P, without_peak=True)
+        return found * field.aureole([5.0], s2)[:, 0].T, P[:, 0]
+
+    # What fewer streams leave unscattered is not shaded as scattered light is.
+    low_stream_field = column.solved_field(lobes, OCCLUSION_STREAMS)
+    single, P = single_scattering(low_stream_field)
+    M = light.scattered(np.full(len(w), 5.0), w.T, sun) + single_scattering(solved)[0] - single
+    camera = np.array([0.0, 0.0, -5.0])
+    rates = (
+        lambda up: low_stream_field.extinction - light.decay * up,
+        lambda up: low_stream_field.extinction * (1.0 - up / column.sun_cosine),
+    )
+    occlusion, lit = (
+        _along_rays(table, rate, w[:, 2:], camera, w, P, part)
+        for rate, part in zip(rates, ("ratio", "sun"), strict=True)
+    )
+    down = w[:, 2] < -0.05
+    wanted = (single * lit + M * occlusion)[down]
+    errors = np.abs(seen.reshape(-1, 3)[down] / wanted - 1.0)
+    assert np.median(errors) < 3e-3
+    assert np.quantile(errors, 0.99) < 0.02
+    unoccluded = np.abs((single + M)[down] / wanted - 1.0)
+    assert np.median(unoccluded) > 0.15
+
+
+def test_patches_are_occluded_as_the_table_says(tmp_path):
+    """The underside of a square over sand, in water so clear that only its own light is seen."""
+    column, _ = _water()
+    clear = {"absorption": np.full(3, 1e-4), "scattering": np.full(3, 1e-3)}
+    floor = {"floor_depth": 12.0, "floor_reflectance": np.full(3, 0.5)}
+    column = dataclasses.replace(column, **clear, **floor)
+    lobes = parse_phase("mixture").for_bands(column.scattering, np.full(3, 5e-4))
+    solved, table = column.solved_field(lobes), _table(column)
+    view = probe.View(5.0, 210.0, square=UNDERSIDE)
+    pictures = [
+        probe.render(
+            frame_water.realtime_water(
+                column,
+                lobes,
+                5.0,
+                WEIGHTS * 50,
+                solved=solved,
+                inputs=FrameInputs(occlusion=occlusion),
+            ),
+            view,
+            tmp_path / "a.exr",
+        )
+        for occlusion in (table, tables.without_occlusion(3))
+    ]
+    P, normal, where = probe.square_ahead(view)
+    on_it = where == 1
+    assert normal @ column.sun_direction > 0.1, "the sun shines on its back"
+    points = (view.rays() * P[..., None])[on_it] + [0.0, 0.0, -5.0]
+    beside = points + normal * tables.OFF_SURFACE * table.grid.cell
+    three = table.mixed(tables.ON_PATCH, beside, np.tile(normal, (len(beside), 1)))
+    wanted = tables.ratio(three[:, :1], three[:, 1:2], table.spectrum)
+    ratio = pictures[0][on_it] / pictures[1][on_it]
+    assert on_it.sum() > 30
+    assert np.median(np.abs(ratio / wanted - 1.0)) < 0.02
+
+
+def test_an_image_of_another_size_takes_the_place_of_one():
+    image = realtime_occlusion.new_image()
+    name = image.name
+    table = _table(_water()[0])
+    realtime_occlusion.write_table(image, table)
+    import bpy
+
+    found = bpy.data.images[name]
+    # A cell around the grid of 10 × 9 × 8.
+    assert tuple(found.size) == (tables.TILES * 12, 11 * 10)
+    atlas = np.empty(len(found.pixels), np.float32)
+    found.pixels.foreach_get(atlas)
+    np.testing.assert_array_equal(
+        atlas.reshape(110, tables.TILES * 12, 4), realtime_occlusion.pixels(table)
+    )

@@ -1,0 +1,78 @@
+"""The table of occlusion, inside its box and beyond it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from underwater_spectral.uw_spectral.occlusion.grid import Grid
+from underwater_spectral.uw_spectral.occlusion.occlusion_table import (
+    ON_PATCH,
+    SCATTERED,
+    TILES,
+    occlusion_table,
+)
+from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
+
+GRID = Grid((-3.0, -3.0, -8.0), 0.5, (12, 12, 8))
+WAYS = ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (-0.48, 0.64, 0.6))
+
+
+def _table(ratio, sunlit, *, alone, valid=None):
+    """Occlusion of a ratio per cell, the same in all bands and ways."""
+    weight = np.array([3.0, 2.0, 1.0, 1.0, 5.0, 0.5])
+    ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, TILES, 3))
+    valid = np.ones(GRID.count, bool) if valid is None else valid
+    light = ProbeIrradiance(
+        GRID, valid, ratios[:, :6], ratios[:, 6:], np.full(GRID.count, sunlit),
+        weight / weight.sum(),
+    )  # fmt: skip
+    return occlusion_table(light, np.full(3, 0.2), np.ones(3), alone=alone)
+
+
+def _read(table, first, x, w):
+    return table.mixed(first, np.array([[x, 0.1, -5.0]]), np.array([w]))[0]
+
+
+@pytest.mark.parametrize("w", WAYS)
+@pytest.mark.parametrize("first", [ON_PATCH, SCATTERED])
+def test_occlusion_ends_beyond_a_box_with_nothing_around(first, w):
+    table = _table(0.2, 0.4, alone=True)
+    for x in (0.0, 2.6, -2.7):
+        np.testing.assert_allclose(_read(table, first, x, w)[0], 0.2, rtol=1e-6)
+    # Two cells from the middle of the last it is half of the way.
+    np.testing.assert_allclose(_read(table, first, 3.75, w)[0], 0.6, rtol=1e-6)
+    np.testing.assert_allclose(_read(table, first, -3.75, w)[0], 0.6, rtol=1e-6)
+    far = [_read(table, first, x, w) for x in (10.0, 30.0, 1e4)]
+    assert np.diff([three[0] for three in far]).min() > 0
+    assert far[1][0] > 0.96
+    np.testing.assert_allclose(far[2][0], 1.0, atol=1e-3)
+    assert _read(table, first, 0.0, w)[2] == pytest.approx(0.4)
+    assert far[2][2] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_one_odd_cell_at_the_side_draws_no_stripe_into_the_distance():
+    ratio = np.ones(GRID.shape)
+    ratio[6, -1] = 0.2
+    for alone in (True, False):
+        table = _table(ratio.ravel(), 1.0, alone=alone)
+        beyond = np.array([(x, 25.0, -5.0) for x in np.arange(-2.0, 2.0, 0.1)])
+        found = table.mixed(SCATTERED, beyond, np.tile([0.0, 1.0, 0.0], (len(beyond), 1)))[:, 0]
+        assert np.ptp(found) < 0.04
+
+
+def test_where_objects_go_on_occlusion_does():
+    ratio = np.where(np.arange(GRID.count) % GRID.shape[2] < 3, 7.0, 0.3)
+    # The lowest cells are in the ground.
+    table = _table(ratio, 0.1, alone=False, valid=ratio < 1)
+    three = _read(table, SCATTERED, 1e5, WAYS[2])
+    np.testing.assert_allclose(three, [0.3, 0.0, 0.1], atol=1e-3)
+
+
+def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
+    ratio = np.ones(GRID.shape)
+    ratio[4:8, 4:8] = 0.0
+    table = _table(ratio.ravel(), 1.0, alone=True, valid=ratio.ravel() > 0)
+    on_top = table.mixed(ON_PATCH, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
+    np.testing.assert_allclose(on_top, [1.0, 0.0, 1.0], atol=1e-6)
+    # Deeper within the grid it stays dark.
+    assert table.mixed(ON_PATCH, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6

@@ -1,0 +1,56 @@
+"""Which of the voxels at the edges of surfaces are full, so that edges are in their place.
+
+A voxel that a surface crosses from side to side is full: walls hold. One in which a surface ends is
+covered in part; all such voxels would narrow gaps and make rails as thick as they are. Of them as
+many are full as they are covered in the mean, always the same ones of a lattice.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .grid import Array, Grid
+
+_STEPS = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703
+"""Of a sequence that fills (0, 1) evenly along all axes: powers of the root of x⁴ = x + 1."""
+_UNIT = np.eye(3, dtype=np.intp)
+
+
+def left_free(
+    grid: Grid, cells: NDArray[np.intp], normals: Array, areas: Array
+) -> NDArray[np.intp]:
+    """Return the voxels in which surfaces end and that are not full.
+
+    Parameters
+    ----------
+    grid : Grid
+        Of the voxels.
+    cells : array of int, shape (m,)
+        Voxels of samples of surfaces.
+    normals : array, shape (m, 3)
+        Unit vectors; those of the two sides of an object are opposite.
+    areas : array, shape (m,)
+        That they stand for, m².
+    """
+    voxels, which = np.unique(cells, return_inverse=True)
+    part = normals * (areas / grid.cell**2)[:, None]
+    # An object thinner than a voxel shows one side to each way.
+    sides = [
+        np.bincount(which, np.maximum(s * x, 0.0), len(voxels)) for x in part.T for s in (1, -1)
+    ]
+    ways = np.stack(sides, axis=1).reshape(-1, 3, 2)
+    place = np.stack(np.unravel_index(voxels, grid.shape), axis=1)
+    limit = (place + np.asarray(grid.first)) @ np.asarray(_STEPS) % 1.0
+    few = np.flatnonzero(ways.max(axis=(1, 2), initial=0.0) < limit)
+    full = np.zeros(grid.shape, bool)
+    full.ravel()[voxels] = True
+    # Beyond the grid surfaces go on.
+    full = np.pad(full, 1, constant_values=True)
+    axis, place = ways.sum(axis=2).argmax(axis=1)[few], place[few] + 1
+    ends = np.zeros(len(few), bool)
+    for turn, way in ((1, 1), (1, -1), (2, 1), (2, -1)):
+        beside = place + way * _UNIT[(axis + turn) % 3]
+        goes_on = [full[tuple((beside + k * _UNIT[axis]).T)] for k in (-1, 0, 1)]
+        ends |= ~np.logical_or.reduce(goes_on)
+    return voxels[few[ends]]

@@ -1,0 +1,324 @@
+"""Probe irradiance as a table that a renderer looks up: what is in it, where, and its use.
+
+Ratios to the unoccluded light are kept as numbers that all bands share: their mean, how they
+differ from it along a spectrum, and what the geometry says. Those of patches are kept for six
+normals along the axes, and mixed by squared components and by the unoccluded light of each
+way, as in an ambient cube (J. McTaggart, "Half-Life 2 / Valve Source Shading", GDC 2004). Those of
+the light scattered along a ray are kept for those of :mod:`.view_directions`, for it changes with
+the direction as the phase function is sharp.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..look_up import multilinear
+from ..mathematics import NUMPY, Mathematics, Operand
+from . import view_directions as views
+from .grid import Array, Grid
+from .probe_irradiance import FADE, ProbeIrradiance
+
+PATCHES = 6
+ON_PATCH, SCATTERED = 0, PATCHES
+"""First tiles of the irradiance on patches, and of the light scattered along a ray."""
+TILES = PATCHES + views.COUNT
+STEPS = 4
+"""Places along a ray that are looked at."""
+OFF_SURFACE = 0.7
+"""Cells from a patch to the place that is looked up for it, along its normal."""
+_RING = 1  # cells around the grid, of the light beyond it
+_LEAST = 1e-6
+_DARK = 0.02  # fraction of the light at which its colour is not told any more
+_TYPICAL = 0.1, 0.9
+
+
+@dataclass(frozen=True)
+class OcclusionBox:
+    """Where the table lies, and what its ratios are mixed with; numbers or node values.
+
+    Attributes
+    ----------
+    lower : sequence of 3
+        Middle of the first cell of the grid, m; one cell around it has the light beyond.
+    per_metre : float
+        Cells in a metre.
+    last : sequence of 3
+        Number of the last cell of the table along each axis.
+    weight : sequence of 6
+        Of the unoccluded light on patches, by tile.
+    reach : float
+        Distance that :data:`STEPS` are spread over, m.
+    """
+
+    lower: Sequence[Operand]
+    per_metre: Operand
+    last: Sequence[Operand]
+    weight: Sequence[Operand]
+    reach: Operand
+
+    def place(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
+        """Position of a point among the cells of the table; far away is its border."""
+        places = []
+        for x, low, last in zip(point, self.lower, self.last, strict=True):
+            at = (x - low) * self.per_metre
+            inside = m.clamp(at, 0.0, last - 2.0 * _RING)
+            off = at - inside
+            places.append(inside + _RING + off / (m.absolute(off) + FADE))
+        return places
+
+    def mixed(
+        self,
+        first: int,
+        w: Sequence[Operand],
+        texel: Callable[[Operand], Operand],
+        m: Mathematics = NUMPY,
+    ) -> Operand:
+        """Mix the three tiles that lie towards a unit vector.
+
+        Parameters
+        ----------
+        first : int
+            :data:`ON_PATCH` or :data:`SCATTERED`.
+        w : three floats or arrays
+            Normal of a patch, or view direction.
+        texel : callable
+            Looks a tile up, by its number.
+        m : Mathematics
+            Elementary functions.
+        """
+        total: Operand = 0.0
+        if first == SCATTERED:
+            for number, fraction in views.around(w, m):
+                total = total + texel(number + float(first)) * fraction
+            return total
+        light: Operand = 0.0
+        for axis, along in enumerate(w):
+            back = m.less(along, 0.0)
+            place = first + 2 * axis
+            fraction = along * along
+            total = total + texel(back + float(place)) * fraction
+            light = light + fraction * m.select(back, self.weight[place + 1], self.weight[place])
+        return total * (1.0 / light)
+
+
+def step(k: Operand, P: Operand, reach: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Distance of step k, from 0, of a ray of length P, m; they are denser close to the camera."""
+    middle = (k + 0.5) / STEPS
+    return m.minimum(P, reach) * (middle * middle)
+
+
+def along_ray(
+    steps: Sequence[Operand],
+    rate: Operand,
+    P: Operand,
+    reach: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Mean of what was found at :data:`STEPS` of a ray, by what each brings to the camera.
+
+    Parameters
+    ----------
+    steps : sequence of arrays
+        What was found.
+    rate : array
+        At which the light that arrives falls off along the ray, 1/m.
+    P, reach : float or array
+        Length of the ray, and :attr:`OcclusionBox.reach`, m.
+    m : Mathematics
+        Elementary functions.
+    """
+    total: Operand = 0.0
+    weights: Operand = 0.0
+    for k, found in enumerate(steps):
+        # Each stands for a length in proportion to the root of its distance.
+        weight = (2 * k + 1.0) * m.exp(-rate * step(float(k), P, reach, m))
+        total = total + weight * found
+        weights = weights + weight
+    return total / m.maximum(weights, _LEAST)
+
+
+@dataclass(frozen=True, eq=False)
+class OcclusionTable:
+    """Ratios of n bands at the cells of a grid; make it with :func:`occlusion_table`.
+
+    Attributes
+    ----------
+    atlas : array, shape (TILES, nz + 2, ny + 2, nx + 2, 3)
+        Mean over the bands, fraction of the spectrum, and of the sun that is seen; those of patches
+        times the weight of the tile.
+    spectrum : array, shape (n,)
+    """
+
+    grid: Grid
+    box: OcclusionBox
+    atlas: NDArray[np.float32]
+    spectrum: Array
+
+    def on(self, centres: Array, others: Array) -> OcclusionTable:
+        """Return the table, which has bands at some centres, on others, between them linear."""
+        if np.array_equal(centres, others):
+            return self
+        return dataclasses.replace(self, spectrum=np.interp(others, centres, self.spectrum))
+
+    @functools.cached_property
+    def typical(self) -> Array:
+        """What is left of light on patches, over its mean, where it is dull and colourful, (2, n).
+
+        Nine patches in ten lie above the one and below the other.
+
+        Examples
+        --------
+        >>> without_occlusion(3).typical.tolist()
+        [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
+        """
+        inner = slice(_RING, -_RING)
+        mean, fraction = np.moveaxis(self.atlas[:PATCHES, inner, inner, inner, :2], -1, 0)
+        lit = mean > _DARK * mean.max(axis=(1, 2, 3), keepdims=True)
+        if not lit.any():  # as in water that scatters nothing, whose patches face no sun
+            return np.ones((len(_TYPICAL), len(self.spectrum)))
+        found = np.quantile(fraction[lit] / mean[lit], _TYPICAL)
+        return np.maximum(1.0 + found[:, None] * self.spectrum, _DARK)
+
+    def mixed(self, first: int, points: Array, w: Array) -> Array:
+        """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
+        place = self.box.place(list(points.T))
+
+        def texel(tile: Operand) -> Array:
+            return self._texel(np.asarray(tile).astype(int), place)
+
+        columns = [part[:, None] for part in w.T]
+        return self.box.mixed(first, columns, lambda tile: texel(np.ravel(tile)))
+
+    def on_patches(self, points: Array, normal: Array) -> Array:
+        """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
+        return self.mixed(ON_PATCH, points + normal * OFF_SURFACE / self.box.per_metre, normal)
+
+    def along(self, origin: Array, w: Array, P: Array, rate: float | Array) -> Array:
+        """Three numbers of the light of paths, see :func:`along_ray`, shape (m, 3).
+
+        Parameters
+        ----------
+        origin, w : array, shape (m, 3)
+            Where rays begin, m, and unit vectors.
+        P : array, shape (m,)
+            Their lengths, m.
+        rate : float or array, shape (m, 1)
+            1/m.
+        """
+        steps = [
+            self.mixed(SCATTERED, origin + w * step(k, P, self.box.reach)[:, None], w)
+            for k in range(STEPS)
+        ]
+        return np.asarray(along_ray(steps, rate, P[:, None], self.box.reach))
+
+    def _texel(self, tile: NDArray[np.intp], place: Sequence[Array]) -> Array:
+        return multilinear(self.atlas, place[::-1], (tile,))
+
+
+def occlusion_table(
+    light: ProbeIrradiance, extinction: Array, importance: Array, *, alone: bool = True
+) -> OcclusionTable:
+    """Tabulate probe irradiance.
+
+    Parameters
+    ----------
+    light : ProbeIrradiance
+        Of n bands.
+    extinction : array, shape (n,)
+        Without the forward peak, 1/m.
+    importance : array, shape (n,)
+        How bright the water is in each band, not negative.
+    alone : bool
+        Whether nothing occludes beyond the grid; else it is there as on its sides.
+    """
+    nx, ny, nz = light.grid.shape
+    weight = light.weight[:, None]
+    # Patches and directions count alike for the spectrum.
+    ratios = np.concatenate([light.irradiance * weight, light.scattered], axis=1)
+    fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
+    if not fraction.sum() > 0:
+        fraction = np.full(len(importance), 1.0 / len(importance))
+    mean = ratios @ fraction
+    root = np.sqrt(np.maximum(fraction, _LEAST))
+    rest = (ratios - mean[..., None]) * root
+    counted = rest / np.repeat([1.0, views.COUNT**0.5], [PATCHES, views.COUNT])[:, None]
+    # The spectrum that brings the least error in what is bright.
+    _, vectors = np.linalg.eigh(np.tensordot(counted, counted, axes=([0, 1], [0, 1])))
+    first = vectors[:, -1]
+    tiles = np.empty((*mean.shape, 3))
+    tiles[..., 0], tiles[..., 1] = mean, rest @ first
+    # The sun is the same in every tile, so that mixing leaves it.
+    tiles[:, :PATCHES, 2] = light.sunlit[:, None] * light.weight
+    tiles[:, PATCHES:, 2] = light.sunlit[:, None]
+    atlas = tiles.transpose(1, 0, 2).reshape(TILES, nx, ny, nz, 3)
+    beyond = _sides(atlas, light.valid)
+    if alone:
+        beyond[:, 0], beyond[:, 1] = 1.0, 0.0
+        beyond[:PATCHES, 0] = light.weight
+        beyond[:PATCHES, 2], beyond[PATCHES:, 2] = light.weight, 1.0
+    # What reaches out of the top is dark inside, and its own top lies beyond.
+    inside = ~light.valid.reshape(nx, ny, nz)[:, :, -1]
+    atlas[:, inside, -1] = beyond[:, None]
+    atlas = _ringed(atlas, beyond)
+    grid = light.grid
+    size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
+    box = OcclusionBox(
+        tuple(low + grid.cell / 2.0 for low in grid.lower),
+        1.0 / grid.cell,
+        _last(grid),
+        tuple(light.weight.tolist()),
+        min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
+    )
+    return OcclusionTable(
+        grid, box, np.ascontiguousarray(atlas.transpose(0, 3, 2, 1, 4), np.float32), first / root
+    )
+
+
+def _last(grid: Grid) -> tuple[float, ...]:
+    return tuple(n + 2.0 * _RING - 1.0 for n in grid.shape)
+
+
+def _sides(atlas: Array, valid: NDArray[np.bool_]) -> Array:
+    """Mean of the water at the upright sides of a grid (TILES, nx, ny, nz, 3)."""
+    sides = np.zeros(atlas.shape[1:4], bool)
+    sides[[0, -1]] = sides[:, [0, -1]] = True
+    water = sides & valid.reshape(sides.shape)
+    return atlas[:, water if water.any() else sides].mean(axis=1)
+
+
+def _ringed(atlas: Array, beyond: Array) -> Array:
+    """Put cells with the light beyond (TILES, 3) around those of a grid."""
+    nx, ny, nz = (n + 2 * _RING for n in atlas.shape[1:4])
+    ringed = np.tile(beyond[:, None, None, None], (1, nx, ny, nz, 1))
+    inner = slice(_RING, -_RING)
+    ringed[:, inner, inner, inner] = atlas
+    return ringed
+
+
+def without_occlusion(bands: int) -> OcclusionTable:
+    """Return the table of water with nothing in it.
+
+    Examples
+    --------
+    >>> table = without_occlusion(3)
+    >>> table.mixed(SCATTERED, np.zeros((1, 3)), np.array([[0.6, 0.0, 0.8]])).round(6)
+    array([[1., 0., 1.]])
+    """
+    grid = Grid((-0.5, -0.5, -0.5), 1.0, (1, 1, 1))
+    weight = (1.0 / PATCHES,) * PATCHES
+    box = OcclusionBox((0.0, 0.0, 0.0), 1.0, _last(grid), weight, 1.0)
+    atlas = np.zeros((TILES, 3, 3, 3, 3), np.float32)
+    atlas[..., 0] = atlas[..., 2] = 1.0
+    atlas[:PATCHES] /= PATCHES
+    return OcclusionTable(grid, box, atlas, np.zeros(bands))
+
+
+def ratio(mean: Operand, fraction: Operand, spectrum: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Ratio per band from the first two numbers that :meth:`OcclusionBox.mixed` returns."""
+    return m.maximum(mean + fraction * spectrum, 0.0)

@@ -1,0 +1,683 @@
+"""Light of the water with objects in it, over that of the water without them.
+
+At each probe the light from all sides is what the path to the first surface brings and
+what that surface sends, both from the light that the probes have found before; where nothing
+is met, the unoccluded light of beyond the box. Repeated, light that the water scatters
+and light that surfaces reflect comes round corners, more than once. The direct sun keeps its
+own shadows; the light that its forward peak scatters goes with it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import math
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..octahedron import lattice
+from ..transfer.radiance_table import OCCLUSION_STREAMS
+from ..transfer.solved_field import SolvedField
+from .changed_voxels import ChangedVoxels
+from .grid import Array, Grid
+from .probes import RAYS, SETS, Rays, directions, set_of
+from .unoccluded_field import UnoccludedField, depths_of
+from .view_directions import SIDE
+
+_ROUNDS = 40
+_SETTLED = 0.001  # change of a round that is none, in every probe
+_FAINT = 0.01  # of the unoccluded light: changes of less are those of this
+_MOST_AGAIN = 0.5  # of the probes, or all are solved
+_ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
+"""Places along a ray where the light is looked at, and their weights: Gauss's."""
+_FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
+_MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
+_LEVEL = 1e-9  # cosine of a ray that gets nowhere
+_MOST = 1e3  # times the unoccluded light; what a white wall sends into the dark has no bound
+FADE = 2.0
+"""Cells beyond the box after which half of the way to the light there is gone."""
+_AT_ONCE = 128  # probes, of whose light a processor's cache holds all
+_MOST_KEPT = 8000  # probes of a frame that others may start from; some 35 kB each
+_WATERS = 2  # that are kept
+_ROWS = 32  # of a matrix product
+
+Light = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class ProbeIrradiance:
+    """Light at probes over the unoccluded light, of n bands.
+
+    Attributes
+    ----------
+    grid : Grid
+        Of the p probes.
+    valid : array of bool, shape (p,)
+        Which stand for water; the others have the light of one close by.
+    irradiance : array, shape (p, 6, n)
+        Ratio of the irradiance, without the beam of the sun, on patches that face
+        :data:`.unoccluded_field.AXES`.
+    scattered : array, shape (p, COUNT, n)
+        Ratio of the light, without the beam, that the water scatters against the view directions
+        of :mod:`.view_directions`.
+    sunlit : array, shape (p,)
+        Fraction of the sun's beam.
+    weight : array, shape (6,)
+        Mean unoccluded irradiance on each of them, over the sum of the six.
+    solution : Solution, optional
+        What the light of another frame may start from.
+    """
+
+    grid: Grid
+    valid: NDArray[np.bool_]
+    irradiance: Light
+    scattered: Light
+    sunlit: Array
+    weight: Array
+    solution: Solution | None = None
+
+    @property
+    def serves(self) -> bool:
+        """Whether the light of other frames may start from it: it was solved for itself."""
+        return self.solution is not None and len(self.solution.parts) > 0
+
+
+class WaterCache:
+    """What the light of waters is before there are objects, for the last few asked for."""
+
+    def __init__(self) -> None:
+        self._known: list[_Water] = []
+
+    def of(self, field: SolvedField, grid: Grid) -> _Water:
+        """Return the water that a field describes, at the depths of a grid."""
+        ends = depths_of(field, grid)
+        for water in self._known:
+            if water.field is field and water.ends == ends:
+                return water
+        found = _Water(field, ends)
+        self._known = [found, *self._known[: _WATERS - 1]]
+        return found
+
+
+class _Water:
+    """The unoccluded light between two depths, and sums over it."""
+
+    def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
+        self.field, self.ends = field, ends
+        self.unoccluded_field = UnoccludedField(field, ends)
+        # Sets are turned against each other: within each light scatters alike.
+        ways = self.unoccluded_field.phase_weights(0, directions()[0])
+        self.kernels = [_Kernel(self.unoccluded_field, kind, ways) for kind in range(SETS)]
+        self.nearest = [
+            np.stack([other.nearest(kernel) for other in self.kernels]) for kernel in self.kernels
+        ]
+        """By set: direction of each set that is closest to each of its own."""
+
+
+def probe_irradiance(
+    field: SolvedField,
+    rays: Rays,
+    reflectance: Array,
+    waters: WaterCache | None = None,
+    before: ProbeIrradiance | None = None,
+    near: ProbeIrradiance | None = None,
+) -> ProbeIrradiance:
+    """Compute the light at the probes.
+
+    Parameters
+    ----------
+    field : SolvedField
+        Of the unoccluded water, n bands.
+    rays : Rays
+        What the probes see.
+    reflectance : array, shape (k, n)
+        Of each surface.
+    waters : WaterCache, optional
+        What may be used again.
+    before : ProbeIrradiance, optional
+        That of another frame, itself solved without one, from which this one starts. It is solved
+        until it is settled, so that it does not matter which frame that was.
+    near : ProbeIrradiance, optional
+        That of a frame which started from the same one, with light that is closer to this.
+    """
+    water = (waters or WaterCache()).of(field, rays.grid)
+    if before is not None and before.solution and before.solution.serves(water, rays):
+        found = _Again(water, rays, reflectance, before.solution).solved(near and near.solution)
+        if found is not None:
+            return _tabulated(found)
+    return _tabulated(_solved(_Known(water, rays, reflectance)))
+
+
+def _processors() -> int | None:
+    """Return how many processors there are for this process; before Python 3.13, in all."""
+    count: Callable[[], int | None] = getattr(os, "process_cpu_count", os.cpu_count)
+    return count()
+
+
+def _solved(known: _Known) -> Solution:
+    """Solve the light at all probes."""
+    parts, count = known.parts(np.arange(len(known.order))), len(known.order)
+    with ThreadPoolExecutor(_processors()) as pool:
+        started = list(pool.map(_Part.prepare, parts))
+        now = _Light(*(_joined(started, count, k) for k in range(4)))
+        _settle(known, parts, now, pool)
+        ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
+    kept = parts if count <= _MOST_KEPT else ()
+    irradiance, scattered = (_joined(ended, count, k) for k in range(2))
+    return Solution(known, now, irradiance, scattered, kept)
+
+
+def _settle(
+    known: _Known,
+    parts: Sequence[_Part],
+    now: _Light,
+    pool: ThreadPoolExecutor,
+    new: NDArray[np.bool_] | None = None,
+) -> None:
+    """Let light go on between probes until it does not change.
+
+    ``new`` are those that parts of another frame do not know any more.
+    """
+    some = parts
+    for _ in range(_ROUNDS):
+        now.update(known)
+        before = now.E.mean(axis=(1, 2))
+        # What a set has found the next one uses already.
+        for _, of_set in itertools.groupby(some, key=lambda part: part.kind):
+            few = list(of_set)
+            found = list(pool.map(functools.partial(_Part.round, now=now), few))
+            for part, (E, J) in zip(few, found, strict=True):
+                part.put(known, now.E, E, new)
+                part.put(known, now.J, J, new)
+        after = now.E.mean(axis=(1, 2))
+        least = np.maximum(after, _FAINT * now.unoccluded)
+        moving = np.abs(after - before) > _SETTLED * least
+        left = [part for part in some if moving[part.rows].any()]
+        if not left and len(some) == len(parts):
+            break
+        # Parts at rest wait until the others are; then all are looked at once more.
+        some = left or parts
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The light of all probes of a frame, in the order of a :class:`_Known`, and its ratios."""
+
+    known: _Known
+    light: _Light
+    irradiance: Light
+    scattered: Light
+    parts: Sequence[_Part] = ()
+
+    @property
+    def tables(self) -> tuple[Light, Light]:
+        """Ratios by probe."""
+        return self.irradiance, self.scattered
+
+    def goes_on(self, other: Solution) -> bool:
+        """Whether it started from another, or may have done: its first probes are the same."""
+        count = len(other.known.order)
+        order = self.known.order[:count]
+        return self.known.water is other.known.water and np.array_equal(order, other.known.order)
+
+    def serves(self, water: _Water, rays: Rays) -> bool:
+        """Whether it is about the same places in the same water."""
+        known = self.known
+        same = known.water is water and known.rays.grid == rays.grid
+        return same and known.rays.voxels.grid == rays.voxels.grid and len(self.parts) > 0
+
+
+def _tabulated(found: Solution) -> ProbeIrradiance:
+    known, rays = found.known, found.known.rays
+    everywhere = known.place[rays.stand_in]
+    there = rays.valid[known.order]
+    weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
+    return ProbeIrradiance(
+        rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
+        rays.sunlit[known.order][everywhere], weight / weight.sum(),
+        found,
+    )  # fmt: skip
+
+
+class _Again:
+    """The light where something has changed since another frame, solved again.
+
+    Probes that see other objects are prepared anew; all go on from the light that they had.
+    """
+
+    def __init__(self, water: _Water, rays: Rays, reflectance: Array, before: Solution) -> None:
+        was = before.known
+        changed = ChangedVoxels(was.rays.voxels, rays.voxels)
+        self._before = before
+        self._known = known = _Known(water, rays, reflectance, was, changed)
+        self._now = before.light.longer(len(known.order), known.slots)
+        self._new = known.differs(was, changed)
+        self._parts = [part for part in before.parts if not self._new[part.rows].all()]
+
+    def solved(self, near: Solution | None) -> Solution | None:
+        """Return the light; None if too much has changed."""
+        known, now, new = self._known, self._now, np.flatnonzero(self._new)
+        if len(new) > _MOST_AGAIN * len(known.order):
+            return None
+        if not len(new) and known.sends_as(self._before.known):
+            return dataclasses.replace(self._before, known=known, parts=())
+        count = len(self._before.known.order)
+        if near is not None and near.goes_on(self._before):
+            now.E[:count], now.J[:count] = near.light.E[:count], near.light.J[:count]
+        parts = known.parts(new)
+        with ThreadPoolExecutor(_processors()) as pool:
+            for part, start in zip(parts, pool.map(_Part.prepare, parts), strict=True):
+                _, _, now.beam[part.rows], now.on_axes[part.rows] = start
+            parts = sorted([*parts, *self._parts], key=lambda part: part.kind)
+            _settle(known, parts, now, pool, self._new)
+            ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
+        before = self._before
+        tables = [_longer(x, len(known.order)) for x in before.tables]
+        for part, values in zip(parts, ended, strict=True):
+            for table, value in zip(tables, values, strict=True):
+                part.put(known, table, value, self._new)
+        irradiance, scattered = tables
+        return Solution(known, now, irradiance, scattered)
+
+
+def _longer(values: Light, count: int) -> Light:
+    """Return a copy with more rows."""
+    found = np.zeros((count, *values.shape[1:]), values.dtype)
+    found[: len(values)] = values
+    return found
+
+
+@dataclass(eq=False)
+class _Light:
+    """The light of v probes, as far as it is known.
+
+    Attributes
+    ----------
+    E : array, shape (v, 6, n)
+        Irradiance on the axes, without the beam.
+    J : array, shape (v, RAYS, n)
+        Light scattered against each direction, over the unoccluded.
+    beam : array, shape (v, n)
+        Irradiance of the sun's beam, mean over surfaces of all slopes.
+    on_axes : array, shape (v, 6)
+        Unoccluded irradiance on the axes, of all bands.
+    sent : array, shape (v, n)
+        Radiance of surfaces that are lit as a probe is.
+    of_sides : array, shape (2 k, n)
+        Radiance of the sides of surfaces.
+    """
+
+    E: Light
+    J: Light
+    beam: Light
+    on_axes: Light
+    sent: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    of_sides: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
+
+    @property
+    def unoccluded(self) -> Light:
+        """Mean unoccluded irradiance on the axes, (v,)."""
+        return self.on_axes.mean(axis=1) / max(self.E.shape[2], 1)
+
+    def longer(self, count: int, slots: int) -> _Light:
+        """Return a copy with room for more probes, and more sides of surfaces."""
+        E, J, beam, on_axes = (_longer(x, count) for x in (self.E, self.J, self.beam, self.on_axes))
+        return _Light(E, J, beam, on_axes, of_sides=_longer(self.of_sides, slots))
+
+    def update(self, known: _Known) -> None:
+        """Compute what surfaces send."""
+        # What lies beyond the box is lit as its side is.
+        self.sent = ((self.E.mean(axis=1) + self.beam) * known.mean).astype(np.float32)
+        if not len(self.of_sides):
+            self.of_sides = np.zeros((known.slots, self.E.shape[2]), np.float32)
+        self.of_sides[known.slot] = known.sides.radiance(self.E[known.beside])
+
+
+class _Known:
+    """What all parts of the probes share: those of a set are side by side in ``order``.
+
+    Parameters
+    ----------
+    reflectance : array, shape (k, n)
+    was : _Known, optional
+        Of another frame: what both have keeps its row, and its slot among the sides.
+    changed : ChangedVoxels, optional
+        Since then.
+    """
+
+    def __init__(
+        self,
+        water: _Water,
+        rays: Rays,
+        reflectance: Array,
+        was: _Known | None = None,
+        changed: ChangedVoxels | None = None,
+    ) -> None:
+        self.water, self.rays = water, rays
+        self.unoccluded_field = water.unoccluded_field
+        self.mean = reflectance.sum(axis=0) / max(len(reflectance), 1) / math.pi
+        self.sides = _Sides(rays, reflectance, water.unoccluded_field)
+        kind, count = set_of(rays.grid), len(rays.probe_of_side)
+        self.slot, self.slots = np.arange(count), count
+        if was is None or changed is None:
+            order = np.argsort(kind, kind="stable")
+            self.order = order[rays.valid[order]]
+        else:
+            new = np.flatnonzero(rays.valid & ~was.rays.valid)
+            self.order = np.concatenate([was.order, new])
+            self._keep_slots(was, changed)
+        self.kind = kind[self.order]
+        self.place = np.zeros(rays.grid.count, np.intp)
+        self.place[self.order] = np.arange(len(self.order))
+        self.beside = self.place[rays.probe_of_side]
+        self.sunlit = rays.sunlit[self.order].astype(np.float32)
+        shape = len(_ON_WAY), len(self.order), RAYS
+        self.cells = np.zeros(shape, np.int32)
+        """In which places on the way lie."""
+        self.seen = np.zeros(shape, np.int32)
+        """Rows of the probes that stand for them."""
+        self.has_seen = np.zeros(len(self.order), bool)
+
+    def _keep_slots(self, was: _Known, changed: ChangedVoxels) -> None:
+        """Give sides that are as they were the slots that they had."""
+        same = np.repeat(~changed.mask[self.rays.voxels.number >= 0], 2)
+        then = np.repeat(~changed.mask[was.rays.voxels.number >= 0], 2)
+        self.slot[same] = was.slot[then]
+        others = int((~same).sum())
+        self.slot[~same] = was.slots + np.arange(others)
+        self.slots = was.slots + others
+
+    def sends_as(self, other: _Known) -> bool:
+        """Whether all surfaces are those of another, and as bright."""
+        return self.slots == other.slots and self.sides.are(other.sides)
+
+    @functools.cached_property
+    def met(self) -> NDArray[np.intp]:
+        """Slots of the sides that rays meet, one more than all where they meet none."""
+        return np.append(self.slot, self.slots)[self.rays.hit[self.order]]
+
+    def parts(self, rows: NDArray[np.intp]) -> list[_Part]:
+        """Split some probes into parts."""
+        found = []
+        for kind in range(SETS):
+            of_set = rows[self.kind[rows] == kind]
+            found += [
+                _Part(_as_slice(of_set[k : k + _AT_ONCE]), self, kind)
+                for k in range(0, len(of_set), _AT_ONCE)
+            ]
+        return found
+
+    def length(self, rows: Rows) -> tuple[Array, Array]:
+        """Length of rays, and depth of where they begin; no farther than the water's floor."""
+        rays, probes = self.rays, self.order[rows]
+        w = directions()[self.kind[rows]]
+        depth = np.maximum(-rays.point[probes, 2:], 0.0)
+        # Where the water has a floor, nothing comes from below it but what is met there.
+        to_floor = np.maximum(self.unoccluded_field.floor_depth - depth, 0.0)
+        to_floor = to_floor / np.maximum(-w[..., 2], _LEVEL)
+        to_side = rays.distance[probes]
+        return np.where(rays.hit[probes] < 0, np.minimum(to_side, to_floor), to_side), depth
+
+    def look(self, rows: Rows) -> None:
+        """Find the probes on the way of rays."""
+        distance, _ = self.length(rows)
+        probes = self.order[rows]
+        point, w = self.rays.point[probes], directions()[self.kind[rows]]
+        for k, (t, _) in enumerate(_ON_WAY):
+            points = point[:, None] + w * (t * distance)[..., None]
+            cells = self.rays.grid.index(points)
+            self.cells[k, rows] = cells
+            self.seen[k, rows] = self.place[self.rays.in_sight(cells, points, probes[:, None])]
+        self.has_seen[rows] = True
+
+    def differs(self, was: _Known, changed: ChangedVoxels) -> NDArray[np.bool_]:
+        """Which probes are not as they were, or see others than they did.
+
+        Those that a probe's rays see are taken from the other frame where they are the same.
+        """
+        rays, before, order, count = self.rays, was.rays, was.order, len(was.order)
+        self.cells[:, :count], self.seen[:, :count] = was.cells, was.seen
+        found = np.ones(len(self.order), bool)
+        old = found[:count]
+        np.any(rays.distance[order] != before.distance[order], axis=1, out=old)
+        old |= (rays.point != before.point)[order].any(axis=1)
+        old |= (self.met[:count] != np.where(was.met == was.slots, self.slots, was.met)).any(axis=1)
+        look = found.copy()
+        look[:count] |= rays.other_sights(before, changed)[self.cells[:, :count]].any(axis=(0, 2))
+        self.has_seen[:] = True
+        rows = np.flatnonzero(look & rays.valid[self.order])
+        if len(rows):
+            self.look(rows)
+            old |= (self.seen[:, :count] != was.seen).any(axis=(0, 2))
+        old |= (rays.further != before.further)[order].any(axis=1)
+        old |= (rays.blocked != before.blocked)[order].any(axis=1)
+        otherwise = self.sunlit != _longer(was.sunlit, len(self.order))
+        old |= otherwise[:count]
+        if otherwise.any():
+            old |= otherwise[self.seen[:, :count]].any(axis=(0, 2))
+        return found & rays.valid[self.order]
+
+
+Rows = slice | NDArray[np.intp]
+
+
+def _as_slice(rows: NDArray[np.intp]) -> Rows:
+    """Return rows that follow one another as a slice, which copies nothing."""
+    first, last = int(rows[0]), int(rows[-1])
+    return slice(first, last + 1) if last - first + 1 == len(rows) else rows
+
+
+def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
+    arrays = [parts[which] for parts in found]
+    return np.concatenate(arrays) if count else np.empty((0, 6, 1), np.float32)
+
+
+class _Part:
+    """Some probes of one set, few enough to stay in a processor's cache."""
+
+    def __init__(self, rows: Rows, known: _Known, kind: int) -> None:
+        self.rows, self.kind, self._known = rows, kind, known
+        self._kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
+
+    def prepare(self) -> tuple[Light, Light, Light, Light]:
+        """Compute what other probes do not change; return the start of the light."""
+        rays, light = self._known.rays, self._known.unoccluded_field
+        valid, kind, ways = self._known.order[self.rows], self.kind, np.arange(RAYS)
+        w, hit = directions()[kind], rays.hit[valid]
+        if not self._known.has_seen[self.rows].all():
+            self._known.look(self.rows)
+        to_side = rays.distance[valid]
+        distance, depth = self._known.length(self.rows)
+        at_floor = distance < to_side
+        end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
+        T = _transmitted(light, depth, end_depth, distance)
+        at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
+        on_way = self._known.seen[:, self.rows]
+        # Probes on the way have other directions; the closest stands for the ray's.
+        self._on_way = [
+            (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
+        ]
+        lit = np.zeros(distance.shape, np.float32)
+        for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
+            lit += np.float32(weight) * self._known.sunlit[probes]
+        L = (at.single - T * end.single) * lit[..., None]
+        scattered = at.scattered - T * end.scattered
+        self._scattered = _flat(scattered.astype(np.float32, copy=False))
+        # Beyond the box occlusion is as at its side, the less the further, unless objects are
+        # there.
+        out = (hit < 0).nonzero()
+        self._out, self._border = np.flatnonzero(hit < 0), on_way[-1][out]
+        far = np.where(at_floor, 0.0, rays.further[valid])[out]
+        T_out, z = T[out], end_depth[out]
+        last_depth = np.maximum(z - far * w[out[1], 2], 0.0)
+        T_last = _transmitted(light, z, last_depth, far)
+        last = light.along(last_depth, kind, out[1])
+        near = FADE * rays.grid.cell
+        brought_from = 1.0 / (
+            light.extinction(z, last_depth) + 2.0 / np.maximum(far, near)[:, None]
+        )
+        as_side = near / (near + brought_from)
+        as_side = np.where(rays.blocked[valid][out][:, None], 1.0, as_side).astype(np.float32)
+        further = T_out * (end.scattered[out] - T_last * last.scattered)
+        self._further = as_side * further
+        single = T_out * (end.single[out] - T_last * last.single)
+        occluded = as_side * (1.0 - self._known.sunlit[self._border][:, None])
+        L[out] += single * (1.0 - occluded) + (1.0 - as_side) * further
+        # The floor of the unoccluded water is part of its light.
+        on_floor = last_depth > light.floor_depth - _FLOOR_CELLS * rays.grid.cell
+        blocked = (rays.blocked[valid] & ~at_floor)[out]
+        blocked = (blocked & ~(on_floor & (far > 0)))[:, None]
+        T_last *= T_out
+        boundary = at.image[out]  # dimmed, of all that a direction stands for
+        L[out] += (T_last * (last.scattered + last.single) + boundary) * ~blocked
+        self._to_further = T_last * blocked
+        self._known_light = _flat(L.astype(np.float32, copy=False))
+        self._met = np.flatnonzero(hit >= 0)
+        self._to_met = _flat(T)[self._met]
+        self._side = self._known.slot[hit.ravel()[self._met]]
+        unoccluded, self._source, self._scattered0 = (
+            np.maximum(x, light.faintest)
+            for x in self._kernel.sums(_flat(at.scattered + at.single + at.image), last=True)
+        )
+        # A sum over few directions is not an irradiance; over another such sum it is.
+        irradiance = light.irradiance(depth[:, 0])
+        self._unoccluded, self._exact = unoccluded, irradiance / unoccluded
+        # To begin with light comes as far as rays do.
+        free = rays.open_water[valid] | at_floor
+        fraction = free.mean(axis=1, dtype=np.float32)[:, None, None]
+        beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
+        J = np.broadcast_to(fraction, at.single.shape)
+        return irradiance * fraction, J, beam.astype(np.float32), unoccluded.sum(axis=2)
+
+    def put(self, known: _Known, values: Light, some: Light, new: NDArray[np.bool_] | None) -> None:
+        """Put what was found of the probes in its place, but for those that it does not know."""
+        if new is None or self._known is known or not (stale := new[self.rows]).any():
+            values[self.rows] = some
+        else:
+            rows = np.arange(len(values))[self.rows][~stale]
+            values[rows] = some[~stale]
+
+    def round(self, now: _Light) -> tuple[Light, Light]:
+        """Return irradiance and scattered light as all probes' light makes them."""
+        E, J = self._kernel.sums(*self._radiance(now))
+        E = (E * self._exact).astype(np.float32, copy=False)
+        return E, np.minimum(J / self._source, _MOST)
+
+    def ratios(self, now: _Light) -> tuple[Light, Light]:
+        """Return what :class:`ProbeIrradiance` has of irradiance and scattered light."""
+        E, _, scattered = self._kernel.sums(*self._radiance(now), last=True)
+        irradiance = np.minimum(E / self._unoccluded, _MOST)
+        return irradiance, np.minimum(scattered / self._scattered0, _MOST)
+
+    def _radiance(self, now: _Light) -> tuple[Light, Light]:
+        """Radiance along all rays, and what of it surfaces send, (m RAYS, n)."""
+        J = _flat(now.J)
+        looked_up = [J.take(places, axis=0) for places in self._on_way]
+        last = looked_up[-1][self._out]
+        total, *others = looked_up
+        total *= np.float32(_ON_WAY[0][1])
+        for found, (_, weight) in zip(others, _ON_WAY[1:], strict=True):
+            found *= np.float32(weight)
+            total += found
+        total *= self._scattered
+        total += self._known_light
+        total[self._out] += self._further * last + self._to_further * now.sent[self._border]
+        sent = np.zeros_like(total)
+        sent[self._met] = self._to_met * now.of_sides[self._side]
+        total += sent
+        # Means over directions are not quite the light of a path.
+        return np.maximum(total, 0.0, out=total), sent
+
+
+class _Kernel:
+    """Sums over the directions of a set."""
+
+    def __init__(self, unoccluded_field: UnoccludedField, kind: int, ways: Light) -> None:
+        self.kind = kind
+        patches, even = unoccluded_field.patch_weights(kind)
+        self._of_surfaces = even - patches
+        views = unoccluded_field.phase_weights(kind, lattice(SIDE), OCCLUSION_STREAMS)
+        self._weights = np.concatenate([patches, ways, views], axis=2)
+
+    def nearest(self, other: _Kernel) -> NDArray[np.intp]:
+        """Direction of this set that is closest to each of another, (RAYS,)."""
+        return (directions()[self.kind] @ directions()[other.kind].T).argmax(axis=0)
+
+    def sums(
+        self, L: Light, of_surfaces: Light | None = None, *, last: bool = False
+    ) -> list[Light]:
+        """Sum radiances (m RAYS, n).
+
+        Parameters
+        ----------
+        of_surfaces : array, optional
+            What of it surfaces send.
+        last : bool
+            Whether the light that is tabulated is wanted too.
+
+        Returns
+        -------
+        list of arrays
+            Irradiance on patches that face the axes, (m, 6, n); light scattered against each
+            direction, (m, RAYS, n), and against those of :mod:`.view_directions`, (m, COUNT, n).
+        """
+        weights = self._weights if last else self._weights[..., : 6 + RAYS]
+        found = _product(_by_band(L), weights)
+        if of_surfaces is not None:
+            found[..., :6] += _product(_by_band(of_surfaces), self._of_surfaces)
+        found = np.ascontiguousarray(found.transpose(1, 2, 0))
+        return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
+
+
+def _flat(x: Light) -> Light:
+    return x.reshape(-1, x.shape[-1])
+
+
+def _product(L: Light, weights: Light) -> Light:
+    """Matrix product of radiances (n, m, RAYS) with weights, few rows at once.
+
+    Small products are not shared out among threads, which are all at work already.
+    """
+    parts = [np.matmul(L[:, k : k + _ROWS], weights) for k in range(0, L.shape[1], _ROWS)]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+
+def _by_band(x: Light) -> Light:
+    return np.ascontiguousarray(x.T).reshape(x.shape[1], -1, RAYS)
+
+
+def _transmitted(light: UnoccludedField, y: Array, z: Array, distance: Array) -> Light:
+    """Fraction that gets from one depth to another along some distances (...), (..., n)."""
+    thickness = light.extinction(y, z) * distance[..., None]
+    return np.exp(-thickness.astype(np.float32))
+
+
+class _Sides:
+    """The sides of the surfaces: what light they send."""
+
+    def __init__(self, rays: Rays, reflectance: Array, unoccluded_field: UnoccludedField) -> None:
+        normal = np.stack([rays.voxels.normal, -rays.voxels.normal], axis=1).reshape(-1, 3)
+        self._squared = np.where(normal[:, :, None] * [1, -1] > 0, normal[:, :, None] ** 2, 0.0)
+        self._squared = self._squared.reshape(-1, 6).astype(np.float32)
+        self._rho = (np.repeat(reflectance, 2, axis=0) / math.pi).astype(np.float32)
+        facing = np.maximum(-normal @ np.asarray(unoccluded_field.sun), 0.0) * rays.side_sunlit
+        depth = np.repeat(np.maximum(-rays.voxels.centre[:, 2], 0.0), 2)
+        self._sun = (unoccluded_field.beam(depth) * facing[:, None]).astype(np.float32)
+
+    def are(self, other: _Sides) -> bool:
+        """Whether the sides are the same."""
+        return all(np.array_equal(x, y) for x, y in zip(self._all, other._all, strict=True))
+
+    @property
+    def _all(self) -> tuple[Light, ...]:
+        return self._squared, self._rho, self._sun
+
+    def radiance(self, E: Light) -> Light:
+        """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
+        return self._rho * (np.einsum("sf,sfn->sn", self._squared, E) + self._sun)

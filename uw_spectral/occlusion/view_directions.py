@@ -1,0 +1,46 @@
+"""View directions of the light scattered along a ray, and those around a unit vector."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..mathematics import NUMPY, Mathematics, Operand
+from ..octahedron import folded
+
+SIDE = 7
+"""Points of the lattice (:func:`..octahedron.lattice`) along a side; odd, so that the six axes are
+among them."""
+COUNT = SIDE * SIDE
+
+
+def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, Operand]]:
+    """Return the three points of the lattice around unit vectors, each with its fraction.
+
+    Parameters
+    ----------
+    m : Mathematics
+        Elementary functions.
+
+    Returns
+    -------
+    list of (number, share)
+        Numbers are those of rows of the lattice; the fractions add up to 1.
+    """
+    x, y, z = w
+    size = 1.0 / (m.absolute(x) + m.absolute(y) + m.absolute(z))
+    half = 0.5 * (SIDE - 1)
+    (i, u), (j, v) = (_cell((t + 1.0) * half, m) for t in folded(x * size, y * size, z, m))
+    before = m.less(u + v, 1.0)
+    corner = i + j * float(SIDE)
+    beyond = SIDE + 1.0
+    return [
+        (corner + (1.0 - before) * beyond, m.absolute(1.0 - u - v)),
+        (corner + 1.0, m.select(before, u, 1.0 - v)),
+        (corner + float(SIDE), m.select(before, v, 1.0 - u)),
+    ]
+
+
+def _cell(t: Operand, m: Mathematics) -> tuple[Operand, Operand]:
+    """Return the last point of the lattice that has one behind it, and the way beyond it."""
+    low = m.clamp(m.floor(t), 0.0, SIDE - 2.0)
+    return low, t - low

@@ -1,0 +1,343 @@
+"""Surfaces of objects as voxels, and rays through them.
+
+A voxel that any surface crosses is full: thin walls hold, and openings narrower than a voxel
+close. Each keeps one mean normal and tells its two sides apart, so that a wall thinner than
+a voxel is bright on one side and dark on the other.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .grid import Array, Grid
+from .walls import RAYS, hidden_rays
+
+_FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
+_WITHIN = 0.5  # of a voxel: step close to surfaces
+_AT_ONCE = 1 << 17  # rays
+_HIDDEN = 0.25  # of the directions upwards: water to which objects beside it close more is walled
+_WALLED = 1.5  # m that such water is deep: about small objects it matters to few pixels
+_DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, that is below it
+_BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
+
+Indices = NDArray[np.int32]
+_Value = TypeVar("_Value", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceVoxels:
+    """Voxels that surfaces cross.
+
+    Attributes
+    ----------
+    number : array of int, shape (nx, ny, nz)
+        Of the surface in a voxel, -1 in free ones.
+    centre : array, shape (k, 3)
+        Mean of the samples of a surface, m.
+    normal : array, shape (k, 3)
+        Unit normal of its first side.
+    colour : array, shape (k, 3)
+        Mean base colour, linear Rec.709.
+    ground_below : float
+        Height, m, below which the lowest surface of a column is the ground: a seabed is a sheet,
+        but there is no water under it.
+    """
+
+    grid: Grid
+    number: Indices
+    centre: Array
+    normal: Array
+    colour: Array
+    ground_below: float = -math.inf
+
+    def __len__(self) -> int:
+        return len(self.centre)
+
+    def equals(self, other: SurfaceVoxels) -> bool:
+        """Whether all of another's voxels are the same, to the bit."""
+        same = self.grid == other.grid and self.ground_below == other.ground_below
+        return same and all(
+            np.array_equal(getattr(self, name), getattr(other, name))
+            for name in ("number", "centre", "normal", "colour")
+        )
+
+    @functools.cached_property
+    def _free(self) -> NDArray[np.int8]:
+        """Whole voxels around each within which all are free, in the largest of three axes."""
+        full = np.pad(self.number >= 0, 1)
+        distance = np.zeros(full.shape, np.int8)
+        for _ in range(_FARTHEST_STEP):
+            distance += ~full
+            full = grown(full)
+        return distance[1:-1, 1:-1, 1:-1]
+
+    @functools.cached_property
+    def _padded(self) -> tuple[Indices, NDArray[np.float32]]:
+        """Surfaces, and voxels that can be crossed from each, flat, with free ones around."""
+        # With k free voxels around, k - 1 of them can be crossed from anywhere in it.
+        crossed = np.maximum(self._free - 1, 0).astype(np.float32)
+        return np.pad(self.number, 1, constant_values=-1).ravel(), np.pad(crossed, 1).ravel()
+
+    @functools.cached_property
+    def _water(self) -> NDArray[np.bool_]:
+        """Voxels that are free, and not in the ground."""
+        lowest = self.lowest[..., None]
+        in_ground = (self._heights < lowest) & (lowest < self.ground_below)
+        return (self.number < 0) & ~in_ground
+
+    @property
+    def _heights(self) -> Array:
+        steps = np.arange(self.grid.shape[2], dtype=np.float64) + 0.5
+        return self.grid.lower[2] + steps * self.grid.cell
+
+    @functools.cached_property
+    def lowest(self) -> Array:
+        """Height of the lowest full voxel of each column, m, infinite without, shape (nx, ny)."""
+        full = self.number >= 0
+        return np.where(full.any(axis=2), self._heights[full.argmax(axis=2)], np.inf)
+
+    @functools.cached_property
+    def roofed(self) -> NDArray[np.bool_]:
+        """Voxels that are full, or have a full one above."""
+        full = np.flip(self.number >= 0, axis=2)
+        return np.flip(np.logical_or.accumulate(full, axis=2), axis=2)
+
+    def trace(
+        self, origin: ArrayLike, direction: ArrayLike, start: float = 0.0
+    ) -> tuple[Array, Indices]:
+        """Return how far rays get, and what they meet.
+
+        Parameters
+        ----------
+        origin, direction : array_like, shape (m, 3)
+            Points in the box, m, and unit vectors.
+        start : float
+            Voxels that are skipped at the beginning.
+
+        Returns
+        -------
+        distance : array, shape (m,)
+            To the surface, or to the side of the box, m.
+        number : array of int, shape (m,)
+            Of the surface, -1 at the side of the box.
+        """
+        origin, direction = np.broadcast_arrays(
+            np.asarray(origin, np.float64), np.asarray(direction, np.float64)
+        )
+        distance, number = np.empty(len(origin)), np.empty(len(origin), np.int32)
+        for first in range(0, len(origin), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            distance[some], number[some] = self._trace(origin[some], direction[some], start)
+        return distance, number
+
+    def _trace(self, origin: Array, direction: Array, start: float) -> tuple[Array, Indices]:
+        cell_size = self.grid.cell
+        end = (self.grid.exit_distance(origin, direction) / cell_size).astype(np.float32)
+        # In cells of the box with one more around it, for rays may end beside the box.
+        at = ((origin - self.grid.lower) / cell_size + 1.0).astype(np.float32)
+        heading = direction.astype(np.float32)
+        # Whole numbers of short steps: a ray looks at the same places whatever it skips, so that
+        # what it does not pass does not change what it meets.
+        per_cell = (1.0 / _WITHIN) / np.abs(heading).max(axis=1)
+        found = np.full(len(origin), -1, np.int32)
+        distance = np.full(len(origin), start, np.float32)
+        number, crossed = self._padded
+        _, ny, nz = (n + 2 for n in self.grid.shape)
+        rays = np.flatnonzero(distance < end)
+        x, y, z, u, v, w, per, until, t = (
+            part[rays] for part in (*at.T, *heading.T, per_cell, end, distance)
+        )
+        while len(rays):
+            place = (x + u * t).astype(np.int32) * (ny * nz)
+            place += (y + v * t).astype(np.int32) * nz
+            place += (z + w * t).astype(np.int32)
+            hit = number.take(place)
+            going = hit < 0
+            steps = np.floor(crossed.take(place) * per)
+            np.maximum(steps, 1.0, out=steps)
+            steps *= _WITHIN * going
+            t += steps
+            going &= t < until
+            if not going.all():
+                ended, left = np.flatnonzero(~going), np.flatnonzero(going)
+                distance[rays[ended]], found[rays[ended]] = t[ended], hit[ended]
+                rays = rays[left]
+                x, y, z, u, v, w, per, until, t = (
+                    part.take(left) for part in (x, y, z, u, v, w, per, until, t)
+                )
+        return np.minimum(distance, end).astype(np.float64) * cell_size, found
+
+    def free_between(self, start: Array, end: Array) -> NDArray[np.bool_]:
+        """Whether the voxels at a few places between points (..., 3), the ends aside, are free."""
+        number = self.number.ravel()
+        places = (start + fraction * (end - start) for fraction in _BETWEEN)
+        free = [number[self.grid.index(place)] < 0 for place in places]
+        return np.logical_and.reduce(free)
+
+    def roofed_below(self, beyond: SurfaceVoxels) -> NDArray[np.bool_]:
+        """The same, where objects above the box count that a larger box has."""
+        top = self.grid.centres().reshape(*self.grid.shape, 3)[:, :, -1]
+        top = top + np.array([0.0, 0.0, self.grid.cell / 2.0 + beyond.grid.cell])
+        above = beyond.roofed.ravel()[beyond.grid.index(top)] & beyond.grid.inside(top)
+        return self.roofed | above[..., None]
+
+    def reachable_from(self, beyond: SurfaceVoxels, points: ArrayLike) -> NDArray[np.bool_]:
+        """What is :meth:`reachable` where a larger box says what is so at the sides of this."""
+        grid, side = self.grid, np.zeros(self.grid.shape, bool)
+        side[[0, -1]] = side[:, [0, -1]] = side[:, :, [0, -1]] = True
+        at = grid.centres()[side.ravel()]
+        known = beyond.grid.inside(at)
+        from_there = beyond.reachable(points).ravel()[beyond.grid.index(at)] & known
+        open_sky = ~self.roofed_below(beyond)
+        open_sky[side] |= from_there
+        return self._joined(open_sky, points)
+
+    def under_objects(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Box around the water that something overhangs, m; its corners meet if there is none.
+
+        Parameters
+        ----------
+        points : array_like, shape (m, 3)
+            Points in open water; so is what lies under open sky.
+        """
+        return self._box(self.reachable(points) & self.roofed)
+
+    def between_objects(self, points: ArrayLike) -> tuple[Array, Array]:
+        """Box around the water that is walled, as :meth:`under_objects`.
+
+        That is where objects beside it close a quarter and more of a few directions, which a long
+        wall does as far off as it is high, in columns of 1.5 m and more: between hulls, in a
+        canyon, at the foot of a cliff. What it stands on is in the box.
+        """
+        reached = self.reachable(points)
+        hidden = hidden_rays(self.number >= 0) >= math.ceil(_HIDDEN * RAYS)
+        walled = reached & hidden & ~self.roofed
+        if math.isfinite(self.ground_below):
+            # Beyond the border of a seabed, the water below it is of no account.
+            walled &= (self.lowest < self.ground_below)[..., None]
+        walled &= (walled.sum(axis=2) * self.grid.cell >= _WALLED)[..., None]
+        low, high = self._box(walled)
+        ground = self.number[:, :, :-1][walled[:, :, 1:]]
+        if (ground >= 0).any():
+            heights = self.centre[ground[ground >= 0], 2]
+            below = float(np.quantile(heights, _DEEPEST)) - _UNDER * self.grid.cell
+            low[2] = min(low[2], below)
+            # It ends within its highest voxels; a row of open cells above costs accuracy.
+            high[2] -= self.grid.cell / 2.0
+        return low, high
+
+    def _box(self, water: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Box around voxels, m; its corners meet if there are none."""
+        found = np.argwhere(water)
+        if not len(found):
+            nowhere = np.asarray(self.grid.lower, dtype=np.float64)
+            return nowhere, nowhere
+        low, high = found.min(axis=0), found.max(axis=0) + 1
+        corner = np.asarray(self.grid.lower, dtype=np.float64)
+        low, high = low.astype(np.float64), high.astype(np.float64)
+        return corner + low * self.grid.cell, corner + high * self.grid.cell
+
+    def reachable(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Water that is joined with what is under open sky, or with points, (nx, ny, nz)."""
+        return self._joined(~self.roofed, points)
+
+    def _joined(self, reached: NDArray[np.bool_], points: ArrayLike) -> NDArray[np.bool_]:
+        """Water that is joined with some that is reached, which is changed, or with points."""
+        points = np.asarray(points, np.float64).reshape(-1, 3)
+        reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
+        free = self._water
+        reached &= free
+        # From the water that is reached step by step to what has not been, with a margin around.
+        unreached = np.pad(free & ~reached, 1)
+        border = unreached & np.pad(_beside(reached), 1)
+        flat, steps = unreached.ravel(), _steps(unreached.shape)
+        now = np.flatnonzero(border)
+        while len(now):
+            flat[now] = False
+            near = (now + steps[:, None]).ravel()
+            near = near[flat[near]]
+            flat[near] = False
+            now = near
+            # Each may have been found from several sides.
+            if len(now) > 1:
+                now = np.unique(now)
+        return free & ~unreached[1:-1, 1:-1, 1:-1]
+
+
+def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> SurfaceVoxels:
+    """Fill the voxels that samples of surfaces lie in.
+
+    Parameters
+    ----------
+    points, normals, colours : array, shape (m, 3)
+        Samples of surfaces, no farther apart than a voxel; m, unit vectors, linear Rec.709.
+        Normals may point to either side.
+    """
+    inside = grid.inside(points)
+    if not inside.any():
+        nothing = np.zeros((0, 3))
+        return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), nothing, nothing, nothing)
+    points, normals, colours = points[inside], normals[inside], colours[inside]
+    cells = cells_of(grid, points)
+    voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
+    number = np.full(grid.count, -1, np.int32)
+    number[voxels] = np.arange(len(voxels))
+    # Samples of both sides of a wall: turn them as the first one of their voxel.
+    first = np.zeros((len(voxels), 3))
+    first[which[::-1]] = normals[::-1]
+    turned = normals * np.where((normals * first[which]).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    normal = _means(turned, which, counts)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.where(length > 1e-6, normal / np.maximum(length, 1e-6), first)
+    return SurfaceVoxels(
+        grid,
+        number.reshape(grid.shape),
+        _means(points, which, counts),
+        normal,
+        _means(colours, which, counts),
+    )
+
+
+def cells_of(grid: Grid, points: Array) -> NDArray[np.intp]:
+    """Voxel of each point (m, 3) in a box."""
+    cells = np.floor((points - grid.lower) / grid.cell).astype(np.intp)
+    return grid.flat(np.clip(cells, 0, np.asarray(grid.shape) - 1))
+
+
+def _means(values: Array, which: NDArray[np.intp], counts: NDArray[np.intp]) -> Array:
+    sums = [np.bincount(which, values[:, axis], len(counts)) for axis in range(3)]
+    return np.stack(sums, axis=1) / np.maximum(counts, 1)[:, None]
+
+
+def grown(values: NDArray[_Value]) -> NDArray[_Value]:
+    """Largest value, as of full voxels, of each and all its neighbours, across corners too."""
+    largest = np.bitwise_or if values.dtype == np.bool_ else np.maximum  # the one is much faster
+    for axis in range(3):
+        lines = np.moveaxis(values, axis, 0)
+        wider = lines.copy()
+        largest(wider[1:], lines[:-1], out=wider[1:])
+        largest(wider[:-1], lines[1:], out=wider[:-1])
+        values = np.moveaxis(wider, 0, axis)
+    return values
+
+
+def _beside(full: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Voxels that share a side with a full one."""
+    found = np.zeros_like(full)
+    for axis in range(3):
+        lines, beside = np.moveaxis(full, axis, 0), np.moveaxis(found, axis, 0)
+        beside[1:] |= lines[:-1]
+        beside[:-1] |= lines[1:]
+    return found
+
+
+def _steps(shape: tuple[int, ...]) -> NDArray[np.intp]:
+    """From a cell of a flat array to its neighbours across sides."""
+    _, ny, nz = shape
+    return np.array([ny * nz, -ny * nz, nz, -nz, 1, -1])

@@ -1,0 +1,210 @@
+"""A picture of what a flat surface mirrors, and where in it rays are found that waves mirror.
+
+A ray that a flat surface mirrors goes on as if it came straight from the mirror image of the camera
+above the water. So one picture from there, of the water below, holds all that is mirrored. A wave
+turns the ray: what it meets is then looked for where that lies in the picture, at the distance that
+the picture itself has near there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..mathematics import NUMPY, Mathematics, Operand, dot
+
+_LEAST = 1e-6
+_RATIO, _LOOKS = 2.0, 2
+_STEPS = tuple(8.0 / _RATIO**k for k in range(6))
+"""Distances from the surface, m, at which a ray is looked for behind what the picture shows."""
+
+
+@dataclass(frozen=True)
+class ReflectedView:
+    """Places of the picture of a pinhole at the mirror image of a camera.
+
+    Attributes
+    ----------
+    eye : sequence of 3
+        The mirror image, m, above the surface.
+    right, up : sequences of 3
+        Columns from the left and rows from below are d·right/d·ahead and d·up/d·ahead, for a
+        direction d from the eye.
+    ahead : sequence of 3
+        Unit vector, the axis.
+    columns, rows : float
+        Size of the picture; 0 if there is none.
+    """
+
+    eye: Sequence[Operand]
+    right: Sequence[Operand]
+    up: Sequence[Operand]
+    ahead: Sequence[Operand]
+    columns: Operand
+    rows: Operand
+
+    def place(
+        self, d: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> tuple[Operand, Operand, Operand]:
+        """Column and row of a direction, in texels from the middle of the first, and 1 if inside.
+
+        Examples
+        --------
+        >>> view = ReflectedView((0, 0, 1), (4, 0, -4), (0, 3, -3), (0, 0, -1), 8, 6)
+        >>> [float(x) for x in view.place((0.5, 0.0, -1.0))]
+        [5.5, 2.5, 1.0]
+        >>> float(view.place((0.0, 2.0, -1.0))[2])
+        0.0
+        """
+        depth = dot(d, self.ahead)
+        near = 1.0 / m.maximum(depth, _LEAST)
+        h, v = dot(d, self.right) * near, dot(d, self.up) * near
+        inside = m.less(_LEAST, depth)
+        for x, size in ((h, self.columns), (v, self.rows)):
+            inside = inside * m.less(0.0, x) * m.less(x, size)
+        return (
+            m.clamp(h - 0.5, 0.0, m.maximum(self.columns - 1.0, 0.0)),
+            m.clamp(v - 0.5, 0.0, m.maximum(self.rows - 1.0, 0.0)),
+            inside,
+        )
+
+    def towards(
+        self,
+        place: Sequence[Operand],
+        down: Sequence[Operand],
+        nearness: Operand,
+        m: Mathematics = NUMPY,
+    ) -> list[Operand]:
+        """Direction from the eye to what a ray meets.
+
+        Parameters
+        ----------
+        place : three numbers
+            Where the ray leaves the surface, m.
+        down : three numbers
+            Its unit direction from there on.
+        nearness : number
+            One over the distance of what it meets from there, 1/m.
+        m : Mathematics
+            Elementary functions.
+
+        Examples
+        --------
+        >>> view = ReflectedView((0, 0, 1), (4, 0, -4), (0, 3, -3), (0, 0, -1), 8, 6)
+        >>> view.towards((2.0, 0.0, 0.0), (0.0, 0.0, -1.0), 0.5)
+        [1.0, 0.0, -1.5]
+        """
+        del m
+        return [(p - e) * nearness + d for p, e, d in zip(place, self.eye, down, strict=True)]
+
+    def found(
+        self,
+        place: Sequence[Operand],
+        down: Sequence[Operand],
+        nearness: Callable[[Operand, Operand], Operand],
+        m: Mathematics = NUMPY,
+    ) -> tuple[Operand, Operand, Operand]:
+        """Place in the picture of what a ray meets that a wave has mirrored, as of :meth:`place`.
+
+        The ray is followed over the picture in a few steps; what hides behind others is not met.
+
+        Parameters
+        ----------
+        place : three numbers
+            Where the ray leaves the surface, m.
+        down : three numbers
+            Its unit direction from there on.
+        nearness : callable
+            What the picture has at a column and row.
+        """
+        return followed(self, self, place, down, nearness, m)
+
+    def at(
+        self, place: Sequence[Operand], down: Sequence[Operand], t: float, m: Mathematics = NUMPY
+    ) -> tuple[list[Operand], Operand]:
+        """Direction from the eye to a point of a ray, and how far that lies beyond the surface.
+
+        Parameters
+        ----------
+        place, down : three numbers
+            As of :meth:`found`.
+        t : float
+            Distance of the point from there, m.
+        m : Mathematics
+            Elementary functions.
+        """
+        d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
+        return d, m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
+
+    def nearness_from(
+        self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics
+    ) -> Operand:
+        """One over the distance from a place of what is seen in a direction, 1/m.
+
+        ``nearness`` is that from where the direction meets the surface.
+        """
+        to_surface = self.eye[2] / m.maximum(-d[2], _LEAST)
+        near = 1.0 / m.sqrt(dot(d, d))
+        way = [
+            (e + to_surface * x - p) * nearness + x * near
+            for p, e, x in zip(place, self.eye, d, strict=True)
+        ]
+        return nearness / m.maximum(m.sqrt(dot(way, way)), _LEAST)
+
+
+class Follower(Protocol):
+    """How what a ray meets beyond the surface is seen from an eye; see :class:`ReflectedView`."""
+
+    def at(  # noqa: D102
+        self, place: Sequence[Operand], way: Sequence[Operand], t: float, m: Mathematics, /
+    ) -> tuple[list[Operand], Operand]: ...
+    def towards(  # noqa: D102
+        self,
+        place: Sequence[Operand],
+        way: Sequence[Operand],
+        nearness: Operand,
+        m: Mathematics,
+        /,
+    ) -> list[Operand]: ...
+    def nearness_from(  # noqa: D102
+        self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics, /
+    ) -> Operand: ...
+
+
+def followed(
+    picture: ReflectedView,
+    view: Follower,
+    place: Sequence[Operand],
+    way: Sequence[Operand],
+    nearness: Callable[[Operand, Operand], Operand],
+    m: Mathematics = NUMPY,
+    steps: Sequence[float] = _STEPS,
+) -> tuple[Operand, Operand, Operand]:
+    """Place in a picture of what a ray meets beyond the surface, as of :meth:`ReflectedView.place`.
+
+    Parameters
+    ----------
+    place, way : three numbers
+        Where the ray leaves the surface, m, and its unit direction from there on.
+    nearness : callable
+        What the picture has at a column and row.
+    m : Mathematics
+        Elementary functions.
+    steps : sequence of float
+        Distances from the surface, m, at which the ray is looked for, the farthest first.
+    """
+    q: Operand = 0.0
+    # The nearest of these steps comes last, and holds.
+    for t in steps:
+        d, beyond = view.at(place, way, t, m)
+        h, v, inside = picture.place(d, m)
+        near = nearness(h, v) * inside
+        met = m.less(1.0, near * beyond) * m.less(near * (beyond - t / _RATIO), 1.0)
+        q = m.select(met, near, q)
+    for _ in range(_LOOKS):
+        d = view.towards(place, way, q, m)
+        h, v, inside = picture.place(d, m)
+        near = view.nearness_from(place, d, nearness(h, v) * inside, m)
+        q = m.select(m.less(0.0, near), near, q)  # open water, or the sky, is no better guess
+    return picture.place(view.towards(place, way, q, m), m)
