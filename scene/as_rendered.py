@@ -40,12 +40,13 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
                     visit(child)
 
         def follow(now: bpy.types.Scene = scene, _: object = None) -> None:
-            """Take over what is keyed, once a frame is set."""
-            every = contents.reached(scene.objects) if now == scene else {}
-            for change in (*_of_instances(every), *_of_objects(every)):
+            """Take over what is keyed, once a frame is set; what water hides since stays hidden."""
+            for change in _of_objects(contents.reached(scene.objects) if now == scene else {}):
                 put(*change)
 
         visit(layer.layer_collection)
+        for change in _of_instances(contents.reached(scene.objects)):
+            put(*change)
         follow()
         bpy.app.handlers.frame_change_post.append(follow)
         stack.callback(bpy.app.handlers.frame_change_post.remove, follow)
