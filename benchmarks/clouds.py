@@ -19,18 +19,19 @@ from ..scene.readers import lamps
 from ..scene.water import new_clouds, water_body
 from ..settings.render_plan import make_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several, with_escapes
+from ..uw_spectral.clouds.cloud_light import Clouds, Several
+from ..uw_spectral.clouds.cloud_numbers import CloudNumbers, with_escapes
 from ..uw_spectral.clouds.gaussian_blob import GaussianBlob
 from ..uw_spectral.clouds.lamp_lit_cloud import path_light
 from ..uw_spectral.clouds.matter import BluntPhase, SuspendedMatter, blunt_phase, suspended_matter
 from ..uw_spectral.lamps.lamp import Lamp
-from ..uw_spectral.lamps.lamp_channels import project_lamps
+from ..uw_spectral.lamps.lamp_projection import project_lamps
 from ..uw_spectral.lamps.multiple_scattering import lamp_water
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectral_image import write_png
 from ..uw_spectral.transfer.channels import channels_of_bands
 from ..uw_spectral.transfer.sun_beam import half_angle2
-from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.phase_functions import parse_phase
 from ..validation.cloud_photons import GreyBlob, radiance
 from ._places import Compared, Place, ball, camera_at, ground
 from .runner import Ask, Page, Target, table

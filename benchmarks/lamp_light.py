@@ -14,7 +14,8 @@ from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from ..uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from ..uw_spectral.lamps.profile import IsotropicProfile
-from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, parse_phase, seawater_mixture
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase_functions import HenyeyGreenstein, parse_phase, seawater_mixture
 from ..validation import lamp_cases
 from ..validation.lamp_photons import summed
 from .runner import Ask, Page, spread, table

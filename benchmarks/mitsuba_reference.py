@@ -23,7 +23,7 @@ from ..settings.render_plan import RenderPlan
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bounded_peak import bound_forward_peak
-from ..uw_spectral.water.phase import HenyeyGreenstein
+from ..uw_spectral.water.phase_functions import HenyeyGreenstein
 from . import grey_scene
 from .grey_scene import CLEAR, PAPERS, Light
 from .runner import Ask, Page, table

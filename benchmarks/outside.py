@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..uw_spectral.water.inelastic_processes import raman_coefficient
-from ..uw_spectral.water.phase import FournierForand
+from ..uw_spectral.water.phase_functions import FournierForand
 from ..validation import caustic_causes as causes
 from ..validation import constituent_seas, raman_at_sea, tyler
 from ..validation import measured_waters as waters

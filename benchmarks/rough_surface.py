@@ -23,7 +23,7 @@ from ..uw_spectral.transfer.rough_surface import (
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from ..validation.traced_sea import Below, TracedSea, photons
 from .runner import Ask, Page, table

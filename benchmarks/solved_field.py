@@ -14,7 +14,7 @@ from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from ..validation.other_solver import cases, errors
 from .runner import Ask, Page, spread, table

@@ -24,7 +24,8 @@ import bpy
 
 from ..jobs import command_line, planning, work
 from ..jobs.frame_plans import FramePlans
-from ..jobs.manifest import Manifest, read_manifest, write_manifest
+from ..jobs.manifest import Manifest
+from ..jobs.manifest_files import read_manifest, write_manifest
 from ..scene import stored_settings
 from ..scene.engines import cycles_settings, engines, exr_output
 from ..settings.render_plan import make_plan

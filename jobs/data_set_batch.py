@@ -30,7 +30,8 @@ from . import (
 )
 from .data_set_plan import plan_data_set
 from .frame_plans import FramePlans
-from .manifest import Manifest, View, read_manifest
+from .manifest import Manifest, View
+from .manifest_files import read_manifest
 from .progress import Progress
 from .render_job import Step
 

@@ -18,7 +18,7 @@ from ..scene.readers.silhouettes import silhouettes
 from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
 from . import picture_layers, pictures
 from .frame_plans import FramePlans
-from .manifest import read_manifest
+from .manifest_files import read_manifest
 
 
 def export(

@@ -43,7 +43,8 @@ from . import job_files
 from .band_passes import make_folder
 from .frame_plans import FramePlans
 from .job import Job
-from .manifest import Manifest, read_manifest, write_manifest
+from .manifest import Manifest
+from .manifest_files import read_manifest, write_manifest
 from .picture_layers import missing_layers
 from .planning import plan_job
 from .render_job import JOB_FILE

@@ -13,7 +13,8 @@ from ..uw_spectral.errors import InputError
 from . import band_passes, job_files, pictures
 from .exposures import developments
 from .frame_plans import FramePlans
-from .manifest import SHOWN, Development, Exposed, Manifest, View, read_manifest, write_manifest
+from .manifest import SHOWN, Development, Exposed, Manifest, View
+from .manifest_files import read_manifest, write_manifest
 from .render_job import JOB_FILE
 
 

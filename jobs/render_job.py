@@ -19,7 +19,8 @@ from .claims import claim_path, claimed, is_living
 from .frame_plans import FramePlans
 from .grown_job import with_earlier
 from .job import Job
-from .manifest import Manifest, View, differences, read_manifest, write_manifest
+from .manifest import Manifest, View, differences
+from .manifest_files import read_manifest, write_manifest
 from .planning import plan_job
 from .rounds import Rounds
 from .work import Rendered

@@ -16,7 +16,8 @@ from ..uw_spectral.errors import InputError
 from . import data_set_batch, job_files, job_status, render_job, same_job, work
 from .frame_plans import FramePlans
 from .job import Job, SplitRequest
-from .manifest import Manifest, read_manifest, write_manifest
+from .manifest import Manifest
+from .manifest_files import read_manifest, write_manifest
 from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from .planning import plan_job
 from .progress import Progress

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..uw_spectral.occlusion.adjacency import Adjacency
 from ..uw_spectral.occlusion.view_map import SIZE, ViewMap
-from ..uw_spectral.transfer.channel_pixel import Around
+from ..uw_spectral.transfer.pixel_parts import Around
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields

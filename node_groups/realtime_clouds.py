@@ -10,17 +10,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.cloud_light import (
-    ESCAPES,
-    ArrayRow,
-    CloudNumbers,
-    Clouds,
-    Together,
-    Veil,
-)
+from ..uw_spectral.clouds.cloud_light import Clouds, Together
+from ..uw_spectral.clouds.cloud_numbers import ESCAPES, ArrayRow, CloudNumbers, Veil
 from ..uw_spectral.clouds.cloud_shadow import daylit_fractions
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.transfer.channel_pixel import OcclusionFactor, OcclusionOnPath
+from ..uw_spectral.transfer.pixel_parts import OcclusionFactor, OcclusionOnPath
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.reflected_view import ReflectedView
-from ..uw_spectral.transfer.channel_pixel import ReflectedRadiance
+from ..uw_spectral.transfer.pixel_parts import ReflectedRadiance
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields

@@ -9,7 +9,7 @@ import bpy
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.reflected_view import ReflectedView
 from ..uw_spectral.surface.refracted_view import RefractedView
-from ..uw_spectral.transfer.channel_pixel import RefractedRadiance
+from ..uw_spectral.transfer.pixel_parts import RefractedRadiance
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_reflected_view import looks
 from .value_fields import ValueFields

@@ -16,18 +16,18 @@ from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.transfer.above_water import LightInAir, facing_mirrored, turned_sun
-from ..uw_spectral.transfer.channel_pixel import (
+from ..uw_spectral.transfer.channel_pixel import ChannelWater
+from ..uw_spectral.transfer.channel_tables import ON_PATCH
+from ..uw_spectral.transfer.closures import BOTH_SIDES
+from ..uw_spectral.transfer.facets import Facets
+from ..uw_spectral.transfer.pixel_parts import (
     COLOURS,
     NO_OCCLUSION,
     ChannelPixel,
-    ChannelWater,
     OcclusionFactor,
     OcclusionOnPath,
     SurfaceMaterial,
 )
-from ..uw_spectral.transfer.channel_tables import ON_PATCH
-from ..uw_spectral.transfer.closures import BOTH_SIDES
-from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.rough_mirror import mirrored_by_chance
 from . import realtime_clouds, realtime_lamps, realtime_layers
 from .chance import chance

@@ -171,7 +171,7 @@ def pixels(light: ChannelTables) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, eq=False)
 class ImageTables:
-    """Look-ups in a node tree; see :class:`.channel_pixel.Tables`.
+    """Look-ups in a node tree; see :class:`.pixel_parts.Tables`.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from __future__ import annotations
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
-from ..uw_spectral.water.phase import henyey_greenstein
+from ..uw_spectral.water.phase_functions import henyey_greenstein
 from .node_mathematics import NODES, Graph
 from .realtime_rays import depth_here, view_direction, view_distance
 from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape

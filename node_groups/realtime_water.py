@@ -11,11 +11,12 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.occlusion.occlusion_table import along_ray
 from ..uw_spectral.surface.caustics import SUN_RADIUS
 from ..uw_spectral.transfer.above_water import glitter_from_above
-from ..uw_spectral.transfer.channel_pixel import (
+from ..uw_spectral.transfer.channel_pixel import ChannelWater
+from ..uw_spectral.transfer.foam_light import FoamAhead, foam_from_above
+from ..uw_spectral.transfer.pixel_parts import (
     UNOCCLUDED,
     Around,
     ChannelPixel,
-    ChannelWater,
     OcclusionFactor,
     OcclusionOnPath,
     ReflectedRadiance,
@@ -23,7 +24,6 @@ from ..uw_spectral.transfer.channel_pixel import (
     RefractedRadiance,
     RefractionPicture,
 )
-from ..uw_spectral.transfer.foam_light import FoamAhead, foam_from_above
 from ..uw_spectral.transfer.radiance_field import Ripples, surface_normal
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2

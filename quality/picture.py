@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.cloud_light import Veil
+from ..uw_spectral.clouds.cloud_numbers import Veil
 from ..uw_spectral.clouds.cloud_shadow import daylit_fractions
 from ..uw_spectral.clouds.solved_cloud import Cloud, clouds_in
 from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
@@ -22,19 +22,18 @@ from ..uw_spectral.imaging.optics import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import WavePatterns, least_pattern, sunlight_factor
-from ..uw_spectral.transfer.channel_pixel import (
-    COLOURS,
-    NO_OCCLUSION,
-    Around,
-    ChannelWater,
-    OcclusionFactor,
-    OcclusionOnPath,
-    SurfaceMaterial,
-    along_rays,
-)
+from ..uw_spectral.transfer.channel_pixel import ChannelWater, along_rays
 from ..uw_spectral.transfer.channel_tables import ChannelTables, OcclusionSpectrum, project
 from ..uw_spectral.transfer.channels import Channels, channels_of
 from ..uw_spectral.transfer.foam_light import FoamAhead, foam_light
+from ..uw_spectral.transfer.pixel_parts import (
+    COLOURS,
+    NO_OCCLUSION,
+    Around,
+    OcclusionFactor,
+    OcclusionOnPath,
+    SurfaceMaterial,
+)
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water
 from ..uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ..uw_spectral.transfer.solved_field import SolvedField

@@ -17,7 +17,7 @@ from ..scene.water import lamp_rigs
 from ..settings.scene_settings import SETTINGS
 from ..uw_spectral.errors import InputError
 from .live_updates import transaction
-from .operators import ReportingOperator
+from .reporting import ReportingOperator
 
 _LUMENS = 4000.0
 """Of a new lamp whose profile tells no power."""

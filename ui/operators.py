@@ -5,11 +5,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import time
-from collections.abc import Generator
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, override
 
 import bpy
@@ -24,42 +20,15 @@ from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import example_scenes, live_updates, migration, preferences, property_group, shown_pictures
+from . import example_scenes, live_updates, migration, preferences, property_group
+from .render_operators import FarmBundle, Render, RenderReference
+from .reporting import ReportingOperator, water_settings
 
 if TYPE_CHECKING:
-    from ..jobs.job import Job
+    pass
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
-_STEP_SECONDS = 0.05
-
-
-def _water(context: bpy.types.Context) -> bpy.types.PropertyGroup:
-    return getattr(context.scene, optics.PROPERTY)
-
-
-class ReportingOperator(bpy.types.Operator):
-    """Reports errors of the input instead of raising them."""
-
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
-
-    @override
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            self.run(context)
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-    def run(self, context: bpy.types.Context) -> None:
-        """Do the work."""
-        raise NotImplementedError
-
-    def tell(self, notes: list[str]) -> None:
-        """Report what could not be treated."""
-        for note in notes:
-            self.report({"WARNING"}, note)
 
 
 class AddWater(ReportingOperator):
@@ -359,7 +328,7 @@ class OpenWater(ReportingOperator, ImportHelper):
 
         name = f"file:{self.filepath}"
         parse_water(name)
-        _water(context).water = name
+        water_settings(context).water = name
 
 
 class OpenSensor(ReportingOperator, ImportHelper):
@@ -377,7 +346,7 @@ class OpenSensor(ReportingOperator, ImportHelper):
     def run(self, context: bpy.types.Context) -> None:
         name = f"file:{self.filepath}"
         sensors.parse_sensor(name)
-        _water(context).sensor = name
+        water_settings(context).sensor = name
 
 
 class Auto(ReportingOperator):
@@ -408,222 +377,6 @@ class Auto(ReportingOperator):
         property_group.write_choice(scene, earlier, choice)
         for line in choice.lines:
             self.report({"INFO"}, line)
-
-
-class _RenderOperator(bpy.types.Operator):
-    """Renders pass by pass, while the window answers in between, and shows what is finished."""
-
-    bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
-
-    _steps: Generator
-    _timer: bpy.types.Timer
-    _began: float
-    _done: int
-
-    def job(self, scene: bpy.types.Scene) -> Job:
-        """Return what is rendered."""
-        raise NotImplementedError
-
-    def stopped(self) -> str:
-        """Say what is left where it was stopped."""
-        raise NotImplementedError
-
-    @override
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        try:
-            for _ in self._passes(context):
-                pass
-        except InputError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return {"FINISHED"}
-
-    @override
-    def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
-        self._steps = self._passes(context)
-        self._began, self._done = time.monotonic(), 0
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(_STEP_SECONDS, window=context.window)
-        manager.modal_handler_add(self)
-        manager.progress_begin(0, 1)
-        context.workspace.status_text_set("Underwater: first pass; Esc stops")
-        return {"RUNNING_MODAL"}
-
-    @override
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if event.type == "ESC":
-            return self._stop(context)
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        from ..jobs.progress import time_left
-
-        try:
-            step = next(self._steps)
-        except KeyboardInterrupt:  # Esc within a pass
-            return self._stop(context)
-        except StopIteration:
-            self._end(context)
-            return {"FINISHED"}
-        except InputError as error:
-            self._end(context)
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        context.window_manager.progress_update(step.number / step.total)
-        self._done += 1
-        spent = time.monotonic() - self._began
-        left = time_left(spent, self._done, step.total - step.number)
-        context.workspace.status_text_set(
-            f"Underwater: frame {step.frame}, pass {step.number} of {step.total}; {left}; Esc stops"
-        )
-        return {"RUNNING_MODAL"}
-
-    @override
-    def cancel(self, context: bpy.types.Context) -> None:
-        self._end(context)
-
-    def _passes(self, context: bpy.types.Context) -> Generator:
-        """Yield each pass that is on disk; the live water makes way meanwhile."""
-        from ..jobs import render_job
-        from ..scene.viewport import live
-        from ..settings import render_plan
-
-        scene = context.scene
-        # Water that cannot be computed could not come back after the render.
-        render_plan.plan_of(optics.stored_settings(scene))
-        property_group.require_folder(scene)
-        job = self.job(scene)
-        migration.stamp(scene)
-        frame = scene.frame_current
-        notes: list[str] = []
-        with live.suspended(scene):
-            try:
-                with contextlib.closing(
-                    render_job.render(
-                        scene, lambda: optics.stored_settings(scene), job, notes.append
-                    )
-                ) as steps:
-                    for step in steps:
-                        if step.picture is not None:
-                            name = f"{job.out.name} {step.camera}"
-                            if len(job.frames) == 1:  # else one image that goes with the frames
-                                name += f" {step.frame:04d}"
-                            picture = shown_pictures.load(step.picture, name)
-                            shown_pictures.show(context.window_manager, picture)
-                        yield step
-            finally:
-                scene.frame_set(frame)
-        for note in notes:
-            self.report({"WARNING"}, note)
-        self.report({"INFO"}, f"{len(job.frames)} frame(s) in {job.out}")
-
-    def _stop(self, context: bpy.types.Context) -> set[str]:
-        self._end(context)
-        self.report({"WARNING"}, self.stopped())
-        return {"CANCELLED"}
-
-    def _end(self, context: bpy.types.Context) -> None:
-        self._steps.close()
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        context.workspace.status_text_set(None)
-
-
-class Render(_RenderOperator):
-    """Renders what the panel says into the output folder."""
-
-    bl_idname = "underwater.render"
-    bl_label = "Render"
-    bl_description = (
-        "Render into the output folder. Esc stops after the current pass; finished passes stay, "
-        "and Continue goes on with them"
-    )
-
-    resume: bpy.props.BoolProperty(
-        name="Continue",
-        description="Keep the passes that are in the folder already",
-        options={"SKIP_SAVE"},
-    )
-
-    @override
-    def job(self, scene: bpy.types.Scene) -> Job:
-        return property_group.job(scene, resume=self.resume)
-
-    @override
-    def stopped(self) -> str:
-        return "Stopped; Continue goes on with the finished passes"
-
-
-class RenderReference(_RenderOperator):
-    """Renders the current frame with Cycles, whatever the quality of the panel is."""
-
-    bl_idname = "underwater.render_reference"
-    bl_label = "Render Reference"
-    bl_description = (
-        "Render the current frame with Cycles, band by band, into the folder reference of the "
-        "output folder, and show it. Esc stops after the current pass"
-    )
-
-    @override
-    def job(self, scene: bpy.types.Scene) -> Job:
-        return property_group.reference_job(scene)
-
-    @override
-    def stopped(self) -> str:
-        return "Stopped; there is no reference of this frame"
-
-
-class FarmBundle(ReportingOperator):
-    """Writes the render as a job for a farm."""
-
-    bl_idname = "underwater.farm_bundle"
-    bl_label = "Farm Bundle…"
-    bl_description = (
-        "Plan the render and write it as a folder for a render farm: a job of Open Job "
-        "Description, which AWS Deadline Cloud and openjd run. The file must be saved"
-    )
-    bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
-
-    directory: bpy.props.StringProperty(
-        name="Folder",
-        description="Folder to create; an earlier bundle in it is replaced",
-        subtype="DIR_PATH",
-        options={"SKIP_SAVE"},
-    )
-    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-
-    @override
-    def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:
-        blend = Path(bpy.data.filepath)
-        if bpy.data.filepath:
-            self.directory = str(blend.with_name(f"{blend.stem}_farm"))
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        from ..jobs.farm import farm_bundle
-        from ..scene.viewport import live
-
-        scene = context.scene
-        if not self.directory:
-            raise InputError("the bundle has no folder; choose one")
-        job = property_group.job(scene)
-        farm_bundle.check_saved()
-        frame = scene.frame_current
-        with live.suspended(scene):
-            try:
-                made = farm_bundle.bundle_job(
-                    Path(bpy.path.abspath(self.directory)),
-                    scene,
-                    lambda: optics.stored_settings(scene),
-                    job,
-                )
-            finally:
-                scene.frame_set(frame)
-        self.report(
-            {"INFO"},
-            f"{len(made.frames)} frame(s) of {made.passes} pass(es) in {self.directory}",
-        )
 
 
 CLASSES = (

@@ -31,7 +31,8 @@ from ..uw_spectral.transfer.rough_surface import beam_below, beam_reflectance
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
-from ..uw_spectral.water.phase import BandPhase, PetzoldAverage, Rayleigh, parse_phase
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase_functions import PetzoldAverage, Rayleigh, parse_phase
 from .sunlight import entering, sky_fraction
 
 INDEX = 1.34

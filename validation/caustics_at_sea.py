@@ -25,11 +25,12 @@ from ..uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
 )
-from ..uw_spectral.surface.waves import WaveComponents, WaveSpectrum
+from ..uw_spectral.surface.wave_components import WaveComponents
+from ..uw_spectral.surface.waves import WaveSpectrum
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
-from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 
 WIND_AZIMUTH = 40.0  # between the sun and the wind, degrees; unknown in the field

@@ -31,7 +31,8 @@ from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2013
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
 from ..uw_spectral.water.kd_inversion import invert_Kd, water_of_chlorophyll
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
-from ..uw_spectral.water.phase import BandPhase, FournierForand, parse_phase
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase_functions import FournierForand, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from .gutierrez import particle_scattering_Gordon1983
 from .inelastic_light import InelasticLight, solve_inelastic

@@ -16,7 +16,8 @@ from ..uw_spectral.closed_form.pixel import Pixel
 from ..uw_spectral.surface.refraction import in_water_cosine
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import HenyeyGreenstein, PhaseFunction, parse_phase
+from ..uw_spectral.water.phase import PhaseFunction
+from ..uw_spectral.water.phase_functions import HenyeyGreenstein, parse_phase
 from .monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,

@@ -15,7 +15,7 @@ from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.spectra.spectrum import Spectrum
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import henyey_greenstein
+from ..uw_spectral.water.phase_functions import henyey_greenstein
 from ..uw_spectral.water.pure_water import molecular_scattering, pure_water_absorption
 
 _WAVELENGTHS = np.arange(300.0, 800.1, 2.5)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.lamps.lamp import Lamp
 from ..uw_spectral.lamps.profile import IsotropicProfile, LampProfile, SpotProfile, rov_lamp
-from ..uw_spectral.water.phase import BandPhase, HenyeyGreenstein, seawater_mixture
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase_functions import HenyeyGreenstein, seawater_mixture
 from . import lamp_photons
 
 ORDERS, BATCHES = 60, 10

@@ -25,7 +25,8 @@ from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discre
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
-from ..uw_spectral.water.phase import FournierForand, PetzoldAverage, PhaseFunction, parse_phase
+from ..uw_spectral.water.phase import PhaseFunction
+from ..uw_spectral.water.phase_functions import FournierForand, PetzoldAverage, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from .sunlight import entering, sky_fraction
 

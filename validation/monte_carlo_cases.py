@@ -21,7 +21,8 @@ from ..uw_spectral.surface.refraction import (
 from ..uw_spectral.transfer.radiance_field import upwelling_irradiance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import BandPhase, parse_phase
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase_functions import parse_phase
 from .canonical_problems import INDEX, canonical_values, phase_of
 from .monte_carlo import MonteCarloResult, simulate
 

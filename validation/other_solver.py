@@ -14,7 +14,8 @@ from ..uw_spectral.closed_form.light_field import solve_light_field
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import PhaseFunction, parse_phase
+from ..uw_spectral.water.phase import PhaseFunction
+from ..uw_spectral.water.phase_functions import parse_phase
 from . import discrete_ordinates_reference
 
 REFERENCE_STREAMS = 64

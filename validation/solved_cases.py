@@ -15,7 +15,8 @@ from ..uw_spectral.surface.refraction import in_water_cosine, sun_travel_directi
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.water_column import DeeperWater, WaterColumn
 from ..uw_spectral.water.optical_properties import Water
-from ..uw_spectral.water.phase import BandPhase, parse_phase
+from ..uw_spectral.water.phase import BandPhase
+from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from .sun_beam import SunBeam
 

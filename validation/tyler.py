@@ -32,7 +32,7 @@ from ..uw_spectral.surface.refraction import (
 )
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.sky import Sky
-from ..uw_spectral.water.phase import parse_phase
+from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from .sunlight import entering, sky_fraction
 

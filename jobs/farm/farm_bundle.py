@@ -22,7 +22,8 @@ from ...uw_spectral.spectra.spectral_image import temporary_name
 from ...uw_spectral.spectra.spectrum import split_location
 from .. import planning
 from ..job import Job
-from ..manifest import Manifest, tables, write_manifest
+from ..manifest import Manifest, tables
+from ..manifest_files import write_manifest
 from ..rounds import require_fixed
 from . import openjd_template
 from .extension_zip import write_extension

@@ -14,14 +14,13 @@ from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.water.bounded_peak import bound_forward_peak
 from ...uw_spectral.water.bubbles import BubblePhase
-from ...uw_spectral.water.phase import (
-    BandPhase,
+from ...uw_spectral.water.phase import BandPhase, PhaseFunction
+from ...uw_spectral.water.phase_functions import (
     EinsteinSmoluchowski,
     FournierForand,
     HenyeyGreenstein,
     Isotropic,
     PetzoldAverage,
-    PhaseFunction,
     TwoTermHenyeyGreenstein,
 )
 from ...uw_spectral.water.shared_phase import with_mean_of

@@ -20,21 +20,23 @@ from ...node_groups import (
     realtime_volume,
 )
 from ...node_groups.realtime_values import Numbers, Shape
-from ...uw_spectral.clouds.cloud_light import CloudNumbers
+from ...uw_spectral.clouds.cloud_numbers import CloudNumbers
 from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_on
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, least_pattern
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
-from ...uw_spectral.transfer.channel_pixel import COLOURS, along_rays
+from ...uw_spectral.transfer.channel_pixel import along_rays
 from ...uw_spectral.transfer.channel_tables import ChannelTables, OcclusionSpectrum, project
 from ...uw_spectral.transfer.channels import Channels, channels_of
 from ...uw_spectral.transfer.foam_light import foam_light
+from ...uw_spectral.transfer.pixel_parts import COLOURS
 from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS, tabulate
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
-from ...uw_spectral.water.phase import BandPhase, HenyeyGreenstein
+from ...uw_spectral.water.phase import BandPhase
+from ...uw_spectral.water.phase_functions import HenyeyGreenstein
 from ..readers.frame_inputs import FrameInputs, ViewFromAir
 from ..readers.lamps import SceneLamps
 from .particles import SceneParticles

@@ -35,7 +35,7 @@ from ...node_groups.realtime_values import PORT, Numbers
 from ...node_groups.realtime_water import Sources, exciting_layout, layout_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.grouping import grouped
-from ...uw_spectral.lamps.lamp_channels import project_lamps
+from ...uw_spectral.lamps.lamp_projection import project_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.surface.reflected_view import ReflectedView

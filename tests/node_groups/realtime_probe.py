@@ -14,11 +14,8 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.transfer.channel_pixel import (
-    COLOURS,
-    SurfaceMaterial,
-    along_rays,
-)
+from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
+from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, SurfaceMaterial
 from underwater_spectral.validation.solved_cases import FROM_SUN, Case, LightAround
 
 COLOR = (0.8, 0.4, 0.2)

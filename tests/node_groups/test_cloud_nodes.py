@@ -14,11 +14,9 @@ from underwater_spectral.node_groups.loops import followed, summed
 from underwater_spectral.node_groups.node_mathematics import NODES
 from underwater_spectral.node_groups.realtime_values import Shape
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
-from underwater_spectral.uw_spectral.clouds.cloud_light import (
+from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, Together
+from underwater_spectral.uw_spectral.clouds.cloud_numbers import (
     CloudNumbers,
-    Clouds,
-    Several,
-    Together,
     add_up,
     march,
     with_escapes,

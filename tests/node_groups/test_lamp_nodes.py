@@ -11,7 +11,7 @@ from underwater_spectral.node_groups import realtime_lamps
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
     PART_SIDE,
     shadow_directions,
@@ -26,7 +26,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channels import channels_of
 from underwater_spectral.uw_spectral.transfer.facets import Facets
 from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 
 SIZE = 12
 

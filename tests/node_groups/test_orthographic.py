@@ -13,12 +13,9 @@ from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
-from underwater_spectral.uw_spectral.transfer.channel_pixel import (
-    COLOURS,
-    SurfaceMaterial,
-    along_rays,
-)
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
+from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, SurfaceMaterial
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 WIDTH, DISTANCE, DEPTH = 8.0, 4.0, 6.0
 VIEW = probe.View(

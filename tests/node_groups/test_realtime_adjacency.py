@@ -14,8 +14,8 @@ from underwater_spectral.uw_spectral.occlusion.adjacency import Adjacency
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import without_occlusion
 from underwater_spectral.uw_spectral.occlusion.view_map import SIZE, view_map
 from underwater_spectral.uw_spectral.occlusion.visibility_buffer import visibility_buffer
-from underwater_spectral.uw_spectral.transfer.channel_pixel import Around
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.transfer.pixel_parts import Around
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 VIEW = probe.View(5.0, 88.0)
 

@@ -17,7 +17,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 from underwater_spectral.validation.tabulated_water import aureole_at
 

@@ -23,7 +23,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import surface_norm
 from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 SEA = Sea(5.0, 40.0, seed=3, tile=4.0, resolution=64, raised=True, foam=True)
 MUCH = Foam(-0.05, 10.0)  # foam over half of a sea that has hardly any

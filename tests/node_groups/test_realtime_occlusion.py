@@ -16,7 +16,7 @@ from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrra
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.sun_beam import sun_beam
 
 WEIGHTS = np.eye(3)

@@ -13,7 +13,7 @@ from underwater_spectral.uw_spectral.closed_form.light_field import light_field_
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.sun_beam import closed_beam
 
 SLAB_HEIGHT = -2.0

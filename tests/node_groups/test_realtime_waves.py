@@ -27,11 +27,8 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
     under_waves,
 )
 from underwater_spectral.uw_spectral.transfer.above_water import leaving_fraction
-from underwater_spectral.uw_spectral.transfer.channel_pixel import (
-    COLOURS,
-    SurfaceMaterial,
-    along_rays,
-)
+from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
+from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, SurfaceMaterial
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     surface_normal,
@@ -39,7 +36,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
 from underwater_spectral.uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 SEA = Sea(5.0, 40.0, seed=3, tile=4.0, resolution=64)
 CRITICAL = math.degrees(math.asin(1 / 1.34))

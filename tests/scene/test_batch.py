@@ -18,6 +18,7 @@ from underwater_spectral.jobs import (
     batch,
     command_line,
     manifest,
+    manifest_files,
     pictures,
     planning,
     render_job,
@@ -460,7 +461,7 @@ def test_a_new_render_forgets_the_records_of_the_old_one(blend, tmp_path, monkey
     """A record says that a picture is done: it must not outlive the passes."""
     out = tmp_path / "out"
     assert _run(blend, *FAST, "--bands", 3, "--out", out) == 0
-    job = manifest.read_manifest(out / "job.json")
+    job = manifest_files.read_manifest(out / "job.json")
     (view,) = job.views
     assert pictures.is_developed(job, view)
     other = replace(job, settings={**job.settings, "tone": "agx"})

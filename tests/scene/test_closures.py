@@ -20,7 +20,7 @@ from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import EinsteinSmoluchowski
+from underwater_spectral.uw_spectral.water.phase_functions import EinsteinSmoluchowski
 
 
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")

@@ -40,7 +40,7 @@ from underwater_spectral.jobs import (
     data_set_plan,
     staging,
 )
-from underwater_spectral.jobs.manifest import read_manifest
+from underwater_spectral.jobs.manifest_files import read_manifest
 from underwater_spectral.jobs.progress import Progress
 from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
 from underwater_spectral.scene import stored_settings

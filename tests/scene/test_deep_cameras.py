@@ -9,7 +9,7 @@ import pytest
 from underwater_spectral.scene.water import deep_cameras
 from underwater_spectral.tests.scene import columns
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 
 @pytest.mark.parametrize(

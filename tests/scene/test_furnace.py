@@ -19,7 +19,7 @@ from underwater_spectral.scene.water import (
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 _DEPTH, _AWAY = 4.0, 6.87

@@ -14,7 +14,7 @@ from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 _DEPTH, _AWAY, _PIXELS = 4.0, 5.0, 24
 _SUN = np.array([0.3, 0.5, -math.sqrt(1.0 - 0.34)])

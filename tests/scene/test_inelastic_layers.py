@@ -24,7 +24,7 @@ from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import Emission
 from underwater_spectral.uw_spectral.water.inelastic_processes import EXCITATION
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 DEPTH = 3.0
 

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.jobs import batch, render_job
-from underwater_spectral.jobs.manifest import read_manifest
+from underwater_spectral.jobs.manifest_files import read_manifest
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

@@ -15,7 +15,7 @@ from underwater_spectral.scene.water import frame_water, realtime, scene_water, 
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 HG = parse_phase("hg:0.8").for_bands(np.ones(3))
 DEPTH = 5.0

@@ -22,7 +22,7 @@ from underwater_spectral.scene.water import frame_water, realtime, scene_water, 
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 _SIZE = (96, 24)
 _STEP = 2.4

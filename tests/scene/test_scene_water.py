@@ -16,7 +16,7 @@ from underwater_spectral.scene.water import (
 )
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 PHASE = parse_phase("hg:0.8").for_bands(np.ones(3))
 EXTENT = water_body.WaterExtent(50.0, 10.0)

@@ -25,7 +25,7 @@ from underwater_spectral.scene.readers.lamp_nodes import nodes_of
 from underwater_spectral.scene.water import frame_water, realtime, water_body
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 _PALE = (0.9, 0.6, 0.2)
 

@@ -15,7 +15,7 @@ from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 _DEPTH, _UP, _PITCH, _PIXELS = 6.0, 4.0, 1.2, 10
 _C = 0.5

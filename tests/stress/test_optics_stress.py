@@ -52,7 +52,7 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     inelastic_processes,
 )
 from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.inelastic_light import (
     excitation_fields,
     reduced,

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.jobs import batch
-from underwater_spectral.jobs.manifest import read_manifest
+from underwater_spectral.jobs.manifest_files import read_manifest
 from underwater_spectral.quality.methods import METHODS
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.viewport import live

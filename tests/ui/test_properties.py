@@ -18,7 +18,7 @@ from underwater_spectral.settings.known_words import known_words, suggestions
 from underwater_spectral.settings.render_plan import plan_of, quiet
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.settings.setting import SECTIONS
-from underwater_spectral.ui import migration, panels, presets, previews
+from underwater_spectral.ui import migration, panels, presets, previews, section_panels
 from underwater_spectral.ui import property_group as panel_group
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.housing import GLASSES
@@ -423,10 +423,10 @@ def test_the_waves_panel_says_what_heights_do_not_show(monkeypatch):
     monkeypatch.setattr(panels, "_say", lambda _, text, *__: lines.append(text))
     water, panel = bpy.context.scene.underwater, SimpleNamespace(layout=MagicMock())
     water.surface = "waves"
-    panels.WavesPanel.after(panel, bpy.context)
+    section_panels.WavesPanel.after(panel, bpy.context)
     assert lines == []
     water.raised_waves = True
-    panels.WavesPanel.after(panel, bpy.context)
+    section_panels.WavesPanel.after(panel, bpy.context)
     assert all(line.startswith("Waves with height: ") for line in lines)
     for part in ("no caustics", "level surface", "behind a trough", "no waterline"):
         assert sum(part in line for line in lines) == 1

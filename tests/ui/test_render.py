@@ -22,7 +22,7 @@ from underwater_spectral.scene.viewport import live
 from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import previews, shown_pictures
-from underwater_spectral.ui.operators import Render, RenderReference
+from underwater_spectral.ui.render_operators import Render, RenderReference
 from underwater_spectral.uw_spectral.spectra.colour_rendering import srgb_encode
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_png
 

@@ -17,7 +17,8 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer import solved_field
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import Emission
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater, WaterColumn
-from underwater_spectral.uw_spectral.water.phase import BandPhase, parse_phase
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 STREAMS = 16
 WAYS = np.array([(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 0.8, -0.6), (0.48, 0.64, -0.6)])

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd490_Morel2007,
     Kd_Lee2013,
 )
 from underwater_spectral.uw_spectral.water.kd_inversion import water_of_chlorophyll
+from underwater_spectral.uw_spectral.water.named_waters import named_waters
 from underwater_spectral.validation import constituent_seas as figures
 
 

@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene.water.cycles_phase import cycles_phase
 from underwater_spectral.tests.scene import columns
 from underwater_spectral.tests.validation import cycles_probe
-from underwater_spectral.uw_spectral.water.phase import parse_phase, seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, seawater_mixture
 
 DEPTH = 3.0
 

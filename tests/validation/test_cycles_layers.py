@@ -15,7 +15,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 INDEX, ZENITH = 1.34, 40.0
 FLAT = {

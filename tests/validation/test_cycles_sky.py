@@ -16,7 +16,7 @@ from underwater_spectral.tests.validation import cycles_probe
 from underwater_spectral.uw_spectral.errors import DataWarning
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
-from underwater_spectral.uw_spectral.water.phase import parse_phase, seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, seawater_mixture
 
 G, INDEX, ZENITH, AZIMUTH, DEPTH = 0.8, 1.34, 50.0, 130.0, 2.0
 LOBES = columns.henyey_greenstein(G)

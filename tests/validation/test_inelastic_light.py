@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
 from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.bio_optics import Constituents, named_waters
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.inelastic_processes import (
     EXCITATION,
     RAMAN_PHASE,
@@ -33,7 +33,8 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     raman_emission,
     raman_process,
 )
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.named_waters import named_waters
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.gutierrez import raman_coefficient_Gutierrez2008
 from underwater_spectral.validation.inelastic_light import (
     excitation_fields,

@@ -21,8 +21,8 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
 )
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import (
-    BandPhase,
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import (
     EinsteinSmoluchowski,
     FournierForand,
     HenyeyGreenstein,

@@ -13,7 +13,11 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coefficient
-from underwater_spectral.uw_spectral.water.phase import FournierForand, PetzoldAverage, Rayleigh
+from underwater_spectral.uw_spectral.water.phase_functions import (
+    FournierForand,
+    PetzoldAverage,
+    Rayleigh,
+)
 from underwater_spectral.validation import constituent_seas, raman_at_sea, tyler
 from underwater_spectral.validation import measured_waters as waters
 from underwater_spectral.validation.canonical_problems import (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation import discrete_ordinates_reference as table
 
 pytest.importorskip("PythonicDISORT")

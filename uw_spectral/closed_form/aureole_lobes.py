@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..transfer.aureole import moments_of_spread
-from ..water.phase import BandPhase, henyey_greenstein
+from ..water.phase import BandPhase
+from ..water.phase_functions import henyey_greenstein
 
 _MOMENTS = 512
 _BLUR = 4.0  # of the Legendre sum, e^{-4 (l/512)²}: 0.3°, about the radius of the sun

@@ -24,7 +24,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.refraction import diffuse_internal_reflectance
 from ..transfer.path_integral import phi
 from ..transfer.sky import Sky
-from ..water.phase import henyey_greenstein
+from ..water.phase_functions import henyey_greenstein
 from .closed_form import ClosedForm
 from .light_field import two_stream_field
 from .unoccluded_water import UnoccludedWater

@@ -15,244 +15,31 @@ In light from all sides that is the same everywhere, a cloud that does not absor
 from __future__ import annotations
 
 import functools
-import math
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from . import density_grid
+from .cloud_numbers import (
+    DEEPEST_DIFFERENCE,
+    ISOTROPIC,
+    LAYER,
+    LEAST,
+    SPAN,
+    STEPS,
+    CloudNumbers,
+    March,
+    Sum,
+    Veil,
+    Wide,
+    add_up,
+    added_up,
+    march,
+)
 from .density_grid import Grid
-from .gaussian_blob import FAR, GaussianBlob, RayInBlob
-
-STEPS = 8
-"""Steps in which the light that a cloud scatters to the camera is added up."""
-SPAN = 2.6
-"""Standard deviations about the middle that are divided into steps."""
-_LEAST = 1e-12
-_LAYER = 0.75
-ISOTROPIC = 1.0 / (4.0 * math.pi)
-"""Phase function of light that is scattered alike to all sides, 1/sr."""
-# Depth in m over which light may differ from that in the middle by its decay there.
-_DEEPEST_DIFFERENCE = 40.0
-ESCAPES = 24
-"""Entries of the row of light that leaves a cloud, from its middle outwards."""
-_FARTHEST_OUT = 4.5  # standard deviations
-
-Sum = Callable[[int, Callable[[Operand], Sequence[Operand]]], Sequence[Operand]]
-"""Adds up terms of 0 to count - 1."""
-March = Callable[
-    [int, Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]], Operand],
-    Sequence[Operand],
-]
-"""Adds up the same of a number, and of terms that know the sum of the number before them.
-
-Where the last operand is 0 all are 0, and need not be made.
-"""
-
-
-class Row(Protocol):
-    """A few entries, in channels."""
-
-    def at(self, place: Operand) -> Operand:
-        """Interpolate linearly between them."""
-        ...
-
-
-class Wide(Protocol):
-    """A phase function."""
-
-    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Value at s2 = sin²(angle / 2), 1/sr."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class CloudNumbers:
-    """What formulas need of a cloud; channels are arrays of three, or vectors of a shader.
-
-    Attributes
-    ----------
-    middle, rows
-        Of :class:`.GaussianBlob`.
-    extinction, scaled : channels
-        Of its matter where it is densest, with and without the forward peak, 1/m.
-    albedo : channels
-        Fraction of the scaled extinction that scatters.
-    sun : channels
-        Normal irradiance of the sun, its forward peak included, in the depth of the middle,
-        as it is seen from ``reference``.
-    spread, ambient : channels
-        Scalar irradiance of the other light, likewise: of a beam along that of the sun which has
-        its net downward irradiance, and of the rest, from all sides.
-    sun_decay, ambient_decay : channels
-        Decay of both with depth, 1/m.
-    water : channels
-        Decay along the view, 1/m.
-    forward : channels
-        What water scatters forward from behind the cloud to in front of it, beyond the peak of the
-        water's own tables: the cloud blocks that, 1/m.
-    transport : channels
-        What keeps light from objects below, at density 1, 1/m: it is not scattered forward.
-    reference : number
-        Distance in m that the light is given for.
-    asymmetry, ceiling, peak : numbers
-        Of :class:`.BluntPhase`.
-    kind : number
-        Place of the phase function of its matter among those of :class:`Clouds`.
-    escapes : Row, optional
-        What :meth:`escaping` is at so many standard deviations from the middle, as a mean over
-        all sides; see :func:`with_escapes`.
-    grid : Grid, optional
-        Its density, if it is none of a blob: ``middle`` and ``rows`` are then those of the blob
-        that is most like it.
-    """
-
-    middle: Sequence[Operand]
-    rows: Sequence[Operand]
-    extinction: Operand
-    scaled: Operand
-    albedo: Operand
-    sun: Operand
-    spread: Operand
-    ambient: Operand
-    sun_decay: Operand
-    ambient_decay: Operand
-    water: Operand
-    forward: Operand
-    transport: Operand
-    transport_albedo: Operand
-    reference: Operand
-    asymmetry: Operand
-    ceiling: Operand
-    peak: Operand
-    kind: Operand = 0.0
-    escapes: Row | None = None
-    grid: Grid | None = None
-
-    @property
-    def blob(self) -> GaussianBlob:
-        """Where it is."""
-        return GaussianBlob(self.middle, self.rows)
-
-    def towards_sun(
-        self, point: Sequence[Operand], back: Sequence[Operand], m: Mathematics
-    ) -> Operand:
-        """Integral of the density from a place along the direction to the sun, m."""
-        if self.grid is not None:
-            return self.grid.towards_sun(point, back, m)
-        return self.blob.along(point, back, m).column(FAR, m)
-
-    def from_lamp(
-        self, number: Operand, lamp: Sequence[Operand], way: Sequence[Operand], m: Mathematics
-    ) -> Operand:
-        """Integral of the density from a lamp of a number over a way, m."""
-        if self.grid is not None:
-            return self.grid.from_lamp(number, lamp, way, m)
-        return self.blob.between(lamp, way, m)
-
-    def escaping(self, point: Sequence[Operand], m: Mathematics) -> Operand:
-        """Fraction of light scattered at a place that leaves the cloud, in channels."""
-        if self.grid is not None:
-            return m.exp(-self.transport * self.grid.at(point, m)[2])
-        return _sum([m.exp(-self.transport * x) for x in self.blob.outwards(point, m)]) / 6.0
-
-    def escaping_about(self, point: Sequence[Operand], m: Mathematics) -> Operand:
-        """Return the same as a mean over all places as far out; in short."""
-        if self.escapes is None:
-            return self.escaping(point, m)
-        u = self.blob.place(point)
-        out = m.minimum(m.sqrt(dot(u, u)) * ((ESCAPES - 1.0) / _FARTHEST_OUT), ESCAPES - 1.001)
-        return self.escapes.at(out)
-
-    def again(self, escaping: Operand, light: Operand) -> Operand:
-        """Scalar irradiance of what of a place's light is scattered there twice and more often."""
-        again = (1.0 - escaping) * self.transport_albedo
-        return again * light / (1.0 - again)
-
-    def linear(self, cosine: Operand) -> Operand:
-        """Phase function of the same mean cosine that is linear in that of the angle, 1/sr."""
-        return ISOTROPIC * (1.0 + 3.0 * self.asymmetry * cosine)
-
-
-@dataclass(frozen=True, eq=False)
-class Veil:
-    """What clouds before a place do to its light, in channels.
-
-    Attributes
-    ----------
-    unscattered : channels
-        Fraction of light that passes without any change.
-    passed : channels
-        Fraction that passes, or is scattered within the forward peak.
-    light : channels
-        Radiance that the clouds themselves scatter to the camera.
-    middle : number
-        Mean distance of the clouds, m.
-    forward : channels
-        Of the clouds, see :class:`CloudNumbers`, as a mean.
-    sunlit, daylit : channels
-        Of :func:`.daylit_fractions`.
-    """
-
-    unscattered: Operand
-    passed: Operand
-    light: Operand
-    middle: Operand
-    forward: Operand
-    sunlit: Operand = 1.0
-    daylit: Operand = 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class ArrayRow:
-    """A row of arrays, shape (k, 3)."""
-
-    values: NDArray[np.float64]
-
-    def at(self, place: Operand) -> Operand:
-        """Interpolate at places of shape (..., 1), or of no shape; shape (..., 3)."""
-        return multilinear_of_columns(self.values, (place,))
-
-
-def with_escapes(cloud: CloudNumbers) -> CloudNumbers:
-    """Return a cloud with the row of what leaves it."""
-    sides = np.array([x for x in np.ndindex(3, 3, 3) if x != (1, 1, 1)]) - 1.0
-    sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-    out = np.linspace(0.0, _FARTHEST_OUT, ESCAPES)
-    own = np.linalg.inv(np.reshape(cloud.rows, (3, 3)))
-    places = np.asarray(cloud.middle) + out[:, None, None] * sides @ own.T
-    found = cloud.escaping(list(np.moveaxis(places[..., None], 2, 0)), NUMPY)
-    return replace(cloud, escapes=ArrayRow(np.asarray(found).mean(axis=1)))
-
-
-def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
-    """Add up terms as :data:`Sum` says, of arrays."""
-    return _added([terms(float(i)) for i in range(count)])
-
-
-def march(
-    count: int,
-    terms: Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]],
-    met: Operand = 1.0,
-) -> Sequence[Operand]:
-    """Add up as :data:`March` says, of arrays."""
-    del met
-    before, found = 0.0, []
-    for index in range(count):
-        number, others = terms(float(index), before)
-        before = before + number
-        found.append((number, *others))
-    return _added(found)
-
-
-def _added(found: Sequence[Sequence[Operand]]) -> Sequence[Operand]:
-    return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
+from .gaussian_blob import RayInBlob
 
 
 class Group(Protocol):
@@ -285,7 +72,7 @@ class Several:
 
     def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
         """Add up terms of each."""
-        return _added([terms(cloud) for cloud in self.clouds])
+        return added_up([terms(cloud) for cloud in self.clouds])
 
     def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
         """Multiply factors of each."""
@@ -323,7 +110,7 @@ class Together:
     def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
         """Add up terms of each."""
         own = [] if self.blobs is None else [self.blobs.total(terms)]
-        return _added([*own, *(terms(cloud) for cloud in self.grids)])
+        return added_up([*own, *(terms(cloud) for cloud in self.grids)])
 
     def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
         """Multiply factors of each."""
@@ -376,9 +163,9 @@ class Clouds:
         """
 
         def transmittance(cloud: CloudNumbers) -> Operand:
-            fraction = cloud.spread / (cloud.spread + cloud.ambient + _LEAST)
+            fraction = cloud.spread / (cloud.spread + cloud.ambient + LEAST)
             lost = cloud.transport * cloud.towards_sun(point, self.back, self.m)
-            transport = 1.0 / (1.0 + _LAYER * lost) if all_round else self.m.exp(-lost)
+            transport = 1.0 / (1.0 + LAYER * lost) if all_round else self.m.exp(-lost)
             return 1.0 - fraction * (1.0 - transport)
 
         return self.group.product(transmittance)
@@ -468,7 +255,7 @@ class Clouds:
             return direct, scaled, light, middle, cloud.forward * fraction, fraction
 
         direct, scaled, light, middle, forward, weight = self.group.total(of_cloud)
-        weight = weight + _LEAST
+        weight = weight + LEAST
         return Veil(m.exp(-direct), m.exp(-scaled), light, middle / weight, forward / weight)
 
     def steps(
@@ -600,7 +387,7 @@ class Clouds:
         ``here`` is what the nodes of a grid have there.
         """
         m = self.m
-        below = m.clamp(cloud.middle[2] - point[2], -_DEEPEST_DIFFERENCE, _DEEPEST_DIFFERENCE)
+        below = m.clamp(cloud.middle[2] - point[2], -DEEPEST_DIFFERENCE, DEEPEST_DIFFERENCE)
 
         def towards_sun(other: CloudNumbers) -> Sequence[Operand]:
             column = other.towards_sun(point, self.back, m)
@@ -625,7 +412,3 @@ class Clouds:
         # Light that is nearer than the reference would grow without bound in a long sum.
         way = m.exp(-(cloud.water * (s - cloud.reference)))
         return m.maximum(total, 0.0) * cloud.albedo * way
-
-
-def _sum(terms: Sequence[Operand]) -> Operand:
-    return functools.reduce(operator.add, terms)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..mathematics import Operand
-from .cloud_light import Clouds, Sum, add_up
+from .cloud_light import Clouds
+from .cloud_numbers import Sum, add_up
 
 STEPS = 6
 """Places of a path that are looked at, one in each equal fraction of the light that it brings."""

@@ -22,7 +22,8 @@ from ..lamps.lamp_path import Quadrature, gauss_sum
 from ..lamps.multiple_scattering import asinh, light_along
 from ..mathematics import Operand, dot
 from ..transfer.sun_beam import half_angle2
-from .cloud_light import ISOTROPIC, SPAN, CloudNumbers, Clouds, March, Sum, add_up, march
+from .cloud_light import Clouds
+from .cloud_numbers import ISOTROPIC, SPAN, CloudNumbers, March, Sum, add_up, march
 from .gaussian_blob import RayInBlob
 
 STEPS = 8

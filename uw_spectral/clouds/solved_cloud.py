@@ -15,7 +15,8 @@ from ..mathematics import dot
 from ..occlusion.point_spread import within_outline
 from ..transfer.channels import Channels
 from ..transfer.solved_field import SolvedField
-from .cloud_light import CloudNumbers, Clouds, Several, with_escapes
+from .cloud_light import Clouds, Several
+from .cloud_numbers import CloudNumbers, with_escapes
 from .density_grid import DensityGrid
 from .gaussian_blob import GaussianBlob
 from .matter import SuspendedMatter, blunt_phase

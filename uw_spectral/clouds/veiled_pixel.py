@@ -8,8 +8,9 @@ import operator
 from collections.abc import Sequence
 
 from ..mathematics import Operand
-from ..transfer.channel_pixel import ChannelPixel, ChannelWater
-from .cloud_light import Veil
+from ..transfer.channel_pixel import ChannelWater
+from ..transfer.pixel_parts import ChannelPixel
+from .cloud_numbers import Veil
 
 
 def veiled(

@@ -26,7 +26,7 @@ from ..transfer.rough_surface import beam_below, beam_reflectance
 from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
-from ..water.bio_optics import Constituents, constituents_of
+from ..water.bio_optics import Constituents
 from ..water.inelastic_processes import (
     EXCITATION,
     InelasticProcess,
@@ -34,8 +34,10 @@ from ..water.inelastic_processes import (
     parse_processes,
 )
 from ..water.named import parse_uniform_water, parse_water
+from ..water.named_waters import constituents_of
 from ..water.optical_properties import Water
-from ..water.phase import BandPhase, PhaseModel, parse_phase
+from ..water.phase import BandPhase, PhaseModel
+from ..water.phase_functions import parse_phase
 from ..water.profile import DepthProfile, WaterProfile
 from ..water.pure_water import molecular_scattering
 from .band_selection import FittedViewpoint, optimised_bands

@@ -3,8 +3,9 @@
 from .emission import intensity_of_colour, parse_emission, radiant_intensity
 from .ies import read_ies
 from .lamp import Lamp, lamp_disc, ray_past_lamp
-from .lamp_channels import LampChannels, project_lamps
+from .lamp_channels import LampChannels
 from .lamp_path import single_scattering
+from .lamp_projection import project_lamps
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater, lamp_light, lamp_water
 from .port import BehindFlatPort

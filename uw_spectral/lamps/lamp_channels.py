@@ -26,9 +26,7 @@ forward.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
-import itertools
 import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
@@ -36,16 +34,14 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from ..occlusion.point_spread import within_outline
-from ..transfer.channels import Channels
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
 from ..water.phase import PhaseFunction
-from .angular_spread import ANGLE2, LONGEST, SHORTEST, Lookup, ValueGrid, length_place
+from .angular_spread import ANGLE2, Lookup, ValueGrid, length_place
 from .angular_spread import LENGTHS as SPREAD_LENGTHS
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature, gauss_sum
@@ -56,11 +52,8 @@ from .lamp_surface import (
     forward_fraction,
     patch_past_lamp,
 )
-from .multiple_scattering import LampField, LampWater, light_along
-from .profile import SpotProfile
-from .representative_bands import COUNT, RepresentativeBands, representative_bands
-from .scattered_source import source_seen, source_table
-from .soft_shadow import soft_map
+from .multiple_scattering import LampWater, light_along
+from .representative_bands import COUNT
 
 Array = NDArray[np.float64]
 
@@ -70,19 +63,7 @@ FLOATING = 96
 """Rows and columns of the table of light on what floats in the water."""
 COLOURS = 3
 """Of surfaces: a red, a green and a blue one."""
-_STRETCH = 2.5  # decay lengths, in which half the entries lie
-_LOST = 0.1  # of scattered light, about
-_LONGEST_STRETCH = 100.0  # m
-_FARTHEST = 1e9  # m, in place of no end
-# Places that the three bands have to do for: m, cosines, rad.
-_DISTANCES = (0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 14.0)
-_OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
-_TILTS = (1.0, 0.3)
-_HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
-_NEAR = _DISTANCES[:-1]  # from where light that is turned is seen
-_FLOATING_LENGTHS = np.geomspace(SHORTEST, LONGEST, FLOATING)
-_CANDIDATES = 721  # cosines from the axis
-_TYPICAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
+FARTHEST = 1e9  # m, in place of no end
 
 
 class LengthTable(Protocol):
@@ -355,7 +336,7 @@ class LampChannels:
                     self._rows(projected.scattered),
                     LengthRow(projected.unscattered, self.stretch),
                     self._rows(projected.in_water),
-                    _bands_of,
+                    bands_of,
                     ValueGrid(projected.floating) if len(projected.floating) else None,
                 ),
             )
@@ -447,184 +428,14 @@ class LampChannels:
 
     def _on_surface(self, projected: ChannelLamp) -> SurfaceLight:
         coloured = [self._rows(tables) for tables in projected.coloured]
-        return SurfaceLight(self.on_surfaces, coloured, _bands_of)
+        return SurfaceLight(self.on_surfaces, coloured, bands_of)
 
     def _rows(self, tables: Array) -> list[LengthRow]:
         return [LengthRow(table, self.stretch) for table in tables]
 
 
-def project_lamps(
-    lamps: Sequence[Lamp],
-    water: LampWater,
-    channels: Channels,
-    measured: ArrayLike = (),
-    own: Sequence[LampWater] = (),
-    exciting: ArrayLike = (),
-    *,
-    clouds: float = 0.0,
-) -> LampChannels:
-    """Project the light of lamps into channels.
-
-    Parameters
-    ----------
-    lamps : sequence of Lamp
-        Of n bands.
-    water : LampWater
-        Of n bands.
-    channels : Channels
-        Of n bands.
-    measured : array_like, shape (m, n)
-        Reflectances of surfaces that are known better than by a colour.
-    own : sequence of LampWater, optional
-        Water of the first lamps where it differs from that of all: absorption, and light that is
-        scattered once.
-    exciting : array_like, shape (3, n), optional
-        Weights of bands by which fluorophores are excited.
-    clouds : float
-        About how large clouds in the water are, as their standard deviation, m; 0 without.
-
-    Examples
-    --------
-    >>> from ..spectra.bands import Bands
-    >>> from ..transfer.channels import channels_of_bands
-    >>> from ..water.phase import parse_phase
-    >>> from .multiple_scattering import lamp_water
-    >>> water = lamp_water([0.1] * 3, [0.2] * 3, parse_phase("hg:0.9").for_bands([0.2] * 3))
-    >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0, 2.0, 3.0]))
-    >>> channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
-    >>> projected = project_lamps([lamp], water, channels)
-    >>> projected.path_light((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0).round(3)
-    array([0.076, 0.151, 0.227])
-    """
-    spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
-    intensities = [np.broadcast_to(lamp.intensity, water.a.shape) for lamp in lamps]
-    excitation = np.asarray(exciting, dtype=np.float64).reshape(-1, len(water.a))
-    shining = _mean_spectrum(intensities, len(water.a))
-    seen = np.abs(channels.weights) * shining
-    in_water, on_surfaces = (
-        _bands_in_water(water, seen),
-        _bands_on_surfaces(water, np.concatenate([seen, excitation * shining])),
-    )
-    lost = water.a + _LOST * water.b
-    middle = math.sqrt(float(lost.min() * lost.max()))
-    stretch = min(_STRETCH / max(middle, _STRETCH / _LONGEST_STRETCH), _LONGEST_STRETCH)
-    fraction = np.arange(LENGTHS) / (LENGTHS - 1.0)
-    lengths = stretch * fraction / np.maximum(1.0 - fraction, stretch / _FARTHEST)
-    reflectances = np.concatenate([channels.reflectance.T, spectra])
-
-    def projected(lamp: Lamp, intensity: Array, water: LampWater) -> ChannelLamp:
-        passed = np.exp(-lengths[:, None] * water.a)
-        unscattered = np.exp(-lengths[:, None] * water.c)
-        single = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
-        coloured = (reflectances[:, None] * on_surfaces.fractions)[:, :, None, :] * passed
-        return ChannelLamp(
-            channels.project(intensity * single),
-            channels.project(intensity * unscattered),
-            channels.project(intensity * in_water.fractions[:, None, :] * passed),
-            channels.project(intensity * coloured),
-            exciting_on_surfaces(intensity * passed),
-            on_floating(lamp, intensity, water),
-        )
-
-    def exciting_on_surfaces(light: Array) -> Array:
-        if not len(excitation):
-            return np.zeros((0, LENGTHS, 3))
-        return (light * on_surfaces.fractions[:, None, :]) @ excitation.T
-
-    three_on_surfaces = _of_three(water, on_surfaces)
-
-    def on_floating(lamp: Lamp, intensity: Array, water: LampWater) -> Array:
-        if not clouds:
-            return np.zeros((0, FLOATING, 3))
-        bands = _on_floating(lamp, three_on_surfaces, clouds)
-        length = _FLOATING_LENGTHS[:, None] + _FLOATING_LENGTHS
-        passed = intensity * np.exp(-length[..., None] * water.a)
-        return channels.project((bands @ on_surfaces.fractions) * passed)
-
-    waters = [*own, *[water] * (len(lamps) - len(own))]
-    three = _of_three(water, in_water)
-    return LampChannels(
-        tuple(_softly_shadowed(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps),
-        tuple(itertools.starmap(projected, zip(lamps, intensities, waters, strict=True))),
-        three,
-        three_on_surfaces,
-        water.phase.components,
-        len(spectra),
-        stretch,
-    )
-
-
-def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:
-    """What scattering leaves of a lamp's light on its brightest axis, over that without water.
-
-    By the distance from the lamp (rows) and on to the camera, in the three bands. Of the light of
-    clouds that arrives which is not scattered out of their outline.
-    """
-    cosine, r = _brightest(lamp), _FLOATING_LENGTHS[:, None]
-    value = lamp.profile.value(np.array([cosine]))
-    patch = PatchPastLamp(r, value / (r * r), 1.0, cosine, cosine, r)
-    light = arriving_light(lamp, patch, water)
-    reaching = (light.straight + light.about) * (r * r / value)
-    within = [within_outline(water.phase, size, float(s)) for s in _FLOATING_LENGTHS]
-    return reaching[:, None] * np.exp(-water.b * (1.0 - np.array(within)) * r)
-
-
-def _brightest(lamp: Lamp) -> float:
-    """Cosine from its axis at which a lamp is brightest."""
-    cosines = np.linspace(1.0, -1.0, _CANDIDATES)
-    return float(cosines[np.argmax(lamp.profile.value(cosines))])
-
-
-def _softly_shadowed(lamp: Lamp, water: LampWater) -> Lamp:
-    return lamp if lamp.shadow is None else dataclasses.replace(lamp, soft=soft_map(lamp, water))
-
-
-def _mean_spectrum(intensities: Sequence[Array], count: int) -> Array:
-    """Mean of the lamps' spectra, each of one sum; even where none shines."""
-    shining = [one / one.sum() for one in intensities if one.sum() > 0]
-    return np.mean(shining, axis=0) if shining else np.full(count, 1.0 / count)
-
-
-def _of_three(water: LampWater, bands: RepresentativeBands) -> LampWater:
-    return dataclasses.replace(water.of_bands(bands.indices), reach=water.reach)
-
-
-def _bands_in_water(water: LampWater, seen: Array) -> RepresentativeBands:
-    """Bands that stand for all in what is scattered more than once."""
-    half, r, t, cosine = _places(_HALF_DEFLECTIONS, _NEAR, _NEAR, _OFF_AXIS)
-    bent = np.cos(2.0 * half)
-    assert isinstance(water.field, LampField)
-    source = source_table(water.field.harmonics.for_patches(), _TYPICAL.profile)
-    values = source_seen(source, r, cosine, bent, cosine * bent) * np.exp(-water.wide * t)
-    return representative_bands(values, _light_in(seen, water, r + t))
-
-
-def _bands_on_surfaces(water: LampWater, seen: Array) -> RepresentativeBands:
-    """Bands that stand for all in what objects get, and in what of it arrives."""
-    r, P, cosine, tilt = _places(_DISTANCES, _DISTANCES, _OFF_AXIS, _TILTS)
-    lit = _TYPICAL.profile.value(cosine) / (r * r)
-    patch = PatchPastLamp(r, lit, tilt, cosine, tilt * cosine, r)
-    light = SurfaceLight(water, (), _bands_of)
-    arriving = light.unscattered(P) + light.forward(P)
-    values = light.on_patch(light.arriving_at(_TYPICAL, patch), patch) * arriving
-    return representative_bands(values, _light_in(seen, water, r + P))
-
-
-def _light_in(seen: Array, water: LampWater, lengths: Array) -> Array:
-    """How much each band counts at lengths (k, 1), shape (k, n); all channels alike."""
-    transmittance = seen * np.exp(-water.a * lengths)[:, None, :]
-    whole = transmittance.sum(axis=-1, keepdims=True)
-    return np.divide(transmittance, whole, out=np.zeros_like(transmittance), where=whole > 0.0).sum(
-        axis=1
-    )
-
-
-def _places(*axes: Sequence[float]) -> list[Array]:
-    """Return all combinations of values, shape (k, 1) each."""
-    return [column.reshape(-1, 1) for column in np.meshgrid(*axes)]
-
-
-def _bands_of(values: Operand) -> list[Operand]:
+def bands_of(values: Operand) -> list[Operand]:
+    """Return columns of representative bands."""
     return [values[..., band : band + 1] for band in range(COUNT)]
 
 

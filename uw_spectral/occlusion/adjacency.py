@@ -19,8 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..transfer.channel_pixel import COLOURS, OcclusionFactor, SurfaceMaterial, along_rays
+from ..transfer.channel_pixel import along_rays
 from ..transfer.channel_tables import ChannelTables
+from ..transfer.pixel_parts import COLOURS, OcclusionFactor, SurfaceMaterial
 from .grid import Array
 from .occlusion_table import OcclusionTable
 from .point_spread import at_middle, spread

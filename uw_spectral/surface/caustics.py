@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .refraction import REFRACTIVE_INDEX, fresnel_reflectance
-from .waves import WaveComponents
+from .wave_components import WaveComponents
 
 SUN_RADIUS = math.radians(0.2665)
 """Angular radius of the sun in air, rad."""

@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
-from .waves import WaveComponents, WaveSpectrum, angular_frequency, periodic_at
+from .wave_components import WaveComponents, periodic_at
+from .waves import WaveSpectrum, angular_frequency
 from .whitecaps import Foam
 
 FAR = 24

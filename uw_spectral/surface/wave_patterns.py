@@ -26,7 +26,8 @@ from .raised_waves import (
     height_tile,
     highest_crest,
 )
-from .waves import LONGEST_FETCH, WaveComponents, WaveSpectrum
+from .wave_components import WaveComponents
+from .waves import LONGEST_FETCH, WaveSpectrum
 from .whitecaps import Foam, breaking, foam_of, whitecap_cover_Monahan1980
 
 LAYERS = 4

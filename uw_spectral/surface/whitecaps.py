@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from .waves import WaveComponents
+from .wave_components import WaveComponents
 
 EFFECTIVE_REFLECTANCE = 0.22
 """Of foam of all ages, thin and thick: P. Koepke, Appl. Opt. 23, 1816 (1984)."""

@@ -3,7 +3,8 @@
 from .bio_optics import Constituents
 from .named import list_waters, parse_water
 from .optical_properties import JERLOV_TYPES, Water
-from .phase import BandPhase, FournierForand, HenyeyGreenstein, parse_phase
+from .phase import BandPhase
+from .phase_functions import FournierForand, HenyeyGreenstein, parse_phase
 from .profile import DepthProfile, read_profile
 from .pure_water import molecular_scattering
 

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
-from .phase import BandPhase, EinsteinSmoluchowski, draine, quadrature
+from .phase import BandPhase, quadrature
+from .phase_functions import EinsteinSmoluchowski, draine
 
 NARROWEST_DEG = 3.0
 """Angle in degrees from which on the lobes follow the phase function."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .phase import TabulatedPhase
+from .phase_functions import TabulatedPhase
 
 HINZE_RADIUS = 1.0e-3
 """Radius in m above which the turbulence of a breaker tears bubbles apart, and buoyancy lifts them

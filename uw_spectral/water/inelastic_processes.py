@@ -19,7 +19,8 @@ from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
 from ..spectra.spectrum import shipped_table
 from .bio_optics import Constituents
-from .phase import EinsteinSmoluchowski, Isotropic, PhaseFunction
+from .phase import PhaseFunction
+from .phase_functions import EinsteinSmoluchowski, Isotropic
 
 PROCESSES = ("raman", "chlorophyll", "cdom")
 RAMAN_PHASE = EinsteinSmoluchowski(0.53)

@@ -24,7 +24,7 @@ from ..spectra.spectrum import Spectrum
 from .bio_optics import particle_backscatter_Morel2001, particle_scattering_Loisel1998
 from .diffuse_attenuation import Kd_Lee2013, Kd_Morel2001, chlorophyll_Morel2007
 from .optical_properties import BACKSCATTER, Water
-from .phase import BACKSCATTER_RANGE
+from .phase_functions import BACKSCATTER_RANGE
 from .pure_water import molecular_scattering, pure_water_absorption
 
 REFERENCE_WAVELENGTH = 490.0

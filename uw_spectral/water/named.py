@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 
 from ..errors import InputError
-from .bio_optics import named_water, named_waters, parse_constituents
+from .bio_optics import parse_constituents
 from .kd_inversion import water_of_chlorophyll
 from .measured import read_water
+from .named_waters import named_water, named_waters
 from .optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES, Water
 from .profile import DepthProfile, WaterProfile
 

@@ -15,7 +15,7 @@ from ..spectra.spectrum import Spectrum
 from ..surface.sun_position import sun_zenith_Spencer1971
 from .kd_inversion import SUN_ZENITH, check_pure_water_range, invert_Kd
 from .optical_properties import BACKSCATTER, Water
-from .phase import BACKSCATTER_RANGE, FournierForand
+from .phase_functions import BACKSCATTER_RANGE, FournierForand
 from .pure_water import molecular_scattering, pure_water_absorption
 
 _INHERENT = ("a", "b", "c", "agp", "cgp", "ap", "ag", "bbp")

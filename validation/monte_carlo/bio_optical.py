@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.water.bio_optics import Constituents
 from ...uw_spectral.water.inelastic_processes import PROCESSES, QUANTUM_YIELD, inelastic_processes
-from ...uw_spectral.water.phase import Isotropic
+from ...uw_spectral.water.phase_functions import Isotropic
 from .medium import Constituent, InelasticInteraction
 
 _ABSORBERS = {"chlorophyll": "phytoplankton", "cdom": "cdom"}

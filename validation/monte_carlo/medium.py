@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
-from ...uw_spectral.water.phase import BandPhase, Isotropic, PhaseFunction
+from ...uw_spectral.water.phase import BandPhase, PhaseFunction
+from ...uw_spectral.water.phase_functions import Isotropic
 
 _AGREEMENT = 1e-6
 _ISOTROPIC = Isotropic()

@@ -22,7 +22,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
     upwelling_irradiance,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.sun_beam import closed_beam
 
 

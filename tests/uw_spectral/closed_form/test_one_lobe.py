@@ -18,7 +18,7 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import diffuse_internal_reflectance
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import henyey_greenstein, parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import henyey_greenstein, parse_phase
 
 SUN = np.array([0.37, 0.0, -math.sqrt(1 - 0.37**2)])
 

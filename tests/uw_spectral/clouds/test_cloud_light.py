@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several
+from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several
+from underwater_spectral.uw_spectral.clouds.cloud_numbers import CloudNumbers
 from underwater_spectral.uw_spectral.clouds.gaussian_blob import GaussianBlob
 from underwater_spectral.uw_spectral.clouds.matter import blunt_phase, suspended_matter
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2

@@ -6,7 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.clouds.cloud_light import CloudNumbers, Clouds, Several
+from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several
+from underwater_spectral.uw_spectral.clouds.cloud_numbers import CloudNumbers
 from underwater_spectral.uw_spectral.clouds.density_grid import (
     BLOCK,
     STEPS,

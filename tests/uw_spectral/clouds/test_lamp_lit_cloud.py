@@ -8,16 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
-from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, with_escapes
+from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several
+from underwater_spectral.uw_spectral.clouds.cloud_numbers import with_escapes
 from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.cloud_photons import GreyBlob, radiance
 
 from .test_cloud_light import SIGMA, SUN, VIEWS, _numbers

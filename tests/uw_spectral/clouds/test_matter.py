@@ -8,11 +8,8 @@ from underwater_spectral.uw_spectral.clouds.matter import MOST_AIR, blunt_phase,
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.bubbles import BubblePhase
-from underwater_spectral.uw_spectral.water.phase import (
-    FournierForand,
-    HenyeyGreenstein,
-    quadrature,
-)
+from underwater_spectral.uw_spectral.water.phase import quadrature
+from underwater_spectral.uw_spectral.water.phase_functions import FournierForand, HenyeyGreenstein
 
 NM = np.array([420.0, 550.0, 680.0])
 

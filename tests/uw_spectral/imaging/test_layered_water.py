@@ -29,7 +29,7 @@ from underwater_spectral.uw_spectral.imaging.visibility import (
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.profile import DepthProfile
 from underwater_spectral.validation.monte_carlo import simulate
 

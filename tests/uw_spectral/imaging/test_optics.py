@@ -32,7 +32,7 @@ from underwater_spectral.uw_spectral.transfer import water_column
 from underwater_spectral.uw_spectral.transfer.water_column import FEW_STREAMS
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.phase import HenyeyGreenstein
+from underwater_spectral.uw_spectral.water.phase_functions import HenyeyGreenstein
 
 
 def test_text_and_the_object_it_stands_for_are_the_same():

@@ -18,10 +18,7 @@ from underwater_spectral.uw_spectral.lamps.angular_spread import (
 )
 from underwater_spectral.uw_spectral.lamps.delta_scaled_phase import RESOLVED, wide_moments
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
-from underwater_spectral.uw_spectral.water.phase import (
-    parse_phase,
-    seawater_mixture,
-)
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, seawater_mixture
 
 B = np.array([0.05, 0.7])
 HG = parse_phase("hg:0.9").for_bands(B)

@@ -16,7 +16,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_surface import (
 )
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 
 ORIGIN, AHEAD = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
 RADIUS, FAR = 0.02, 1e6

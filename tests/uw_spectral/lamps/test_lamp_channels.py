@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.emission import parse_emission
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, lamp_disc, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_surface import (
     forward_transmittance,
     patch_past_lamp,
@@ -26,7 +26,7 @@ from underwater_spectral.uw_spectral.spectra.reflectance import uplift
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 
 COUNT = 300

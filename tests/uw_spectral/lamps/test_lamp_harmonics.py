@@ -10,7 +10,8 @@ from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_harmonics import Harmonics
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
-from underwater_spectral.uw_spectral.water.phase import BandPhase, HenyeyGreenstein, Isotropic
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import HenyeyGreenstein, Isotropic
 from underwater_spectral.validation import lamp_cases
 
 ALBEDO = 0.8

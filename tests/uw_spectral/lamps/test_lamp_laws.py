@@ -16,7 +16,7 @@ from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
     lamp_water,
 )
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
-from underwater_spectral.uw_spectral.water.phase import parse_phase, seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, seawater_mixture
 
 CAMERA = (0.0, 0.0, 0.0)
 SPOT = SpotProfile(math.radians(60.0), 0.3)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.layers import water_between, waters_of_lamps
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.transfer.water_column import DeeperWater
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 
 ONE = grey_column(0.4, 0.6)
 N = len(ONE.bands)

@@ -16,8 +16,8 @@ from underwater_spectral.uw_spectral.lamps.profile import (
     TableProfile,
     rov_lamp,
 )
-from underwater_spectral.uw_spectral.water.phase import (
-    BandPhase,
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import (
     HenyeyGreenstein,
     parse_phase,
     seawater_mixture,

@@ -15,7 +15,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
     shadow_map,
 )
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 
 WATER = lamp_water([0.05], [0.3], seawater_mixture([1.0], [0.02]))
 

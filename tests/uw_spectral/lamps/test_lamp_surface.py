@@ -11,7 +11,7 @@ from underwater_spectral.uw_spectral.lamps.lamp import Lamp
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 PHASE = parse_phase("hg:0.9").for_bands([1.0])
 WATER = lamp_water([0.05, 0.2], [0.05, 0.4], parse_phase("hg:0.9").for_bands([1.0, 1.0]))

@@ -20,8 +20,8 @@ from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
     light_along,
 )
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
-from underwater_spectral.uw_spectral.water.phase import (
-    BandPhase,
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import (
     HenyeyGreenstein,
     parse_phase,
     seawater_mixture,

@@ -8,14 +8,14 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.over_water import Surface, through_surface
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 
 N = 1.34
 SPOT = SpotProfile(math.radians(60.0), 0.4)

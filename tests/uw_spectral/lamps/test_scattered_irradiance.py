@@ -9,7 +9,8 @@ import pytest
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import SpotProfile
-from underwater_spectral.uw_spectral.water.phase import BandPhase, HenyeyGreenstein, Isotropic
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import HenyeyGreenstein, Isotropic
 from underwater_spectral.validation import lamp_cases
 from underwater_spectral.validation.lamp_photons import summed
 

@@ -17,7 +17,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.lamps.soft_shadow import soft_map
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 PHASE = parse_phase("hg:0.6").for_bands([0.4])
 WATER = lamp_water([0.1], [0.4], PHASE)

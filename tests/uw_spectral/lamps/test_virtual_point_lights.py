@@ -24,7 +24,7 @@ from underwater_spectral.uw_spectral.lamps.virtual_point_lights import (
     virtual_point_lights,
 )
 from underwater_spectral.uw_spectral.octahedron import folded
-from underwater_spectral.uw_spectral.water.phase import seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 from underwater_spectral.validation import lamp_photons
 
 PHASE = seawater_mixture([1.0], [0.02])

@@ -20,7 +20,7 @@ from underwater_spectral.uw_spectral.occlusion.visibility_buffer import (
     empty_buffer,
     visibility_buffer,
 )
-from underwater_spectral.uw_spectral.water.phase import HenyeyGreenstein
+from underwater_spectral.uw_spectral.water.phase_functions import HenyeyGreenstein
 
 PHASE = HenyeyGreenstein(0.9)
 VIEW = view_map((0.0, 0.0, -5.0), np.eye(3), math.radians(60.0))

@@ -15,7 +15,7 @@ from underwater_spectral.uw_spectral.spectra.sensor import Sensor, list_sensors,
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.named import parse_water
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 
 

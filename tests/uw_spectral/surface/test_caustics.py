@@ -18,14 +18,15 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
 )
-from underwater_spectral.uw_spectral.surface.waves import WaveComponents, WaveSpectrum
+from underwater_spectral.uw_spectral.surface.wave_components import WaveComponents
+from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater, scattering_transfer
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 SUN = sun_travel_direction(35, 50)
 WAVES = WaveSpectrum(5.0, 20.0).realise(4.0, 128, seed=1)

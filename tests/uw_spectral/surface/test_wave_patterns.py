@@ -35,7 +35,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 SUN = sun_travel_direction(30.0, 20.0)
 SEA = Sea(5.0, seed=2, tile=4.0, resolution=128)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.surface.wave_components import WaveComponents
 from underwater_spectral.uw_spectral.surface.waves import (
-    WaveComponents,
     WaveSpectrum,
     angular_frequency,
     slope_variance_CoxMunk1954,

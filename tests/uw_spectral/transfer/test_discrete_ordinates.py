@@ -23,7 +23,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 from underwater_spectral.validation import other_solver
 from underwater_spectral.validation.monte_carlo import numba_available, simulate

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import project_lamps
+from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.mathematics import dot
 from underwater_spectral.uw_spectral.spectra.bands import Bands
@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.transfer.highlights import (
     round_highlight,
     stretched_highlight,
 )
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 _UP = (0.0, 0.0, 1.0)
 _WHITE = (1.0, 1.0, 1.0)

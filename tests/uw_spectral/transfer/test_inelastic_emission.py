@@ -29,7 +29,7 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     InelasticProcess,
     energy_matrix,
 )
-from underwater_spectral.uw_spectral.water.phase import Isotropic, parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import Isotropic, parse_phase
 from underwater_spectral.validation.inelastic_light import excitation_fields, solve_inelastic
 from underwater_spectral.validation.monte_carlo import (
     InelasticInteraction,

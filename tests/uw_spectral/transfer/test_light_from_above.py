@@ -9,7 +9,7 @@ import pytest
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.light_from_above import light_from_above
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 PHASE = parse_phase("hg:0.9").for_bands(np.ones(2))
 SUN = np.array([0.3, 0.4, -math.sqrt(0.75)])

@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 MU = np.array([-0.95, -0.6, -0.25, 0.15, 0.4])
 TURNS = np.array([1.6, 2.2, 3.0])

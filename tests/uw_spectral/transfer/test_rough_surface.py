@@ -39,7 +39,7 @@ from underwater_spectral.uw_spectral.transfer.rough_surface import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import RINGS, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.traced_sea import TracedSea, photons
 
 N = 1.34

@@ -20,7 +20,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.phase import parse_phase
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.monte_carlo import simulate
 
 ZENITH, AZIMUTH, INDEX = 60.0, 160.0, 1.34

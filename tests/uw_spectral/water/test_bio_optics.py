@@ -7,12 +7,8 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.water.bio_optics import (
-    Constituents,
-    named_water,
-    named_waters,
-    parse_constituents,
-)
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents, parse_constituents
+from underwater_spectral.uw_spectral.water.named_waters import named_water, named_waters
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
     pure_water_absorption,

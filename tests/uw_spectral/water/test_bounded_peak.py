@@ -21,11 +21,10 @@ from underwater_spectral.uw_spectral.water.optical_properties import (
     JERLOV_TYPES,
     Water,
 )
-from underwater_spectral.uw_spectral.water.phase import (
-    BandPhase,
+from underwater_spectral.uw_spectral.water.phase import BandPhase, PhaseFunction
+from underwater_spectral.uw_spectral.water.phase_functions import (
     EinsteinSmoluchowski,
     FournierForand,
-    PhaseFunction,
     draine,
     henyey_greenstein,
     parse_phase,

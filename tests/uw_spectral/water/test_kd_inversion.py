@@ -23,7 +23,7 @@ from underwater_spectral.uw_spectral.water.optical_properties import (
     JERLOV_TYPES,
     Water,
 )
-from underwater_spectral.uw_spectral.water.phase import SeawaterMixture
+from underwater_spectral.uw_spectral.water.phase_functions import SeawaterMixture
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
     pure_water_absorption,

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from underwater_spectral.uw_spectral.errors import DataWarning, InputError
-from underwater_spectral.uw_spectral.water.phase import (
-    BandPhase,
+from underwater_spectral.uw_spectral.water.phase import BandPhase
+from underwater_spectral.uw_spectral.water.phase_functions import (
     EinsteinSmoluchowski,
     FournierForand,
     HenyeyGreenstein,

@@ -10,7 +10,7 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
-from underwater_spectral.uw_spectral.water.phase import parse_phase, seawater_mixture
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, seawater_mixture
 from underwater_spectral.uw_spectral.water.pure_water import molecular_scattering
 from underwater_spectral.uw_spectral.water.shared_phase import LARGEST_SPREAD, alike, with_mean_of
 

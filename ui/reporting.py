@@ -1,0 +1,39 @@
+"""What all buttons share."""
+
+from __future__ import annotations
+
+from typing import override
+
+import bpy
+
+from ..scene import stored_settings as optics
+from ..uw_spectral.errors import InputError
+
+
+def water_settings(context: bpy.types.Context) -> bpy.types.PropertyGroup:
+    """Return the settings of the scene that a context has."""
+    return getattr(context.scene, optics.PROPERTY)
+
+
+class ReportingOperator(bpy.types.Operator):
+    """Reports errors of the input instead of raising them."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            self.run(context)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def run(self, context: bpy.types.Context) -> None:
+        """Do the work."""
+        raise NotImplementedError
+
+    def tell(self, notes: list[str]) -> None:
+        """Report what could not be treated."""
+        for note in notes:
+            self.report({"WARNING"}, note)

@@ -1,0 +1,322 @@
+"""A sea as a sum of waves that move: heights, slopes and sharp crests of a periodic square."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError
+
+FINE_CELLS = 24  # lattice cells from the origin that are integrated, not sampled
+_CHUNK = 1 << 22
+_LEAST_STRETCH = 0.02
+_RESTING = 5  # steps that find where a point rests; each leaves a fraction of the steepness
+
+
+@dataclass(frozen=True, eq=False)
+class WaveComponents:
+    """A sea surface: a sum of travelling cosines on the lattice of a tile.
+
+    ``η = Σ a cos(k·x - ω t + φ)`` with ``k = 2π index / tile``.
+
+    Attributes
+    ----------
+    tile : float
+        Side of the square after which the surface repeats, m.
+    index : array of int, shape (m, 2)
+        Periods per tile along x and y.
+    amplitude, frequency, phase : array, shape (m,)
+        a in m, ω in rad/s, φ in rad.
+    wind_direction : float
+        Degrees from +x towards +y, where the wind blows to.
+    longer, shorter : array, shape (2,)
+        Slope variance along and across the wind of the waves left out because
+        they are longer than the tile, and shorter than its resolution.
+    """
+
+    tile: float
+    index: NDArray[np.int64]
+    amplitude: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    wind_direction: float
+    longer: NDArray[np.float64]
+    shorter: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.amplitude)
+
+    @property
+    def k(self) -> NDArray[np.float64]:
+        """Wave vectors, rad/m, shape (m, 2)."""
+        return 2 * math.pi / self.tile * self.index.astype(np.float64)
+
+    @property
+    def slope_variance(self) -> NDArray[np.float64]:
+        """Slope variance of the realised waves along and across the wind, shape (2,)."""
+        turn = math.radians(self.wind_direction)
+        kx, ky = self.k.T
+        along, across = (
+            kx * math.cos(turn) + ky * math.sin(turn),
+            ky * math.cos(turn) - kx * math.sin(turn),
+        )
+        half = self.amplitude**2 / 2
+        return np.array([np.sum(half * along**2), np.sum(half * across**2)])
+
+    @property
+    def elevation_variance(self) -> float:
+        """Variance of the elevation, m²."""
+        return float(np.sum(self.amplitude**2) / 2)
+
+    def below(self, k_max: float) -> WaveComponents:
+        """Keep the waves below a wave number; the slope variance of the others adds to `shorter`.
+
+        Parameters
+        ----------
+        k_max : float
+            rad/m.
+        """
+        kept = np.hypot(*self.k.T) < k_max
+        low = self._only(kept)
+        lost = self.slope_variance - low.slope_variance
+        return self._only(kept, shorter=self.shorter + np.maximum(lost, 0))
+
+    def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
+        """Elevation of the surface at points, m.
+
+        Parameters
+        ----------
+        x, y : array_like
+            Horizontal position, m; any shape.
+        t : float
+            Time, s.
+        """
+        return self._sum(x, y, t)[0]
+
+    def slopes(self, x: ArrayLike, y: ArrayLike, t: float) -> tuple[NDArray, NDArray]:
+        """Slopes ∂η/∂x and ∂η/∂y at points."""
+        _, slope_x, slope_y = self._sum(x, y, t)
+        return slope_x, slope_y
+
+    def on_grid(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
+        """Elevation and slopes on a grid of the tile, by FFT.
+
+        Parameters
+        ----------
+        resolution : int
+            Samples N along a side; row i, column j is at y = i tile/N, x = j tile/N.
+        t : float
+            Time, s.
+
+        Returns
+        -------
+        elevation, slope_x, slope_y : array, shape (N, N)
+
+        Raises
+        ------
+        InputError
+            If the grid is too coarse for the shortest wave.
+        """
+        half, kx, ky = self._transform(resolution, t)
+        elevation, slope_x, slope_y = (
+            np.fft.irfft2(factor * half, (resolution, resolution), norm="forward")
+            for factor in (1.0, 1j * kx, 1j * ky)
+        )
+        return elevation, slope_x, slope_y
+
+    def choppy(self, resolution: int, t: float, choppiness: float = 1.0) -> ChoppySurface:
+        """Move the water to and fro beneath its waves, which sharpens crests, on a grid by FFT.
+
+        Parameters
+        ----------
+        resolution, t
+            As for :meth:`on_grid`.
+        choppiness : float
+            1 moves a particle of deep water on its circle; 0 is the linear surface.
+
+        Raises
+        ------
+        InputError
+            If the grid is too coarse for the shortest wave.
+
+        Notes
+        -----
+        F. Nouguier, C.-A. Guérin & B. Chapron, J. Geophys. Res. 114, C09012 (2009): the horizontal
+        displacement is the Hilbert transform of the elevation, as in J. Tessendorf,
+        *Simulating Ocean Water*, SIGGRAPH course notes (1999). A single wave becomes Gerstner's.
+        """
+        half, kx, ky = self._transform(resolution, t)
+        k = np.hypot(kx, ky)
+        per_k = choppiness / np.where(k > 0, k, 1.0)
+        elevation, rise_x, rise_y, shift_x, shift_y, xx, xy, yy = (
+            np.asarray(
+                np.fft.irfft2(factor * half, (resolution, resolution), norm="forward"), np.float64
+            )
+            for factor in (
+                1.0, 1j * kx, 1j * ky, 1j * kx * per_k, 1j * ky * per_k,
+                -kx * kx * per_k, -kx * ky * per_k, -ky * ky * per_k,
+            )
+        )  # fmt: skip
+        stretch = (1 + xx) * (1 + yy) - xy * xy
+        # Where the surface folds it stands upright: no slope is steeper than this.
+        safe = np.where(stretch < 0, -1.0, 1.0) * np.maximum(np.abs(stretch), _LEAST_STRETCH)
+        slope_x = ((1 + yy) * rise_x - xy * rise_y) / safe
+        slope_y = ((1 + xx) * rise_y - xy * rise_x) / safe
+        return ChoppySurface(self.tile, elevation, shift_x, shift_y, slope_x, slope_y, stretch)
+
+    def crowding(self, resolution: int, t: float) -> NDArray[np.float64]:
+        """How much the choppy waves crowd the water together where it rests, on a grid by FFT.
+
+        Parameters
+        ----------
+        resolution, t
+            As for :meth:`on_grid`.
+
+        Returns
+        -------
+        array, shape (N, N)
+            1 less the Jacobian of the displacement of :meth:`choppy`, to first order in the
+            steepness: ``Σ k a cos``.
+        """
+        half, kx, ky = self._transform(resolution, t)
+        shape = resolution, resolution
+        return np.asarray(np.fft.irfft2(np.hypot(kx, ky) * half, shape, norm="forward"), np.float64)
+
+    def _transform(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
+        """Elevation as irfft2 with norm "forward" takes it, and the wave numbers of its columns
+        and rows.
+        """
+        if len(self) and resolution <= 2 * np.abs(self.index).max():
+            raise InputError(
+                f"waves: a grid of {resolution} cannot carry {np.abs(self.index).max()} periods; "
+                "take a finer one, or drop short waves with below()"
+            )
+        half = np.zeros((resolution, resolution // 2 + 1), dtype=np.complex128)
+        ix, iy = self.index.T
+        value = self.amplitude / 2 * np.exp(1j * self._angle(t))
+        # The spectrum of a real field: a wave with ix < 0 is the conjugate one at -k.
+        sign = np.where(ix < 0, -1, 1)
+        value = np.where(ix < 0, np.conj(value), value)
+        rows, columns = (sign * iy) % resolution, sign * ix
+        half[rows, columns] = value
+        axis = columns == 0  # both signs of ky are stored there
+        half[-rows[axis] % resolution, 0] = np.conj(value[axis])
+        unit = 2 * math.pi / self.tile
+        kx = unit * np.arange(resolution // 2 + 1)
+        ky = unit * resolution * np.fft.fftfreq(resolution)[:, None]
+        return half, kx, ky
+
+    def _only(self, kept: NDArray, shorter: NDArray[np.float64] | None = None) -> WaveComponents:
+        return WaveComponents(
+            self.tile, self.index[kept], self.amplitude[kept], self.frequency[kept],
+            self.phase[kept], self.wind_direction, self.longer,
+            self.shorter if shorter is None else shorter,
+        )  # fmt: skip
+
+    def _angle(self, t: float) -> NDArray[np.float64]:
+        return self.phase - np.mod(self.frequency * t, 2 * math.pi)
+
+    def _sum(self, x: ArrayLike, y: ArrayLike, t: float) -> tuple[NDArray, NDArray, NDArray]:
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(y, np.float64))
+        unit = 2 * math.pi / self.tile
+        points = np.stack([np.mod(x, self.tile).ravel(), np.mod(y, self.tile).ravel()])
+        total = np.zeros((3, points.shape[1]))
+        start, step = self._angle(t), max(_CHUNK // max(points.shape[1], 1), 1)
+        for first in range(0, len(self), step):
+            part = slice(first, first + step)
+            k, a = unit * self.index[part], self.amplitude[part]
+            angle = k @ points + start[part, None]
+            total[0] += a @ np.cos(angle)
+            total[1:] -= (a[:, None] * k).T @ np.sin(angle)
+        elevation, slope_x, slope_y = total.reshape(3, *x.shape)
+        return elevation, slope_x, slope_y
+
+
+@dataclass(frozen=True, eq=False)
+class ChoppySurface:
+    """A surface whose points are displaced horizontally too; all arrays have shape (N, N).
+
+    The point that rests at y = i tile/N, x = j tile/N is at that place plus its shift.
+
+    Attributes
+    ----------
+    tile : float
+        Side of the square after which the surface repeats, m.
+    elevation : array
+        m.
+    shift_x, shift_y : array
+        Horizontal displacement, m.
+    slope_x, slope_y : array
+        Slopes of the displaced surface at the point.
+    stretch : array
+        Jacobian of the displacement: area of the mean surface that a unit of area at rest covers.
+        Small at crests; below 0 the surface folds over.
+    """
+
+    tile: float
+    elevation: NDArray[np.float64]
+    shift_x: NDArray[np.float64]
+    shift_y: NDArray[np.float64]
+    slope_x: NDArray[np.float64]
+    slope_y: NDArray[np.float64]
+    stretch: NDArray[np.float64]
+
+    def over_mean(self, resolution: int, *fields: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Return fields of the points at the places over which the points are.
+
+        Where the surface folds it is one of the layers that lie over a place.
+
+        Parameters
+        ----------
+        resolution : int
+            Samples M along a side; half of N keeps the shortest waves.
+        *fields : arrays of shape (N, N)
+            Such as :attr:`elevation`: of the points, by where they rest.
+
+        Returns
+        -------
+        list of arrays of shape (M, M)
+            Row i, column j is at y = i tile/M, x = j tile/M.
+        """
+        size = len(self.elevation)
+        per_cell = size / self.tile
+        rest = np.arange(resolution, dtype=np.float64) * (size / resolution)
+        x, y = np.meshgrid(rest, rest)
+        row: NDArray[np.float64] = y
+        column: NDArray[np.float64] = x
+        for _ in range(_RESTING):
+            shift_x, shift_y = periodic_at([self.shift_x, self.shift_y], row, column)
+            row, column = y - per_cell * shift_y, x - per_cell * shift_x
+        return periodic_at(fields, row, column)
+
+
+def periodic_at(
+    fields: Sequence[NDArray[np.float64]], row: NDArray[np.float64], column: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """Interpolate periodic fields of one square shape between their samples, bilinearly.
+
+    Parameters
+    ----------
+    fields : sequence of arrays of shape (N, N)
+    row, column : array
+        Places, in samples.
+
+    Examples
+    --------
+    >>> periodic_at([np.arange(4.0).reshape(2, 2)], np.array([0.0, 0.5]), np.array([0.5, 1.0]))
+    [array([0.5, 2. ])]
+    """
+    size = len(fields[0])
+    lower, left = np.floor(row), np.floor(column)
+    up, right = row - lower, column - left
+    i, j = np.mod(lower, size).astype(np.intp), np.mod(left, size).astype(np.intp)
+    k, m = np.where(i == size - 1, 0, i + 1), np.where(j == size - 1, 0, j + 1)
+    return [
+        (1 - up) * ((1 - right) * f[i, j] + right * f[i, m])
+        + up * ((1 - right) * f[k, j] + right * f[k, m])
+        for f in fields
+    ]

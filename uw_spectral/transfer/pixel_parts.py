@@ -1,0 +1,212 @@
+"""What a pixel in channels is made of, and what it asks of surfaces and of the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..mathematics import Operand
+
+COLOURS = (0, 1, 2)
+"""Columns of red, green and blue; those of measured reflectances follow."""
+
+
+class Tables(Protocol):
+    """Look-ups of the channel tables; :class:`.NumpyTables` says what they are."""
+
+    def split(self, channels: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def scattered(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def beyond(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def irradiance(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def image_at(self, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
+    def image_transmittance(self, up: Operand, P: Operand) -> Operand: ...  # noqa: D102
+    def aureole(self, y: Operand, t: Operand) -> Operand: ...  # noqa: D102
+    def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def peaked(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
+    def caustics(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
+    def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
+    def occlusion_matrix(self, kind: int, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
+    def rate(self, name: str, y: Operand) -> Operand: ...  # noqa: D102
+    def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
+    def single_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelPixel:
+    """The light of a pixel in components that add up, in channels.
+
+    Attributes
+    ----------
+    path : channels
+        Light scattered by the water on the way.
+    direct : channels
+        Unscattered light of what is seen.
+    forward_scattered : channels
+        Light of the surroundings, blurred over what is seen.
+    L_end : channels
+        Radiance of what is seen, where it is.
+    single_scattering : channels
+        Part of the path that was scattered once.
+    lamps : channels
+        Light of lamps that the water on the way scatters.
+    """
+
+    path: Operand
+    direct: Operand
+    forward_scattered: Operand
+    L_end: Operand = 0.0
+    single_scattering: Operand = 0.0
+    lamps: Operand = 0.0
+
+    @property
+    def water(self) -> Operand:
+        """All but the direct light."""
+        return self.path + self.forward_scattered + self.lamps
+
+    @property
+    def total(self) -> Operand:
+        """Sum of the components."""
+        return self.direct + self.water
+
+
+@dataclass(frozen=True, eq=False)
+class OcclusionFactor:
+    """Fraction of light that objects leave or bring, as :class:`.OcclusionTable` has it.
+
+    Attributes
+    ----------
+    mean : channels or number
+        Of all bands.
+    fraction : channels or number, optional
+        Of the spectrum of the occlusion.
+    """
+
+    mean: Operand = 1.0
+    fraction: Operand | None = None
+
+
+NO_OCCLUSION = OcclusionFactor()
+
+
+@dataclass(frozen=True, eq=False)
+class OcclusionOnPath:
+    """What objects leave of the light that a path gathers.
+
+    Attributes
+    ----------
+    scattered : OcclusionFactor
+        Of M.
+    single : number
+        Fraction of sunlight scattered once.
+    """
+
+    scattered: OcclusionFactor = NO_OCCLUSION
+    single: Operand = 1.0
+
+
+UNOCCLUDED = OcclusionOnPath()
+
+
+@dataclass(frozen=True, eq=False)
+class Around:
+    """What objects about a pixel do to light that is scattered forward, see :mod:`.adjacency`.
+
+    Attributes
+    ----------
+    blocked : channels
+        Fraction of scattering that stays within them.
+    own : channels
+        Fraction of that which has the light of what is seen.
+    beside : channels
+        What they send besides: their mean radiance, less that fraction of the one that is seen.
+    """
+
+    blocked: Operand
+    own: Operand = 1.0
+    beside: Operand = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMaterial:
+    """What an object in the water reflects and emits, in colours that may be measured ones.
+
+    Attributes
+    ----------
+    columns : sequence
+        Of its colours: :data:`COLOURS`, or the one of a measured reflectance.
+    response : sequence of numbers
+        Per column: radiance per normal irradiance of a white sun, shadows included; empty where
+        another draws it.
+    base : sequence of numbers
+        Per column: its reflectance for light from many sides.
+    mirrored : sequence of numbers
+        Part of it that mirrors.
+    L_mirrored : channels
+        Radiance that it mirrors, the direct sun's apart.
+    emitted : sequence of numbers
+        Per red, green and blue: radiance that it emits; empty if it emits nothing.
+    pattern : number, optional
+        Of the waves there, of mean 1.
+    occlusion : OcclusionFactor
+        Of the light from all sides, the direct sun apart.
+    behind : number, optional
+        Fraction of its matte colours that the light from behind it shines through.
+    occlusion_behind : OcclusionFactor
+        Of the light from all sides that falls on the other side.
+    fluorescing : sequence of numbers
+        Per emission that is no colour: how much it is excited, over π.
+    """
+
+    columns: Sequence[Operand]
+    response: Sequence[Operand]
+    base: Sequence[Operand]
+    mirrored: Sequence[Operand] = ()
+    L_mirrored: Operand = 0.0
+    emitted: Sequence[Operand] = ()
+    pattern: Operand | None = None
+    occlusion: OcclusionFactor = NO_OCCLUSION
+    behind: Operand | None = None
+    occlusion_behind: OcclusionFactor = NO_OCCLUSION
+    fluorescing: Sequence[Operand] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class ReflectedRadiance:
+    """What a picture shows of the light that the surface mirrors.
+
+    Attributes
+    ----------
+    radiance : channels
+        That comes up to the surface, objects included.
+    known : number
+        1 where the picture shows it, 0 elsewhere.
+    """
+
+    radiance: Operand
+    known: Operand
+
+
+@dataclass(frozen=True, eq=False)
+class RefractedRadiance:
+    """What a picture shows of the objects above the water.
+
+    Attributes
+    ----------
+    radiance : channels
+        In air, times what they cover.
+    covered : number
+        Fraction of the sky behind that they hide.
+    """
+
+    radiance: Operand
+    covered: Operand
+
+
+Direction = Sequence[Operand]
+ReflectionPicture = Callable[[Direction], ReflectedRadiance]
+"""What light comes up to the surface against a unit direction down, where a ray meets it."""
+RefractionPicture = Callable[[Direction], RefractedRadiance]
+"""What objects in the air are seen along a unit direction up, where a ray leaves the water."""
