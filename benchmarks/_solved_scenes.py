@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
-from ..settings.scene_settings import BOUNDED, DEFAULT_PHASE, EXACT, SceneSettings
+from ..settings.scene_settings import BOUNDED, EXACT, SceneSettings
+from ..settings.water_settings import DEFAULT_PHASE
 from . import grey_scene
 
 WIDTH, HEIGHT = 60, 40

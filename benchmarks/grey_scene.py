@@ -21,7 +21,8 @@ from ..jobs import band_passes
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings import render_plan
-from ..settings.scene_settings import DEFAULT_PHASE, SceneSettings
+from ..settings.scene_settings import SceneSettings
+from ..settings.water_settings import DEFAULT_PHASE
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
 from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.closed_form.pixel import surface_light

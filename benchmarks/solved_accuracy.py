@@ -14,7 +14,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..settings.scene_settings import DEFAULT_PHASE, EXACT
+from ..settings.scene_settings import EXACT
+from ..settings.water_settings import DEFAULT_PHASE
 from ..tests.node_groups import realtime_probe as probe
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..validation import solved_cases

@@ -13,16 +13,9 @@ from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
 from ..scene.scripts import TRUST
 from ..settings.former_names import FORMER_NAMES
-from ..settings.scene_settings import (
-    BANDS,
-    CONSTITUENTS,
-    RANGE,
-    REALTIME,
-    SETTINGS,
-    SceneSettings,
-    flag,
-)
+from ..settings.scene_settings import BANDS, RANGE, REALTIME, SETTINGS, SceneSettings, flag
 from ..settings.setting import SECTIONS, Setting
+from ..settings.water_settings import CONSTITUENTS
 from ..uw_spectral.errors import InputError
 from .job import AutoRequest, Job, SplitRequest
 from .manifest import CHANGEABLE

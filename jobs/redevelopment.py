@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ..quality.methods import method_of
-from ..settings.scene_settings import AUTO, BY_PICTURE, flag
+from ..settings.scene_settings import BY_PICTURE, flag
+from ..settings.water_settings import AUTO
 from ..uw_spectral.errors import InputError
 from . import band_passes, job_files, pictures
 from .exposures import developments

@@ -37,16 +37,8 @@ from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike
-from .scene_settings import (
-    AUTO,
-    BANDS,
-    BY_PICTURE,
-    CONSTITUENTS,
-    DEFAULT_PHASE,
-    OPTIMISED,
-    SETTINGS,
-    SceneSettings,
-)  # fmt: skip
+from .scene_settings import BANDS, BY_PICTURE, OPTIMISED, SETTINGS, SceneSettings
+from .water_settings import AUTO, CONSTITUENTS, DEFAULT_PHASE
 
 _RELATIVE_UNITS = "sr^-1, relative to an irradiance of 1 at 560 nm"
 _RELATIVE_IRRADIANCE = "relative to an irradiance of 1 at 560 nm"

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
+
+ROW = "row"
+"""Of a field of a dataclass: what is known of its setting."""
 
 Audience = Literal["artist", "researcher"]
 
@@ -99,3 +102,14 @@ class Setting:
         low, high = self.limits
         span = "" if low == float("-inf") else f"{low:g} to {high:g}"
         return ", ".join(filter(None, (self.unit, span)))
+
+
+def stored[Default: str | float | bool](
+    default: Default,
+    label: str,
+    text: str,
+    section: str,
+    **facts: Any,  # noqa: ANN401
+) -> Default:
+    """Return a field of a dataclass with what is known of a setting; its facts are its own."""
+    return field(default=default, metadata={ROW: Setting(label, text, section, **facts)})

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from ..scene import stored_settings
 from ..settings.known_words import JERLOV_TEXTS
-from ..settings.scene_settings import CONSTITUENTS, SETTINGS, SceneSettings
+from ..settings.scene_settings import SETTINGS, SceneSettings
+from ..settings.water_settings import CONSTITUENTS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 

@@ -19,7 +19,8 @@ from ..jobs.job import Job
 from ..quality.methods import METHODS, REFERENCE
 from ..scene import scripts, stored_settings
 from ..scene.session import is_live
-from ..settings.scene_settings import AUTO, BY_PICTURE, CONSTITUENTS, SETTINGS, SceneSettings
+from ..settings.scene_settings import BY_PICTURE, SETTINGS, SceneSettings
+from ..settings.water_settings import AUTO, CONSTITUENTS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import LAYERS, NONE, parse_layers
 from ..uw_spectral.water.inelastic_processes import parse_processes

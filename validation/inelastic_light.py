@@ -160,7 +160,7 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
 
     Examples
     --------
-    >>> from ..uw_spectral.water.phase import parse_phase
+    >>> from ..uw_spectral.water.phase_functions import parse_phase
     >>> column = WaterColumn(Bands.uniform(1), 0.9, 0.1, 0.0, 1.0, (0, 0, -1), 1.0,
     ...                      math.inf, 0.0, "flat", 1.34)
     >>> fields = excitation_fields(column, parse_phase("hg:0.8").for_bands([0.1]))

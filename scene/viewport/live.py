@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan, forget_files, plan_of, quiet
-from ...settings.scene_settings import BY_PICTURE, NO_FLOOR, REALTIME, SceneSettings
+from ...settings.scene_settings import BY_PICTURE, REALTIME, SceneSettings
+from ...settings.water_settings import NO_FLOOR
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
 from ...uw_spectral.spectra.bands import Bands

@@ -13,7 +13,7 @@ import bpy
 from mathutils import Vector
 
 from ...node_groups.node_mathematics import MARK
-from ...settings.scene_settings import NO_FLOOR
+from ...settings.water_settings import NO_FLOOR
 from .. import stored_settings
 from ..animation import curves_of
 

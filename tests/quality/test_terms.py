@@ -21,7 +21,8 @@ from underwater_spectral.quality.terms import (
     switched_on,
     with_and_without,
 )
-from underwater_spectral.settings.scene_settings import NO_FLOOR, SETTINGS, SceneSettings
+from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
+from underwater_spectral.settings.water_settings import NO_FLOOR
 from underwater_spectral.tests.scene.columns import grey_column
 from underwater_spectral.uw_spectral.spectra.spectrum import DATA_DIRECTORY, read_table
 

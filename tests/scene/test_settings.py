@@ -12,7 +12,8 @@ from underwater_spectral.jobs import command_line
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.water.frame_water import realtime_water
 from underwater_spectral.settings.render_plan import make_plan
-from underwater_spectral.settings.scene_settings import CONSTITUENTS, SceneSettings, flag
+from underwater_spectral.settings.scene_settings import SceneSettings, flag
+from underwater_spectral.settings.water_settings import CONSTITUENTS
 from underwater_spectral.uw_spectral.errors import InputError
 
 

@@ -222,7 +222,8 @@ def test_water_from_constituents_and_its_inelastic_light():
 )
 def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     """Drawing onto a layout that only looks them up; a window is not needed."""
-    monkeypatch.setattr(panels, "_say", lambda *_: None)  # it measures the window
+    for drawn in (panels, section_panels):  # it measures the window
+        monkeypatch.setattr(drawn, "say", lambda *_: None)
     bpy.context.scene.underwater.water = water
     bpy.context.scene.underwater_panel.quality = quality
     shown = []
@@ -420,7 +421,8 @@ def test_save_and_reload_keeps_everything(tmp_path):
 
 def test_the_waves_panel_says_what_heights_do_not_show(monkeypatch):
     lines = []
-    monkeypatch.setattr(panels, "_say", lambda _, text, *__: lines.append(text))
+    for drawn in (panels, section_panels):
+        monkeypatch.setattr(drawn, "say", lambda _, text, *__: lines.append(text))
     water, panel = bpy.context.scene.underwater, SimpleNamespace(layout=MagicMock())
     water.surface = "waves"
     section_panels.WavesPanel.after(panel, bpy.context)

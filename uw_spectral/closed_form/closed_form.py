@@ -153,7 +153,7 @@ def solve_closed_form(
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .light_field import solve_light_field
     >>> phase = parse_phase("hg:0.8").for_bands([0.1])
     >>> field = solve_light_field([0.05], [0.1], phase.chi1, phase.chi2, [1.0], 1.0, r=0.2, y_f=9)

@@ -247,7 +247,7 @@ def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
     Examples
     --------
     >>> from ..spectra.bands import Bands
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
     ...                      math.inf, 0.0, "none", 1.34)
     >>> light_field_of(column, parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)

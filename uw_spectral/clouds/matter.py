@@ -128,7 +128,7 @@ def blunt_phase(phase: PhaseFunction) -> BluntPhase:
 
     Examples
     --------
-    >>> from ..water.phase import HenyeyGreenstein
+    >>> from ..water.phase_functions import HenyeyGreenstein
     >>> cut = blunt_phase(HenyeyGreenstein(0.9))
     >>> round(cut.peak, 2), 0.3 < cut.asymmetry < 0.6
     (0.81, True)

@@ -41,7 +41,7 @@ def wide_moments(phase: BandPhase, count: int, angle: float) -> Array:
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> phase = parse_phase("fournier-forand:1.10,0.0183").for_bands([0.2])
     >>> found, whole = wide_moments(phase, 8, 0.125), phase.moments(1)
     >>> round(float(found[0, 0]), 2), bool(np.isclose(found[0] - found[1], 1.0 - whole[0]).all())
@@ -55,7 +55,7 @@ def moments_beyond(phase: BandPhase, count: int, angle: float) -> Array:
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> moments_beyond(parse_phase("hg:0.9").for_bands([0.2]), 1, 0.5).round(2).ravel()
     array([0.26, 0.18])
     """

@@ -159,7 +159,7 @@ def single_scattering(
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .lamp import ray_past_lamp
     >>> lamp = Lamp((0.5, 0.0, 0.0), (0.0, 1.0, 0.0), np.array([1.0]))
     >>> ray = ray_past_lamp(lamp, (0, 0, 0), (0, 1, 0), 10.0)

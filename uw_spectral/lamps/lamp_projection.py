@@ -82,7 +82,7 @@ def project_lamps(
     --------
     >>> from ..spectra.bands import Bands
     >>> from ..transfer.channels import channels_of_bands
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .multiple_scattering import lamp_water
     >>> water = lamp_water([0.1] * 3, [0.2] * 3, parse_phase("hg:0.9").for_bands([0.2] * 3))
     >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0, 2.0, 3.0]))

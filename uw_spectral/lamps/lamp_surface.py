@@ -93,7 +93,7 @@ def forward_transmittance(P: Operand, water: LampWater) -> Operand:
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .multiple_scattering import lamp_water
     >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
     >>> forward_transmittance(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
@@ -253,7 +253,7 @@ def surface_irradiance(
     Examples
     --------
     >>> import numpy as np
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .multiple_scattering import lamp_water
     >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
     >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))

@@ -140,7 +140,7 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
     >>> water.c.round(3), round(water.reach, 1)
     (array([0.3]), 25.8)
@@ -228,7 +228,7 @@ def lamp_light(lamp: Lamp, ray: RayPastLamp, water: LampWater) -> tuple[Operand,
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .lamp import ray_past_lamp
     >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
     >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))

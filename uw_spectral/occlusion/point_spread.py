@@ -102,7 +102,7 @@ def fraction_within(phase: PhaseFunction, angle: Array) -> Array:
 
     Examples
     --------
-    >>> from ..water.phase import Isotropic
+    >>> from ..water.phase_functions import Isotropic
     >>> fraction_within(Isotropic(), np.array([math.pi / 2, math.pi])).round(4).tolist()
     [0.5, 1.0]
     """

@@ -157,7 +157,7 @@ def solve_discrete_ordinates(
 
     Examples
     --------
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> phase = parse_phase("hg:0.8").for_bands([0.1])
     >>> water = [OpticalLayer(9.0, np.array([0.05]), np.array([0.1]), phase)]
     >>> field = solve_discrete_ordinates(water, [1.0], (0.6, 0.0, -0.8), floor_reflectance=0.2)

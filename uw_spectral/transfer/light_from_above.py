@@ -42,7 +42,7 @@ def light_from_above(field: SolvedField, y: float, count: int) -> Array:
     Under a uniform sky and no surface all directions count alike:
 
     >>> from ..spectra.bands import Bands
-    >>> from ..water.phase import parse_phase
+    >>> from ..water.phase_functions import parse_phase
     >>> from .water_column import WaterColumn
     >>> column = WaterColumn(Bands.uniform(1), 0.0, 0.0, 0.0, 1.0, (0, 0, -1), 1.0,
     ...                      math.inf, 0.0, "none", 1.34)

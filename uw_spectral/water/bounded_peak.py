@@ -88,7 +88,7 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
 
     Examples
     --------
-    >>> from .phase import FournierForand
+    >>> from .phase_functions import FournierForand
     >>> phase = FournierForand().for_bands([1.0])
     >>> bounded = bound_forward_peak(phase)
     >>> bounded.fractions.sum(axis=0).round(1), (bounded.error < 0.15).all().item()

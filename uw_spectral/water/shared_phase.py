@@ -42,7 +42,7 @@ def alike(
 
     Examples
     --------
-    >>> from .phase import seawater_mixture
+    >>> from .phase_functions import seawater_mixture
     >>> turbid, clear = (seawater_mixture([b] * 4, [0.005, 0.004, 0.003, 0.002]) for b in (1, 0.02))
     >>> alike([turbid]), alike([clear])
     ([(0, 1, 2), (3,)], [(0,), (1,), (2,), (3,)])
@@ -75,7 +75,7 @@ def with_mean_of(phase: BandPhase, groups: Sequence[tuple[int, ...]]) -> BandPha
 
     Examples
     --------
-    >>> from .phase import seawater_mixture
+    >>> from .phase_functions import seawater_mixture
     >>> phase = seawater_mixture([1.0, 1.0, 1.0], [0.1, 0.2, 0.6])
     >>> with_mean_of(phase, [(0, 1), (2,)]).weights[0].round(2)
     array([0.15, 0.15, 0.6 ])

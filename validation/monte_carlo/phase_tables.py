@@ -45,7 +45,7 @@ def cumulative(phase: PhaseFunction, edges: NDArray[np.float64]) -> NDArray[np.f
 
     Examples
     --------
-    >>> from ...uw_spectral.water.phase import HenyeyGreenstein
+    >>> from ...uw_spectral.water.phase_functions import HenyeyGreenstein
     >>> phase = HenyeyGreenstein(0.8)
     >>> edges = s2_grid([phase])
     >>> round(float(1 - np.interp(0.5, edges, cumulative(phase, edges))), 3)

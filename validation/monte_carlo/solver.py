@@ -112,7 +112,7 @@ def simulate(
     Examples
     --------
     >>> from ...uw_spectral.spectra.bands import Bands
-    >>> from ...uw_spectral.water.phase import parse_phase
+    >>> from ...uw_spectral.water.phase_functions import parse_phase
     >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
     ...                      math.inf, 0.0, "none", 1.34)
     >>> phase = parse_phase("hg:0.8").for_bands([0.1])
