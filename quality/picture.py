@@ -22,8 +22,9 @@ from ..uw_spectral.imaging.optics import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import WavePatterns, least_pattern, sunlight_factor
+from ..uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from ..uw_spectral.transfer.channel_pixel import ChannelWater, along_rays
-from ..uw_spectral.transfer.channel_tables import ChannelTables, OcclusionSpectrum, project
+from ..uw_spectral.transfer.channel_tables import ChannelTables
 from ..uw_spectral.transfer.channels import Channels, channels_of
 from ..uw_spectral.transfer.foam_light import FoamAhead, foam_light
 from ..uw_spectral.transfer.pixel_parts import (
@@ -34,6 +35,7 @@ from ..uw_spectral.transfer.pixel_parts import (
     OcclusionOnPath,
     SurfaceMaterial,
 )
+from ..uw_spectral.transfer.projection import project
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water
 from ..uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ..uw_spectral.transfer.solved_field import SolvedField

@@ -27,11 +27,13 @@ from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, least_pattern
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
+from ...uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from ...uw_spectral.transfer.channel_pixel import along_rays
-from ...uw_spectral.transfer.channel_tables import ChannelTables, OcclusionSpectrum, project
+from ...uw_spectral.transfer.channel_tables import ChannelTables
 from ...uw_spectral.transfer.channels import Channels, channels_of
 from ...uw_spectral.transfer.foam_light import foam_light
 from ...uw_spectral.transfer.pixel_parts import COLOURS
+from ...uw_spectral.transfer.projection import project
 from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS, tabulate
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn

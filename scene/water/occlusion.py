@@ -15,7 +15,8 @@ from ...uw_spectral.occlusion.occlusion_table import (
     occlusion_table,
     without_occlusion,
 )
-from ...uw_spectral.occlusion.probe_irradiance import ProbeIrradiance, WaterCache, probe_irradiance
+from ...uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
+from ...uw_spectral.occlusion.probe_solution import WaterCache, probe_irradiance
 from ...uw_spectral.occlusion.probes import Rays, cast
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityCache
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels

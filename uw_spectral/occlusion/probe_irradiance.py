@@ -9,13 +9,9 @@ own shadows; the light that its forward peak scatters goes with it.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
-import itertools
 import math
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,14 +22,11 @@ from ..transfer.radiance_table import OCCLUSION_STREAMS
 from ..transfer.solved_field import SolvedField
 from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
+from .probe_rows import Light, Rows, as_slice, by_band, flat, product_of_rows
 from .probes import RAYS, SETS, Rays, directions, set_of
-from .unoccluded_field import UnoccludedField, depths_of
+from .unoccluded_field import UnoccludedField
 from .view_directions import SIDE
 
-_ROUNDS = 40
-_SETTLED = 0.001  # change of a round that is none, in every probe
-_FAINT = 0.01  # of the unoccluded light: changes of less are those of this
-_MOST_AGAIN = 0.5  # of the probes, or all are solved
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
@@ -43,11 +36,8 @@ _MOST = 1e3  # times the unoccluded light; what a white wall sends into the dark
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
-_MOST_KEPT = 8000  # probes of a frame that others may start from; some 35 kB each
-_WATERS = 2  # that are kept
-_ROWS = 32  # of a matrix product
-
-Light = NDArray[np.float32]
+MOST_KEPT = 8000  # probes of a frame that others may start from; some 35 kB each
+WATERS = 2  # that are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,24 +78,7 @@ class ProbeIrradiance:
         return self.solution is not None and len(self.solution.parts) > 0
 
 
-class WaterCache:
-    """What the light of waters is before there are objects, for the last few asked for."""
-
-    def __init__(self) -> None:
-        self._known: list[_Water] = []
-
-    def of(self, field: SolvedField, grid: Grid) -> _Water:
-        """Return the water that a field describes, at the depths of a grid."""
-        ends = depths_of(field, grid)
-        for water in self._known:
-            if water.field is field and water.ends == ends:
-                return water
-        found = _Water(field, ends)
-        self._known = [found, *self._known[: _WATERS - 1]]
-        return found
-
-
-class _Water:
+class KnownWater:
     """The unoccluded light between two depths, and sums over it."""
 
     def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
@@ -120,100 +93,15 @@ class _Water:
         """By set: direction of each set that is closest to each of its own."""
 
 
-def probe_irradiance(
-    field: SolvedField,
-    rays: Rays,
-    reflectance: Array,
-    waters: WaterCache | None = None,
-    before: ProbeIrradiance | None = None,
-    near: ProbeIrradiance | None = None,
-) -> ProbeIrradiance:
-    """Compute the light at the probes.
-
-    Parameters
-    ----------
-    field : SolvedField
-        Of the unoccluded water, n bands.
-    rays : Rays
-        What the probes see.
-    reflectance : array, shape (k, n)
-        Of each surface.
-    waters : WaterCache, optional
-        What may be used again.
-    before : ProbeIrradiance, optional
-        That of another frame, itself solved without one, from which this one starts. It is solved
-        until it is settled, so that it does not matter which frame that was.
-    near : ProbeIrradiance, optional
-        That of a frame which started from the same one, with light that is closer to this.
-    """
-    water = (waters or WaterCache()).of(field, rays.grid)
-    if before is not None and before.solution and before.solution.serves(water, rays):
-        found = _Again(water, rays, reflectance, before.solution).solved(near and near.solution)
-        if found is not None:
-            return _tabulated(found)
-    return _tabulated(_solved(_Known(water, rays, reflectance)))
-
-
-def _processors() -> int | None:
-    """Return how many processors there are for this process; before Python 3.13, in all."""
-    count: Callable[[], int | None] = getattr(os, "process_cpu_count", os.cpu_count)
-    return count()
-
-
-def _solved(known: _Known) -> Solution:
-    """Solve the light at all probes."""
-    parts, count = known.parts(np.arange(len(known.order))), len(known.order)
-    with ThreadPoolExecutor(_processors()) as pool:
-        started = list(pool.map(_Part.prepare, parts))
-        now = _Light(*(_joined(started, count, k) for k in range(4)))
-        _settle(known, parts, now, pool)
-        ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-    kept = parts if count <= _MOST_KEPT else ()
-    irradiance, scattered = (_joined(ended, count, k) for k in range(2))
-    return Solution(known, now, irradiance, scattered, kept)
-
-
-def _settle(
-    known: _Known,
-    parts: Sequence[_Part],
-    now: _Light,
-    pool: ThreadPoolExecutor,
-    new: NDArray[np.bool_] | None = None,
-) -> None:
-    """Let light go on between probes until it does not change.
-
-    ``new`` are those that parts of another frame do not know any more.
-    """
-    some = parts
-    for _ in range(_ROUNDS):
-        now.update(known)
-        before = now.E.mean(axis=(1, 2))
-        # What a set has found the next one uses already.
-        for _, of_set in itertools.groupby(some, key=lambda part: part.kind):
-            few = list(of_set)
-            found = list(pool.map(functools.partial(_Part.round, now=now), few))
-            for part, (E, J) in zip(few, found, strict=True):
-                part.put(known, now.E, E, new)
-                part.put(known, now.J, J, new)
-        after = now.E.mean(axis=(1, 2))
-        least = np.maximum(after, _FAINT * now.unoccluded)
-        moving = np.abs(after - before) > _SETTLED * least
-        left = [part for part in some if moving[part.rows].any()]
-        if not left and len(some) == len(parts):
-            break
-        # Parts at rest wait until the others are; then all are looked at once more.
-        some = left or parts
-
-
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """The light of all probes of a frame, in the order of a :class:`_Known`, and its ratios."""
+    """The light of all probes of a frame, in the order of a :class:`KnownLight`, and its ratios."""
 
-    known: _Known
-    light: _Light
+    known: KnownLight
+    light: LightOfProbes
     irradiance: Light
     scattered: Light
-    parts: Sequence[_Part] = ()
+    parts: Sequence[PartOfProbes] = ()
 
     @property
     def tables(self) -> tuple[Light, Light]:
@@ -226,67 +114,14 @@ class Solution:
         order = self.known.order[:count]
         return self.known.water is other.known.water and np.array_equal(order, other.known.order)
 
-    def serves(self, water: _Water, rays: Rays) -> bool:
+    def serves(self, water: KnownWater, rays: Rays) -> bool:
         """Whether it is about the same places in the same water."""
         known = self.known
         same = known.water is water and known.rays.grid == rays.grid
         return same and known.rays.voxels.grid == rays.voxels.grid and len(self.parts) > 0
 
 
-def _tabulated(found: Solution) -> ProbeIrradiance:
-    known, rays = found.known, found.known.rays
-    everywhere = known.place[rays.stand_in]
-    there = rays.valid[known.order]
-    weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
-    return ProbeIrradiance(
-        rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
-        rays.sunlit[known.order][everywhere], weight / weight.sum(),
-        found,
-    )  # fmt: skip
-
-
-class _Again:
-    """The light where something has changed since another frame, solved again.
-
-    Probes that see other objects are prepared anew; all go on from the light that they had.
-    """
-
-    def __init__(self, water: _Water, rays: Rays, reflectance: Array, before: Solution) -> None:
-        was = before.known
-        changed = ChangedVoxels(was.rays.voxels, rays.voxels)
-        self._before = before
-        self._known = known = _Known(water, rays, reflectance, was, changed)
-        self._now = before.light.longer(len(known.order), known.slots)
-        self._new = known.differs(was, changed)
-        self._parts = [part for part in before.parts if not self._new[part.rows].all()]
-
-    def solved(self, near: Solution | None) -> Solution | None:
-        """Return the light; None if too much has changed."""
-        known, now, new = self._known, self._now, np.flatnonzero(self._new)
-        if len(new) > _MOST_AGAIN * len(known.order):
-            return None
-        if not len(new) and known.sends_as(self._before.known):
-            return dataclasses.replace(self._before, known=known, parts=())
-        count = len(self._before.known.order)
-        if near is not None and near.goes_on(self._before):
-            now.E[:count], now.J[:count] = near.light.E[:count], near.light.J[:count]
-        parts = known.parts(new)
-        with ThreadPoolExecutor(_processors()) as pool:
-            for part, start in zip(parts, pool.map(_Part.prepare, parts), strict=True):
-                _, _, now.beam[part.rows], now.on_axes[part.rows] = start
-            parts = sorted([*parts, *self._parts], key=lambda part: part.kind)
-            _settle(known, parts, now, pool, self._new)
-            ended = list(pool.map(functools.partial(_Part.ratios, now=now), parts))
-        before = self._before
-        tables = [_longer(x, len(known.order)) for x in before.tables]
-        for part, values in zip(parts, ended, strict=True):
-            for table, value in zip(tables, values, strict=True):
-                part.put(known, table, value, self._new)
-        irradiance, scattered = tables
-        return Solution(known, now, irradiance, scattered)
-
-
-def _longer(values: Light, count: int) -> Light:
+def lengthened(values: Light, count: int) -> Light:
     """Return a copy with more rows."""
     found = np.zeros((count, *values.shape[1:]), values.dtype)
     found[: len(values)] = values
@@ -294,7 +129,7 @@ def _longer(values: Light, count: int) -> Light:
 
 
 @dataclass(eq=False)
-class _Light:
+class LightOfProbes:
     """The light of v probes, as far as it is known.
 
     Attributes
@@ -325,12 +160,14 @@ class _Light:
         """Mean unoccluded irradiance on the axes, (v,)."""
         return self.on_axes.mean(axis=1) / max(self.E.shape[2], 1)
 
-    def longer(self, count: int, slots: int) -> _Light:
+    def longer(self, count: int, slots: int) -> LightOfProbes:
         """Return a copy with room for more probes, and more sides of surfaces."""
-        E, J, beam, on_axes = (_longer(x, count) for x in (self.E, self.J, self.beam, self.on_axes))
-        return _Light(E, J, beam, on_axes, of_sides=_longer(self.of_sides, slots))
+        E, J, beam, on_axes = (
+            lengthened(x, count) for x in (self.E, self.J, self.beam, self.on_axes)
+        )
+        return LightOfProbes(E, J, beam, on_axes, of_sides=lengthened(self.of_sides, slots))
 
-    def update(self, known: _Known) -> None:
+    def update(self, known: KnownLight) -> None:
         """Compute what surfaces send."""
         # What lies beyond the box is lit as its side is.
         self.sent = ((self.E.mean(axis=1) + self.beam) * known.mean).astype(np.float32)
@@ -339,13 +176,13 @@ class _Light:
         self.of_sides[known.slot] = known.sides.radiance(self.E[known.beside])
 
 
-class _Known:
+class KnownLight:
     """What all parts of the probes share: those of a set are side by side in ``order``.
 
     Parameters
     ----------
     reflectance : array, shape (k, n)
-    was : _Known, optional
+    was : KnownLight, optional
         Of another frame: what both have keeps its row, and its slot among the sides.
     changed : ChangedVoxels, optional
         Since then.
@@ -353,10 +190,10 @@ class _Known:
 
     def __init__(
         self,
-        water: _Water,
+        water: KnownWater,
         rays: Rays,
         reflectance: Array,
-        was: _Known | None = None,
+        was: KnownLight | None = None,
         changed: ChangedVoxels | None = None,
     ) -> None:
         self.water, self.rays = water, rays
@@ -384,7 +221,7 @@ class _Known:
         """Rows of the probes that stand for them."""
         self.has_seen = np.zeros(len(self.order), bool)
 
-    def _keep_slots(self, was: _Known, changed: ChangedVoxels) -> None:
+    def _keep_slots(self, was: KnownLight, changed: ChangedVoxels) -> None:
         """Give sides that are as they were the slots that they had."""
         same = np.repeat(~changed.mask[self.rays.voxels.number >= 0], 2)
         then = np.repeat(~changed.mask[was.rays.voxels.number >= 0], 2)
@@ -393,7 +230,7 @@ class _Known:
         self.slot[~same] = was.slots + np.arange(others)
         self.slots = was.slots + others
 
-    def sends_as(self, other: _Known) -> bool:
+    def sends_as(self, other: KnownLight) -> bool:
         """Whether all surfaces are those of another, and as bright."""
         return self.slots == other.slots and self.sides.are(other.sides)
 
@@ -402,13 +239,13 @@ class _Known:
         """Slots of the sides that rays meet, one more than all where they meet none."""
         return np.append(self.slot, self.slots)[self.rays.hit[self.order]]
 
-    def parts(self, rows: NDArray[np.intp]) -> list[_Part]:
+    def parts(self, rows: NDArray[np.intp]) -> list[PartOfProbes]:
         """Split some probes into parts."""
         found = []
         for kind in range(SETS):
             of_set = rows[self.kind[rows] == kind]
             found += [
-                _Part(_as_slice(of_set[k : k + _AT_ONCE]), self, kind)
+                PartOfProbes(as_slice(of_set[k : k + _AT_ONCE]), self, kind)
                 for k in range(0, len(of_set), _AT_ONCE)
             ]
         return found
@@ -436,7 +273,7 @@ class _Known:
             self.seen[k, rows] = self.place[self.rays.in_sight(cells, points, probes[:, None])]
         self.has_seen[rows] = True
 
-    def differs(self, was: _Known, changed: ChangedVoxels) -> NDArray[np.bool_]:
+    def differs(self, was: KnownLight, changed: ChangedVoxels) -> NDArray[np.bool_]:
         """Which probes are not as they were, or see others than they did.
 
         Those that a probe's rays see are taken from the other frame where they are the same.
@@ -457,31 +294,17 @@ class _Known:
             old |= (self.seen[:, :count] != was.seen).any(axis=(0, 2))
         old |= (rays.further != before.further)[order].any(axis=1)
         old |= (rays.blocked != before.blocked)[order].any(axis=1)
-        otherwise = self.sunlit != _longer(was.sunlit, len(self.order))
+        otherwise = self.sunlit != lengthened(was.sunlit, len(self.order))
         old |= otherwise[:count]
         if otherwise.any():
             old |= otherwise[self.seen[:, :count]].any(axis=(0, 2))
         return found & rays.valid[self.order]
 
 
-Rows = slice | NDArray[np.intp]
-
-
-def _as_slice(rows: NDArray[np.intp]) -> Rows:
-    """Return rows that follow one another as a slice, which copies nothing."""
-    first, last = int(rows[0]), int(rows[-1])
-    return slice(first, last + 1) if last - first + 1 == len(rows) else rows
-
-
-def _joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
-    arrays = [parts[which] for parts in found]
-    return np.concatenate(arrays) if count else np.empty((0, 6, 1), np.float32)
-
-
-class _Part:
+class PartOfProbes:
     """Some probes of one set, few enough to stay in a processor's cache."""
 
-    def __init__(self, rows: Rows, known: _Known, kind: int) -> None:
+    def __init__(self, rows: Rows, known: KnownLight, kind: int) -> None:
         self.rows, self.kind, self._known = rows, kind, known
         self._kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
 
@@ -508,7 +331,7 @@ class _Part:
             lit += np.float32(weight) * self._known.sunlit[probes]
         L = (at.single - T * end.single) * lit[..., None]
         scattered = at.scattered - T * end.scattered
-        self._scattered = _flat(scattered.astype(np.float32, copy=False))
+        self._scattered = flat(scattered.astype(np.float32, copy=False))
         # Beyond the box occlusion is as at its side, the less the further, unless objects are
         # there.
         out = (hit < 0).nonzero()
@@ -537,13 +360,13 @@ class _Part:
         boundary = at.image[out]  # dimmed, of all that a direction stands for
         L[out] += (T_last * (last.scattered + last.single) + boundary) * ~blocked
         self._to_further = T_last * blocked
-        self._known_light = _flat(L.astype(np.float32, copy=False))
+        self._known_light = flat(L.astype(np.float32, copy=False))
         self._met = np.flatnonzero(hit >= 0)
-        self._to_met = _flat(T)[self._met]
+        self._to_met = flat(T)[self._met]
         self._side = self._known.slot[hit.ravel()[self._met]]
         unoccluded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
-            for x in self._kernel.sums(_flat(at.scattered + at.single + at.image), last=True)
+            for x in self._kernel.sums(flat(at.scattered + at.single + at.image), last=True)
         )
         # A sum over few directions is not an irradiance; over another such sum it is.
         irradiance = light.irradiance(depth[:, 0])
@@ -555,7 +378,9 @@ class _Part:
         J = np.broadcast_to(fraction, at.single.shape)
         return irradiance * fraction, J, beam.astype(np.float32), unoccluded.sum(axis=2)
 
-    def put(self, known: _Known, values: Light, some: Light, new: NDArray[np.bool_] | None) -> None:
+    def put(
+        self, known: KnownLight, values: Light, some: Light, new: NDArray[np.bool_] | None
+    ) -> None:
         """Put what was found of the probes in its place, but for those that it does not know."""
         if new is None or self._known is known or not (stale := new[self.rows]).any():
             values[self.rows] = some
@@ -563,21 +388,21 @@ class _Part:
             rows = np.arange(len(values))[self.rows][~stale]
             values[rows] = some[~stale]
 
-    def round(self, now: _Light) -> tuple[Light, Light]:
+    def round(self, now: LightOfProbes) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
         E, J = self._kernel.sums(*self._radiance(now))
         E = (E * self._exact).astype(np.float32, copy=False)
         return E, np.minimum(J / self._source, _MOST)
 
-    def ratios(self, now: _Light) -> tuple[Light, Light]:
+    def ratios(self, now: LightOfProbes) -> tuple[Light, Light]:
         """Return what :class:`ProbeIrradiance` has of irradiance and scattered light."""
         E, _, scattered = self._kernel.sums(*self._radiance(now), last=True)
         irradiance = np.minimum(E / self._unoccluded, _MOST)
         return irradiance, np.minimum(scattered / self._scattered0, _MOST)
 
-    def _radiance(self, now: _Light) -> tuple[Light, Light]:
+    def _radiance(self, now: LightOfProbes) -> tuple[Light, Light]:
         """Radiance along all rays, and what of it surfaces send, (m RAYS, n)."""
-        J = _flat(now.J)
+        J = flat(now.J)
         looked_up = [J.take(places, axis=0) for places in self._on_way]
         last = looked_up[-1][self._out]
         total, *others = looked_up
@@ -628,28 +453,11 @@ class _Kernel:
             direction, (m, RAYS, n), and against those of :mod:`.view_directions`, (m, COUNT, n).
         """
         weights = self._weights if last else self._weights[..., : 6 + RAYS]
-        found = _product(_by_band(L), weights)
+        found = product_of_rows(by_band(L), weights)
         if of_surfaces is not None:
-            found[..., :6] += _product(_by_band(of_surfaces), self._of_surfaces)
+            found[..., :6] += product_of_rows(by_band(of_surfaces), self._of_surfaces)
         found = np.ascontiguousarray(found.transpose(1, 2, 0))
         return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
-
-
-def _flat(x: Light) -> Light:
-    return x.reshape(-1, x.shape[-1])
-
-
-def _product(L: Light, weights: Light) -> Light:
-    """Matrix product of radiances (n, m, RAYS) with weights, few rows at once.
-
-    Small products are not shared out among threads, which are all at work already.
-    """
-    parts = [np.matmul(L[:, k : k + _ROWS], weights) for k in range(0, L.shape[1], _ROWS)]
-    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-
-
-def _by_band(x: Light) -> Light:
-    return np.ascontiguousarray(x.T).reshape(x.shape[1], -1, RAYS)
 
 
 def _transmitted(light: UnoccludedField, y: Array, z: Array, distance: Array) -> Light:

@@ -34,7 +34,8 @@ from .path_integral import attenuated_path
 from .radiance_field import FARTHEST
 from .rough_surface import Exchange, RoughSurface, exchange
 from .sky import BLACK, RINGS, Sky
-from .solved_field import Array, Boundaries, SolvedField, SolvedLayer
+from .solved_field import SolvedField
+from .solved_layer import Array, Boundaries, SolvedLayer
 
 STREAMS = 32
 """Quadrature cosines, up and down together, that serve pictures."""

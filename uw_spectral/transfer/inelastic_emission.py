@@ -11,7 +11,8 @@ from ..spectra.bands import Bands
 from ..water.inelastic_processes import InelasticProcess, energy_matrix
 from .discrete_ordinates import Emission
 from .radiance_field import FARTHEST
-from .solved_field import Array, SolvedField
+from .solved_field import SolvedField
+from .solved_layer import Array
 
 _DEPTHS, _RATES, _KEPT = 96, 48, 12
 _FAINT = 1e-5  # fraction of the largest power below which depths count less and less

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from .solved_field import Array, SolvedField
+from .solved_field import SolvedField
+from .solved_layer import Array
 
 _TURNS = 48  # azimuths of the light of a stream
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0

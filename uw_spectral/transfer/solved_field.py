@@ -19,7 +19,6 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,86 +28,23 @@ from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase, PhaseFunction
 from .aureole import WIDEST, SpreadSun, spread_sun
 from .legendre import legendre_modes
-from .path_integral import attenuated_path
 from .radiance_field import FARTHEST, mirrored_ray, surface_normal, under_surface
 from .rough_surface import RoughSurface, facet_slopes
-from .sky import Sky
+from .solved_layer import (
+    LEVEL,
+    THIN,
+    Array,
+    Boundaries,
+    SolvedLayer,
+    across_layer,
+    path_of,
+    weight_of,
+)
 from .sun_beam import SUN_DISC
 
-_RESONANCE = 1e-5
-_LEVEL = 1e-7  # |mu| of a ray that is level
 _RINGS, _AROUND = 10, 24  # sizes and azimuths of slopes that a ray meets under waves
 _AT_ONCE = 1 << 13  # facets, of all rays together
 _UPS, _TURNS = 64, 24  # cosines and azimuths of the light that rises to them
-_DEEP = 1e12  # optical depth that stands for infinity
-_THIN = 1e-6  # of a depth, and in m: a step across which extinction is averaged at least
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class Boundaries:
-    """What comes in from above, through what surface, and what the floor sends back."""
-
-    E: Array
-    mu_s: float
-    sun: Sequence[float]
-    sky: Sky
-    index: float | None
-    floor_reflectance: Array
-    waves: RoughSurface | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class SolvedLayer:
-    """Homogeneous water as a sum of k exponentials per azimuth mode m and band n.
-
-    Parameters
-    ----------
-    top, bottom : float
-        Depths, m; the last bottom may be infinite.
-    c, scaled : array, shape (n,)
-        Extinction, and that after the forward peak is taken out, 1/m.
-    b : array, shape (n,)
-        Scattering coefficient, 1/m.
-    rate : array, shape (m, n, k)
-        Per scaled optical depth: positive of an exponential that falls from 1 at the
-        top, negative of one that rises to 1 at the bottom.
-    down, up : array, shape (m, n, N, k)
-        Radiance along the streams where the exponential is 1.
-    source : array, shape (m, n, l, k)
-        The source function there, by degree of the Legendre functions.
-    """
-
-    top: float
-    bottom: float
-    c: Array
-    scaled: Array
-    b: Array
-    phase: BandPhase
-    rate: Array
-    down: Array
-    up: Array
-    source: Array
-
-    @property
-    def depth(self) -> Array:
-        """Scaled optical thickness, shape (n,), at most :data:`_DEEP`."""
-        return np.minimum(self.scaled * (self.bottom - self.top), _DEEP)
-
-    def inside(self, y: Array) -> Array:
-        """Depths y as seen from the top of the layer, held inside it, m."""
-        return np.clip(y - self.top, 0.0, self.bottom - self.top)
-
-    def scaled_below(self, y: Array) -> Array:
-        """Scaled optical depths of depths y below the top, shape (n, d)."""
-        return self.scaled[:, None] * self.inside(np.ravel(y))
-
-    def exponentials(self, t: Array, modes: int | None = None) -> Array:
-        """Those of modes, by default all, at scaled optical depths t (n, d), (m, n, k, d)."""
-        left = np.maximum(self.depth[:, None] - t, 0.0)
-        rate = self.rate[:modes, ..., None]
-        return np.exp(-np.abs(rate) * np.where(rate > 0, t[:, None], left[:, None]))
 
 
 class SolvedField:
@@ -175,7 +111,7 @@ class SolvedField:
 
     def weight_at(self, y: float, part: PhaseFunction) -> Array:
         """Weight of a part in the phase function of the water at a depth, shape (n,)."""
-        return _weight(self.phase_at(y), part)
+        return weight_of(self.phase_at(y), part)
 
     def peak_at(self, y: float) -> Array:
         """Fraction of the scattering that counts as unscattered forward peak, shape (n,)."""
@@ -221,7 +157,7 @@ class SolvedField:
     ) -> Array:
         y, z = np.broadcast_arrays(np.asarray(y, np.float64), np.asarray(z, np.float64))
         middle, half = (y + z) / 2.0, np.abs(y - z) / 2.0
-        half = np.maximum(half, _THIN * (1.0 + middle))
+        half = np.maximum(half, THIN * (1.0 + middle))
         low, high = np.maximum(middle - half, 0.0)[..., None], (middle + half)[..., None]
         total = 0.0
         for layer, below in itertools.zip_longest(self._layers, self._layers[1:]):
@@ -342,7 +278,7 @@ class SolvedField:
         x, along, mu = (np.ravel(part).astype(np.float64) for part in w)
         sx, sy = self.light.sun[:2]
         turn = np.arctan2(-along, -x) - math.atan2(sy, sx)
-        mu = np.where(np.abs(mu) < _LEVEL, _LEVEL, mu)
+        mu = np.where(np.abs(mu) < LEVEL, LEVEL, mu)
         return np.ravel(y).astype(np.float64), mu, turn, shape
 
     def scattered_on_grid(self, depths: ArrayLike, mu: ArrayLike, turns: ArrayLike) -> Array:
@@ -395,7 +331,7 @@ class SolvedField:
         return np.array(
             [
                 self._single_scattering(
-                    y, mu, lambda layer, _, part=part: _weight(layer.phase, part), scaled=True
+                    y, mu, lambda layer, _, part=part: weight_of(layer.phase, part), scaled=True
                 )
                 for part in self.components
             ]
@@ -473,7 +409,7 @@ class SolvedField:
                 seen[0] += floor_radiance.reshape(n, *[1] * y.ndim)
             for layer in order:
                 at_y = depths.get(layer)
-                seen = _across(layer, seen, here, mu[rays], legendre[..., rays], at_y)
+                seen = across_layer(layer, seen, here, mu[rays], legendre[..., rays], at_y)
             total[..., rays] = seen
         return total
 
@@ -523,7 +459,7 @@ class SolvedField:
                 t, P = self._length(layer, y[rays], mu[rays])
                 depth = self._optical_depth(layer.top + t, scaled=scaled)
                 P = extinction * P
-                part = _path(-depth / light.mu_s, 1.0 - mu[rays] / light.mu_s, P) / extinction
+                part = path_of(-depth / light.mu_s, 1.0 - mu[rays] / light.mu_s, P) / extinction
                 source = layer.b * phase(layer, rays) * light.E / light.mu_s
                 total[rays] = total[rays] * np.exp(-P.T) + source * part.T
         return total
@@ -647,57 +583,3 @@ class _Mirror:
         if self._scattered is None:
             return self._field.radiance(*rays)
         return self._scattered + self._field.images_and_single(*rays)
-
-
-def _across(
-    layer: SolvedLayer,
-    entering: Array,
-    y: Array,
-    mu: Array,
-    legendre: Array,
-    at_y: Array | None = None,
-) -> Array:
-    """Modes of light at depths y, or where it leaves the layer, that came into it with others.
-
-    All of mu has one sign; shapes as of :meth:`SolvedField._scattered_modes`. ``at_y`` are the
-    exponentials there, if they are known.
-    """
-    strength = np.swapaxes(legendre, 1, 2)[:, None] @ layer.source
-    detuning = 1.0 - layer.rate[..., None, :] * mu[:, None]
-    close = np.abs(detuning) < _RESONANCE
-    ratio = strength / np.where(close, np.inf, detuning)
-    t = layer.scaled_below(y)
-    start = np.zeros_like(layer.depth) if mu[0] > 0 else layer.depth
-    path = np.abs(t - start[:, None]).reshape(len(t), *y.shape) / np.abs(mu)
-    fades = np.exp(-path)
-    at_start = np.einsum("mnqk,mnk->mnq", ratio, layer.exponentials(start[:, None])[..., 0])
-    if at_y is None:
-        at_y = layer.exponentials(t)
-    if y.ndim > 1:
-        found = np.swapaxes(ratio @ at_y, 2, 3)
-        at_start = at_start[:, :, None]
-    else:
-        found = np.einsum("mnqk,mnkq->mnq", ratio, at_y)
-    found += fades * (entering - at_start)
-    # Where rate and cosine agree: (e^{-rt} - e^{-t/μ}) / (1 - rμ) by its series.
-    m, n, q, k = np.nonzero(close)
-    if len(m):
-        length, shape = path[n, ..., q], (-1, *[1] * (y.ndim - 1))
-        series = np.exp(-length) * length
-        series *= 1.0 + 0.5 * length * detuning[m, n, q, k].reshape(shape)
-        place: Any = (m, n, ..., q)
-        np.add.at(found, place, strength[m, n, q, k].reshape(shape) * series)
-    return found
-
-
-def _weight(phase: BandPhase, part: PhaseFunction) -> Array:
-    """Weight per band of a part of a phase function; 0 where it has no such part."""
-    return sum(
-        (w for own, w in zip(phase.components, phase.weights, strict=True) if own == part),
-        np.zeros(len(phase)),
-    )
-
-
-def _path(near: Array, rate: Array, P: Array) -> Array:
-    """Integral of e^{near - rate v} dv over the length P."""
-    return attenuated_path(near, near - rate * P, rate * P, P)

@@ -16,10 +16,11 @@ from underwater_spectral.uw_spectral.occlusion.point_spread import spread
 from underwater_spectral.uw_spectral.occlusion.view_map import SIZE, view_map
 from underwater_spectral.uw_spectral.occlusion.visibility_buffer import Surface, visibility_buffer
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
-from underwater_spectral.uw_spectral.transfer.channel_tables import OcclusionSpectrum, project
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, Around, SurfaceMaterial
+from underwater_spectral.uw_spectral.transfer.projection import project
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
 
 DEPTH, AWAY = 5.0, 4.0

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from underwater_spectral.tests.uw_spectral.occlusion.test_probe_irradiance import field, plate
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
-from underwater_spectral.uw_spectral.occlusion.probe_irradiance import WaterCache, probe_irradiance
+from underwater_spectral.uw_spectral.occlusion.probe_solution import WaterCache, probe_irradiance
 from underwater_spectral.uw_spectral.occlusion.probes import Rays, cast
 from underwater_spectral.uw_spectral.occlusion.voxels import voxelise
 

@@ -11,7 +11,7 @@ import pytest
 from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
-from underwater_spectral.uw_spectral.occlusion.probe_irradiance import probe_irradiance
+from underwater_spectral.uw_spectral.occlusion.probe_solution import probe_irradiance
 from underwater_spectral.uw_spectral.occlusion.probes import (
     SETS,
     cast,

@@ -12,12 +12,9 @@ from underwater_spectral.settings.scene_settings import DEFAULT_BANDS, SceneSett
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
+from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
-from underwater_spectral.uw_spectral.transfer.channel_tables import (
-    RATES,
-    OcclusionSpectrum,
-    project,
-)
+from underwater_spectral.uw_spectral.transfer.channel_tables import RATES
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
 from underwater_spectral.uw_spectral.transfer.pixel_parts import (
     COLOURS,
@@ -26,6 +23,7 @@ from underwater_spectral.uw_spectral.transfer.pixel_parts import (
     OcclusionOnPath,
     SurfaceMaterial,
 )
+from underwater_spectral.uw_spectral.transfer.projection import project
 from underwater_spectral.uw_spectral.transfer.radiance_field import distance_in_water
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
