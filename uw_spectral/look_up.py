@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def multilinear(
-    values: NDArray[np.float64],
+    values: NDArray[np.floating],
     places: Sequence[ArrayLike],
     first: tuple[NDArray[np.intp], ...] = (),
 ) -> NDArray[np.float64]:
@@ -49,7 +49,7 @@ def multilinear(
 
 
 def multilinear_of_columns(
-    values: NDArray[np.float64], places: Sequence[ArrayLike]
+    values: NDArray[np.floating], places: Sequence[ArrayLike]
 ) -> NDArray[np.float64]:
     """Interpolate at places whose last axis has one entry, as that of values has n.
 

@@ -167,7 +167,7 @@ def gernez(zenith: float, wind: float = 5.0) -> list[float]:
     """Modelled over measured variation at 510 nm and 3.2 m, for each of :data:`EXPOSURES`."""
     import jerlov
 
-    measured, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_fraction()
+    measured, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
     cv = float(measured.cv[np.flatnonzero(measured.sun_zenith_deg == zenith)[0]])
     fraction = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
     water = sea.sunlit_water(sea.GERNEZ_WATER, zenith, fraction)

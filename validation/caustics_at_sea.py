@@ -150,7 +150,7 @@ def against_gernez() -> list[tuple[float, float, float, float]]:
     """Sun zenith, measured CV, its standard deviation, modelled CV at 510 nm and 3.2 m."""
     import jerlov
 
-    sea, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_fraction()
+    sea, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
     rows = []
     for zenith in (20.0, 30.0, 40.0, 50.0, 60.0, 70.0):
         fraction = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))

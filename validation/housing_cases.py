@@ -214,7 +214,7 @@ def traced_focus(port: FlatPort | DomePort, distance: float, nm: float) -> float
 
 # A board of corners in many poses, as a user calibrates with.
 GRID = np.stack([*np.meshgrid(np.arange(9), np.arange(6)), np.zeros((6, 9))], axis=-1)
-CORNERS: Array = GRID.reshape(-1, 3) * 0.04 - (0.16, 0.1, 0.0)
+CORNERS: Array = np.asarray(GRID.reshape(-1, 3) * 0.04 - (0.16, 0.1, 0.0), np.float64)
 
 
 def poses(count: int, near: float, far: float) -> list[tuple[Array, Array]]:
