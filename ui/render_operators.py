@@ -1,5 +1,8 @@
 """Buttons that render: pictures, the reference, and bundles for farms."""
 
+# pyright: reportInvalidTypeForm=false
+# Blender declares properties as annotations that are calls.
+
 from __future__ import annotations
 
 import contextlib
