@@ -321,15 +321,13 @@ def test_solved_field_is_finite(cases_, record_property):
         for name in ("radiance", "irradiance", "image", "scale", "decay"):
             _sound(np.float32(getattr(table, name)), name)
         _sound(np.float32(table.aureole), "aureole", -math.inf)
-        assert (table.layers is None) == (not field.layered)
-        if table.layers is not None:
-            _sound(np.float32(table.layers.single), "once")
-            for c, scaled in zip(table.layers.extinction, (False, True), strict=True):
-                y = table.depth_scale.depths()
-                each = field.extinction_between(y, y, scaled=scaled).T[:, None]
-                # A mean lies between those of the depths that it is taken over.
-                assert (c <= each.max(axis=2, keepdims=True) * (1 + 1e-6)).all()
-                assert (c >= each.min(axis=2, keepdims=True) * (1 - 1e-6)).all()
+        depths = table.depth_scale.depths()
+        for scaled in (False, True):
+            each = field.extinction_between(depths, depths, scaled=scaled)
+            mean = field.extinction_between(0.0, depths, scaled=scaled)
+            # A mean lies between those of the depths that it is taken over.
+            assert (mean <= each.max(axis=0) * (1 + 1e-6)).all()
+            assert (mean >= each.min(axis=0) * (1 - 1e-6)).all()
         y = y[:, None] + 0.0 * w[0]
         _sound(table.scattered(y, w, field.sun), "scattered")
         _sound(table.patch_irradiance(y, w, field.sun), "irradiance on patches")
