@@ -191,6 +191,7 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
     _agree(seen, of(clouds, lamp, light, at[..., :1], at[..., 1:2], add_up))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", ["scattered", "between", "rays"])
 def test_lamps_in_a_grid(square, tmp_path, part):  # noqa: F811
     at = _position(square, tmp_path)

@@ -160,6 +160,7 @@ def test_a_job_renders_the_same(kind, tmp_path):
         _same(folders, "0001_spectral.exr")
 
 
+@pytest.mark.slow
 def test_a_data_set_is_the_same_to_its_raw_pictures(tmp_path):
     _saved(tmp_path / "scene.blend")
     (tmp_path / "set.toml").write_text(SPEC)

@@ -17,6 +17,7 @@ MODES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 def test_hair_and_scatter_assets_render_in_every_mode(tmp_path, registered):
     """Panels in the groups' inputs, whose identifiers are numbers, ended every job."""

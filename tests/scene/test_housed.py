@@ -97,6 +97,7 @@ def _housing(name):
 NEAR = {"eevee": 0.2, "cycles": 0.1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("port", "engine"),
     [

@@ -392,6 +392,7 @@ def test_a_deck_keeps_light_from_the_water_and_a_housing_above_does_not(scene):
     assert lit() == 0.0
 
 
+@pytest.mark.slow
 def test_a_strobe_follows_its_keyframes_and_its_parent(scene):
     item = _lamp((0.0, 1.0, -DEPTH), 50.0)
     item.data.keyframe_insert("energy", frame=1)

@@ -157,6 +157,7 @@ def test_a_glowing_ball_is_seen_where_and_as_bright_as_it_should(empty_blender, 
     assert abs(found.sum() / cover.sum() - 1.0) < 0.03
 
 
+@pytest.mark.slow
 def test_a_matt_ball_has_the_sun_and_sky_of_the_air_on_its_own_normals(empty_blender):
     scene = empty_blender
     plan = _plan(sky="uniform", sun_zenith=50.0, sun_azimuth=60.0, floor_reflectance="0")
@@ -186,6 +187,7 @@ def test_a_matt_ball_has_the_sun_and_sky_of_the_air_on_its_own_normals(empty_ble
     np.testing.assert_allclose(ratio[occluded], 1.0, atol=0.03)
 
 
+@pytest.mark.slow
 def test_a_post_that_pierces_the_surface_is_whole(empty_blender):
     scene, plan = empty_blender, _plan()
     foot = np.array([0.1, 0.8, 0.0])

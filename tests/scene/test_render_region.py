@@ -61,6 +61,7 @@ def _near(region: np.ndarray, whole: np.ndarray, *, noise: float = 0.01) -> None
     assert np.abs(region - whole).mean() < noise * whole.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [REALTIME, BANDS, [*CYCLES, "--no-denoise"]])
 def test_the_region_shows_what_the_whole_picture_shows_there(options, tmp_path):
     _scene()
@@ -166,6 +167,7 @@ def test_an_empty_region_is_refused():
         render_region.region_of(scene)
 
 
+@pytest.mark.slow
 def test_live_water_leaves_region_to_blender():
     scene = _scene()
     _ask(scene, crop=True)

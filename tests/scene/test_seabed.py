@@ -97,6 +97,7 @@ def test_the_scenes_own_seabed_is_what_is_seen(mode, height, tmp_path):
     assert _near(both) == pytest.approx(_near(own), rel=NOISE[mode])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mode", "slope", "covered"),
     _in_modes({("bands", -3.0)}, (3.0, "UW Floor"), (-3.0, "ground")),
@@ -107,6 +108,7 @@ def test_a_slope_through_the_floor_hides_it_or_is_hidden(mode, slope, covered, t
     assert _near(both) == pytest.approx(_near(seen), rel=NOISE[mode])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "half_width"), _in_modes({("bands", 8.0)}, (8.0,)))
 def test_the_added_floor_goes_on_beyond_the_border(mode, half_width, tmp_path):
     """With one reflectance there is no telling where the scene's own seabed ends."""

@@ -44,6 +44,7 @@ def _rendered(tmp_path: Path, name: str, *options: str, film: bool) -> Path:
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [REALTIME, CYCLES])
 def test_open_water_is_left_out_and_what_stands_before_it_is_not(options, tmp_path):
     _scene()

@@ -70,6 +70,7 @@ def _deviations(column, wanted, tmp_path):
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "meters"),
     [

@@ -70,6 +70,7 @@ def test_photons_absorb_all_that_the_lamp_emits():
     assert (1 - albedo) * scattered == pytest.approx(albedo, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("index", "tolerance"), [(0, 0.15), (1, 0.15), (2, 0.08), (3, 0.08), (4, 0.2), (5, 0.35)]
 )

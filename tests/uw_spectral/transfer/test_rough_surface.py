@@ -207,6 +207,7 @@ def test_where_traced_waves_reflect_to(wind):
             assert fraction == pytest.approx(traced.mean(), abs=0.03), (m, up)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("zenith", "sky"),
     [pytest.param(30.0, False, marks=pytest.mark.slow), (75.0, False), (0.0, True)],
