@@ -87,6 +87,32 @@ def meshes() -> list[bpy.types.Object]:
     return [item for item in bpy.context.scene.objects if item.type == "MESH" and "uw" not in item]
 
 
+def copy_materials() -> None:
+    """Give each thing a material of its own."""
+    for item in meshes():
+        item.data.materials[0] = item.data.materials[0].copy()
+
+
+def join() -> None:
+    """Make one mesh of all that stands on the sand."""
+    standing = [item for item in meshes() if item.name != "sand"]
+    with bpy.context.temp_override(
+        active_object=standing[0], selected_editable_objects=standing, selected_objects=standing
+    ):
+        bpy.ops.object.join()
+
+
+def instance() -> None:
+    """Show all that stands on the sand as an instance of a collection."""
+    scene, group = bpy.context.scene, bpy.data.collections.new("group")
+    for item in [item for item in meshes() if item.name != "sand"]:
+        scene.collection.objects.unlink(item)
+        group.objects.link(item)
+    empty = bpy.data.objects.new("group", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    scene.collection.objects.link(empty)
+
+
 def seal() -> list[bpy.types.Object]:
     """Put walls of 0.2 m around the camera, its lamps and what it sees, down to below the sand."""
     rock, found = bpy.data.materials["rock"], []
@@ -110,10 +136,22 @@ class Drawing:
         ``realtime``, ``bands`` or ``cycles``.
     first : RenderPlan
         Decides the nodes.
+    change : callable, optional
+        What is done to the dry scene.
     """
 
-    def __init__(self, mode: str, first: RenderPlan, *, lamps: bool = False) -> None:
+    def __init__(
+        self,
+        mode: str,
+        first: RenderPlan,
+        *,
+        lamps: bool = False,
+        change: Callable[[], None] | None = None,
+    ) -> None:
         self.scene, self.mode, self._first = build(lamps=lamps), mode, first
+        if change is not None:
+            change()
+            bpy.context.view_layer.update()
         self._own = [item for item in self.scene.objects if item.type != "CAMERA"]
         self._stack, self._cache = contextlib.ExitStack(), Cache(of_job=True)
         self._engine = self._stack.enter_context(self._opened())

@@ -14,7 +14,7 @@ import pytest
 from mathutils import Matrix
 from underwater_spectral.scene.readers import surroundings
 
-from .scene import DEPTH, Drawing, off, plan, seal
+from .scene import DEPTH, Drawing, copy_materials, instance, join, off, plan, seal
 
 pytestmark = pytest.mark.slow
 
@@ -63,8 +63,8 @@ class _Laws:
             self._bounds = [max(x, 2.0 * y) for x, y in zip(self._bounds, noise, strict=True)]
         return self._base
 
-    def same(self, one: np.ndarray, other: np.ndarray) -> bool:
-        found = off(one, other, self._block)
+    def same(self, one: np.ndarray, other: np.ndarray, block=None) -> bool:
+        found = off(one, other, block or self._block)
         return all(x <= bound for x, bound in zip(found, self._bounds, strict=True))
 
     def close(self) -> None:
@@ -140,3 +140,29 @@ def test_a_rolled_camera_sees_the_same(laws, request):
 @pytest.mark.parametrize("laws", ["cycles"], indirect=True)
 def test_bands_in_other_groups_are_the_same(laws):
     _check(laws, laws.base, laws.draw(groups=[(2,), (0, 1)]))
+
+
+@pytest.mark.parametrize("laws", ["realtime"], indirect=True)
+def test_a_longer_lens_shows_the_middle_larger(laws):
+    camera, base = laws.drawing.scene.camera.data, laws.base
+    before = camera.angle
+    camera.angle = 2.0 * math.atan(math.tan(before / 2.0) / 3.0)
+    near = laws.draw()
+    camera.angle = before
+    h, w = (side // 3 for side in base.shape[:2])
+    seen, wanted = near.reshape(h, 3, w, 3, -1).mean(axis=(1, 3)), base[h : 2 * h, w : 2 * w]
+    # Outlines are as wide as the pixels of each.
+    assert laws.same(wanted, seen, (3, 8)), off(wanted, seen, (3, 8))
+    assert not laws.same(wanted, _tenth(seen), (3, 8)), "an error of a tenth is seen"
+
+
+@pytest.mark.parametrize("laws", ["realtime"], indirect=True)
+@pytest.mark.parametrize("change", [copy_materials, join, instance])
+def test_how_a_scene_is_made_changes_nothing(laws, change):
+    base = laws.base
+    laws.close()
+    other = Drawing("realtime", laws.plan(), change=change)
+    found = other.draw()
+    other.close()
+    laws._drawing = None
+    _check(laws, base, found)
