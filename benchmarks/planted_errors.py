@@ -76,7 +76,7 @@ ERRORS = (
         "return (1.1 + 0.0055 * sun_zenith) * a + 4.6",
     ),
     Error(
-        "bb/b of the default particles × 1.1", "water/phase.py",
+        "bb/b of the default particles × 1.1", "water/phase_functions.py",
         "backscatter: float = 0.0183", "backscatter: float = 0.0201",
     ),
     Error(

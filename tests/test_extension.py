@@ -113,7 +113,7 @@ def test_workers_of_the_optics_never_see_blender_and_end_with_the_call(built_zip
         for name in archive.namelist()
         if name.endswith(".py") and b"ThreadPoolExecutor" in archive.read(name)
     }
-    assert set(pools) <= {"uw_spectral/occlusion/probe_irradiance.py"}
+    assert set(pools) <= {"uw_spectral/occlusion/probe_solution.py"}
     for text in pools.values():
         made = re.findall(r".*ThreadPoolExecutor\(.*", text)
         assert made

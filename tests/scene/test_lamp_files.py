@@ -9,7 +9,7 @@ from pathlib import Path
 
 import bpy
 import pytest
-from underwater_spectral.jobs import batch, path_mapping
+from underwater_spectral.jobs import batch, manifest_files, path_mapping
 from underwater_spectral.jobs import manifest as manifests
 from underwater_spectral.jobs.farm import farm_bundle
 from underwater_spectral.jobs.farm.openjd_template import FarmJob
@@ -77,10 +77,10 @@ def _plan(night: Path, name: str = "job", *options: object) -> Path:
     ids=["ies", "csv"],
 )
 def test_a_changed_table_of_a_lamp_is_another_job(night, capsys, name, text, which):
-    before = manifests.read_manifest(path := _plan(night))
+    before = manifest_files.read_manifest(path := _plan(night))
     whole = night.with_name(name).read_text()
     night.with_name(name).write_text(text)
-    after = manifests.read_manifest(_plan(night, "other"))
+    after = manifest_files.read_manifest(_plan(night, "other"))
     keys = [job.key(job.views[0], 0) for job in (before, after)]
     assert keys[0] != keys[1]
     assert [text for text in manifests.differences(before, after) if which in text]
@@ -89,7 +89,7 @@ def test_a_changed_table_of_a_lamp_is_another_job(night, capsys, name, text, whi
     assert f"the {which} of lamp 'Torch', " in message
     assert f"{name} has changed" in message
     night.with_name(name).write_text(whole)
-    again = manifests.read_manifest(_plan(night, "again"))
+    again = manifest_files.read_manifest(_plan(night, "again"))
     assert again.key(again.views[0], 0) == keys[0]
 
 
@@ -178,7 +178,7 @@ def test_a_lamp_of_a_library_reads_beside_the_library(night):
 
 
 def test_records_and_plans_hold_the_lamps_of_their_frame(night):
-    manifest = manifests.read_manifest(_plan(night))
+    manifest = manifest_files.read_manifest(_plan(night))
     # At frame 3 nothing has moved since frame 2.
     assert list(manifest.lamps) == [1, 2]
     dark, torch = manifest.lamps_of(3)
@@ -218,9 +218,9 @@ def test_tables_of_a_stage_count_by_content_and_are_moved(tmp_path):
     places = {1: Place(((1.0, 0.0, 0.0, 0.0),) * 4)}
     stage = Stage(camera, 1, (replace(lamp, sha256="1"), replace(lamp, emission="led")), places)
     planned = small_manifest(tmp_path / "out", stage=stage)
-    manifests.write_manifest(tmp_path / "job.json", planned)
+    manifest_files.write_manifest(tmp_path / "job.json", planned)
     assert "file:a.csv" in (tmp_path / "job.json").read_text()
-    assert manifests.read_manifest(tmp_path / "job.json") == planned
+    assert manifest_files.read_manifest(tmp_path / "job.json") == planned
     rule = path_mapping.PathRule(tmp_path, Path("/mnt"))
     placed = path_mapping.PathMapping((rule,)).apply_to_manifest(planned)
     assert placed.stage is not None

@@ -25,6 +25,7 @@ from underwater_spectral.jobs import (
     command_line,
     job_files,
     job_status,
+    manifest_files,
     path_mapping,
     pictures,
     planning,
@@ -266,7 +267,7 @@ def test_the_manifest_keeps_the_frames_of_before(dive, capsys):
     assert _run(dive, *lines, "1-4", "--out", whole) == 0
     assert _run(dive, *lines, "3-4", "--out", grown) == 0
     assert _run(dive, *lines, "1-2", "--out", grown, "--resume") == 0
-    one, other = (manifests.read_manifest(path / "job.json") for path in (whole, grown))
+    one, other = (manifest_files.read_manifest(path / "job.json") for path in (whole, grown))
     assert other.frames == one.frames == (1, 2, 3, 4)
     assert other.changes.keys() == one.changes.keys() == {2, 3, 4}
     keys = [[job.view_key(view) for view in job.views] for job in (one, other)]
@@ -317,7 +318,7 @@ def test_a_job_with_fewer_outputs_leaves_none_of_another(dive):
     left = {"0001.exr", "0001.json", "0001.png", "0001_spectral.exr", "job.json", "passes"}
     assert {path.name for path in out.iterdir()} == left
     assert _run(dive, *FAST, *more, "--out", out) == 0
-    render_job.begin(manifests.read_manifest(out / "job.json"), resume=False)
+    render_job.begin(manifest_files.read_manifest(out / "job.json"), resume=False)
     assert {path.name for path in out.iterdir()} == {"job.json", "passes"}
 
 
@@ -485,16 +486,16 @@ def test_what_is_no_manifest(tmp_path, capsys, content, message):
 )
 def test_manifests_that_do_not_hold_together(tmp_path, changes):
     path = tmp_path / "job.json"
-    manifests.write_manifest(path, small_manifest(tmp_path / "out"))
+    manifest_files.write_manifest(path, small_manifest(tmp_path / "out"))
     _edit(path, **changes)
     with pytest.raises(InputError, match="is damaged .* write it again with --plan"):
-        manifests.read_manifest(path)
+        manifest_files.read_manifest(path)
 
 
 def test_a_manifest_is_read_as_it_was_written(tmp_path):
     written = small_manifest(tmp_path / "out", 3, ("A", "B"), 2)
-    manifests.write_manifest(tmp_path / "job.json", written)
-    read = manifests.read_manifest(tmp_path / "job.json")
+    manifest_files.write_manifest(tmp_path / "job.json", written)
+    read = manifest_files.read_manifest(tmp_path / "job.json")
     assert read == written
     assert read.key(read.views[1], 1) == written.key(written.views[1], 1)
     assert len({read.key(view, number) for view, number in read.tasks()}) == 12
@@ -517,7 +518,7 @@ def test_a_pass_of_eevee_is_that_of_a_path_of_the_camera(tmp_path, engine, alike
 
 def test_options_that_the_manifest_decides_are_refused(tmp_path, capsys):
     path = tmp_path / "job.json"
-    manifests.write_manifest(path, small_manifest(tmp_path / "out"))
+    manifest_files.write_manifest(path, small_manifest(tmp_path / "out"))
     decided = ["--bands", 3, "--engine", "cycles", "--seed", 2]
     _refused(capsys, "--bands, --engine, --seed: the manifest decides", "--from", path, *decided)
     _refused(capsys, "--passes needs --from", "--passes", "1")
@@ -681,10 +682,10 @@ def test_ten_thousand_passes(tmp_path, empty_blender, record_property, water):
     job = command_line.job(command_line.parse(arguments))
     start = time.perf_counter()
     planned = planning.plan_job(scene, now, job)
-    manifests.write_manifest(tmp_path / "job.json", planned)
+    manifest_files.write_manifest(tmp_path / "job.json", planned)
     record_property("plan_s", time.perf_counter() - start)
     start = time.perf_counter()
-    read = manifests.read_manifest(tmp_path / "job.json")
+    read = manifest_files.read_manifest(tmp_path / "job.json")
     record_property("read_s", time.perf_counter() - start)
     assert read.views == planned.views
     tasks = list(read.tasks())
@@ -697,7 +698,7 @@ def test_ten_thousand_passes(tmp_path, empty_blender, record_property, water):
         path = read.pass_path(view, number)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content.replace(pattern, read.key(view, number).encode()))
-    read = manifests.read_manifest(tmp_path / "job.json")
+    read = manifest_files.read_manifest(tmp_path / "job.json")
     start = time.perf_counter()
     status = job_status.status_of(read)
     record_property("status_s", time.perf_counter() - start)
@@ -713,8 +714,8 @@ def test_tables_on_a_windows_drive_are_moved_by_a_rule(tmp_path):
         settings={**dataclasses.asdict(SceneSettings()), "water": r"file:D:\tables\w.csv"},
         files=(manifests.ExternalFile("the table", r"D:\tables\w.csv", "0", "water"),),
     )
-    manifests.write_manifest(tmp_path / "job.json", job)
-    found = manifests.read_manifest(tmp_path / "job.json")
+    manifest_files.write_manifest(tmp_path / "job.json", job)
+    found = manifest_files.read_manifest(tmp_path / "job.json")
     rule = path_mapping.PathRule(PureWindowsPath("d:/tables"), Path("/mnt/tables"))
     moved = path_mapping.PathMapping((rule,)).apply_to_manifest(found)
     assert moved.settings["water"] == "file:/mnt/tables/w.csv"

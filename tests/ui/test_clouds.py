@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 import pytest
-from underwater_spectral.jobs import manifest as manifests
+from underwater_spectral.jobs import manifest_files
 from underwater_spectral.scene.readers import clouds
 from underwater_spectral.tests.scene.manifests import small_manifest
 
@@ -52,12 +52,12 @@ def test_a_manifest_keeps_the_clouds_of_each_frame(tmp_path):
     one = ({"name": "Silt", "concentration": 10.0},)
     planned = small_manifest(tmp_path, frames=3, clouds={2: one})
     path = tmp_path / "job.json"
-    manifests.write_manifest(path, planned)
-    read = manifests.read_manifest(path)
+    manifest_files.write_manifest(path, planned)
+    read = manifest_files.read_manifest(path)
     assert [read.clouds_of(frame) for frame in (1, 2, 3)] == [(), one, one]
 
 
 def test_a_manifest_without_clouds_says_nothing_of_them(tmp_path):
     path = tmp_path / "job.json"
-    manifests.write_manifest(path, small_manifest(tmp_path))
+    manifest_files.write_manifest(path, small_manifest(tmp_path))
     assert "clouds" not in path.read_text()

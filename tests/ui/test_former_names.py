@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, replace
 
 import bpy
-from underwater_spectral.jobs import command_line
-from underwater_spectral.jobs import manifest as manifests
+from underwater_spectral.jobs import command_line, manifest_files
 from underwater_spectral.settings.former_names import FORMER_NAMES
 from underwater_spectral.settings.scene_settings import SceneSettings, flag
 from underwater_spectral.tests.scene.manifests import small_manifest
@@ -40,12 +39,12 @@ def test_a_manifest_of_before_is_read(tmp_path):
     path = tmp_path / "job.json"
     changes = {1: {"second_water_fraction": 0.5}}
     job = small_manifest(tmp_path, settings=asdict(chosen), changes=changes)
-    manifests.write_manifest(path, job)
+    manifest_files.write_manifest(path, job)
     text = path.read_text()
     for was, name in FORMER_NAMES.items():
         assert name in text
         text = text.replace(name, was)
     path.write_text(text)
-    assert manifests.read_manifest(path).settings_of(1) == replace(
+    assert manifest_files.read_manifest(path).settings_of(1) == replace(
         chosen, second_water_fraction=0.5
     )
