@@ -5,9 +5,9 @@ counts as unscattered (:class:`.BluntPhase`). What is left scatters widely, and 
 
 - once, of the sun, with its way through all clouds exactly (a closed form for blobs),
 - of the water's own diffuse light, as far as it enters along the six directions of the axes,
-- and again: of what has been scattered the fraction p that escapes leaves, the rest is scattered
-once
-  more where it is (Sobolev's escape probability). That sums to a series in closed form.
+- and again: of what has been scattered the fraction p that escapes leaves, the rest is
+  scattered once more where it is (Sobolev's escape probability). That sums to a series in
+  closed form.
 
 In light from all sides that is the same everywhere, a cloud that does not absorb is invisible.
 """
