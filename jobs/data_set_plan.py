@@ -108,8 +108,7 @@ def plan_data_set(
     if len(objects) > _MOST_OBJECTS:
         raise InputError(
             f"the scene shows {len(objects)} objects, and pictures of instances number no more "
-            f"than "
-            f"{_MOST_OBJECTS}; hide some in renders, or join them"
+            f"than {_MOST_OBJECTS}; hide some in renders, or join them"
         )
     views = enumerate_views(with_scene_paths(spec, scene), _room(scene, held))
     make_folder(job.out)

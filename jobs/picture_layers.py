@@ -94,11 +94,10 @@ def develop_layers(
         of_pass = by_pass.setdefault(item.task.number // manifest.parts, [])
         of_pass.append(read_layers(band_passes.layers_path(item.file.path)))
     found = side_by_side([_mean(parts) for parts in by_pass.values()])
-    whole = found.header["camera"]
+    camera = found.header["camera"]
     if output.region is not None:
         found = _cut(found, output.region)
-        if output.crop:
-            whole = found.header["camera"]
+        camera = found.header["camera"] if output.crop else camera
     together = dict(found.layers)
     seen = _seen(manifest, picture, found.header)
     way = _way(together["range"], found.header)
@@ -115,15 +114,16 @@ def develop_layers(
         "bands_nm": list(manifest.bands_nm),
         "sensor": plan.sensor.name,
         **found.header,
+        "camera": camera,
     }
-    header["camera"] = whole
-    seen = _seen(manifest, picture, header)
     chosen = {
         name: replace(image, values=output.framed(image.values))
         for name, image in _chosen(together, wanted).items()
     }
     write_layers(layers_path(picture), FrameLayers(chosen, header, found.attributes))
-    notes = _write_truth(manifest, view, plan, seen, found.header["lamps"])
+    notes = _write_truth(
+        manifest, view, plan, _seen(manifest, picture, header), found.header["lamps"]
+    )
     missing = missing_layers(plan, wanted, traced=method.traced)
     if missing:
         notes = [

@@ -22,7 +22,7 @@ from ..scene import view_transform
 from ..scene.engines import transparent_film
 from ..scene.water import particles
 from ..settings.render_plan import RenderPlan
-from ..uw_spectral.errors import InputError
+from ..uw_spectral.errors import InputError, first_of
 from ..uw_spectral.imaging.matte import without_open_water
 from ..uw_spectral.spectra.spectral_image import (
     LINEAR_REC709,
@@ -332,10 +332,9 @@ def require(missing: Sequence[str]) -> None:
         Names the first of them.
     """
     if missing:
-        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
         raise InputError(
-            f"not developed, passes are missing: {'; '.join(missing[:3])}{more}; render them with "
-            "--from and --frames; the other pictures are finished"
+            f"not developed, passes are missing: {first_of(missing, between='; ')}; render them "
+            "with --from and --frames; the other pictures are finished"
         )
 
 

@@ -39,15 +39,15 @@ def as_rendered(scene: bpy.types.Scene) -> Iterator[None]:
                 for child in part.children:
                     visit(child)
 
-        def follow(now: bpy.types.Scene = scene, _: object = None) -> None:
+        def follow(now: bpy.types.Scene, _: object = None) -> None:
             """Take over what is keyed, once a frame is set; what water hides since stays hidden."""
             for change in _of_objects(contents.reached(scene.objects) if now == scene else {}):
                 put(*change)
 
         visit(layer.layer_collection)
-        for change in _of_instances(contents.reached(scene.objects)):
+        every = contents.reached(scene.objects)
+        for change in (*_of_instances(every), *_of_objects(every)):
             put(*change)
-        follow()
         bpy.app.handlers.frame_change_post.append(follow)
         stack.callback(bpy.app.handlers.frame_change_post.remove, follow)
         for item in ever_rendered(scene):

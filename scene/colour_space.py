@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import bpy
 
-from ..uw_spectral.errors import InputError
+from ..uw_spectral.errors import InputError, first_of
 from .animation import curves_of
 
 _REC709 = "Rec.709"
-_NAMED = 3
 _ENCODED = re.compile(r"sRGB( - Texture| Encoded Rec\.709.*)?")
 # Where the colour of an image is no colour.
 _NUMBERS = {"NORMAL_MAP", "BUMP", "DISPLACEMENT", "VECTOR_DISPLACEMENT"}
@@ -56,9 +55,8 @@ def bring_to_rec709() -> str:
     space = bpy.data.colorspace
     before, moved = space.working_space, list(dict.fromkeys(_animated_colours()))
     if moved:
-        more = f" and {len(moved) - _NAMED} more" if len(moved) > _NAMED else ""
         raise InputError(
-            f"the file's colours are in {before}, and those of {', '.join(moved[:_NAMED])}{more} "
+            f"the file's colours are in {before}, and those of {first_of(moved)} "
             "are animated, which Blender does not convert; take linear Rec.709 as Working Space "
             "and key them again"
         )
@@ -139,8 +137,7 @@ def bring_images() -> str:
 
 
 def _names(blocks: Sequence[bpy.types.ID]) -> str:
-    more = f" and {len(blocks) - _NAMED} more" if len(blocks) > _NAMED else ""
-    return f"{', '.join(repr(block.name) for block in blocks[:_NAMED])}{more}"
+    return first_of(repr(block.name) for block in blocks)
 
 
 def _images_as_colours() -> set[bpy.types.Image]:

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Iterator
 
 import bpy
 
-from ..uw_spectral.errors import InputError
+from ..uw_spectral.errors import InputError, first_of
 from .rendered import VERTEX_INSTANCERS, ever_rendered
 
-_NAMED = 3  # of what is linked
 _DRAWN_BY = "uw_drawn_by"  # on a tree: an engine, as outputs name it
 _SOCKETS = {"OBJECT", "COLLECTION", "MATERIAL"}
 
@@ -67,9 +66,8 @@ def require_local(scene: bpy.types.Scene) -> None:
             f"{kinds.get(x.bl_rna.identifier, 'node group')} {x.name!r} of {x.library.filepath}"
             for x in linked
         ]
-        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
         raise InputError(
-            f"{', '.join(names[:_NAMED])}{more}: linked from another file, which keeps its RGB "
+            f"{first_of(names)}: linked from another file, which keeps its RGB "
             "colours and stays dry; make it local (Object, Relations, Make Local, All) or append "
             "it instead of linking"
         )

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import bpy
 
+from ..uw_spectral.errors import first_of
 from . import contents
 from .rendered import ever_rendered
 
 _PICTURES = {"TEX_IMAGE", "ATTRIBUTE", "VERTEX_COLOR"}
 _PASSES = {"BSDF_TRANSPARENT"}  # beside the glow, as importers of glTF lay it
 _GLOWS = {"EMISSION", "BACKGROUND"}
-_NAMED = 3
 
 
 def notes(scene: bpy.types.Scene) -> list[str]:
@@ -20,9 +20,8 @@ def notes(scene: bpy.types.Scene) -> list[str]:
     names = list(found)
     if not names:
         return []
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
     return [
-        f"material {', '.join(map(repr, names[:_NAMED]))}{more} glows with its picture, as unlit "
+        f"material {first_of(map(repr, names))} glows with its picture, as unlit "
         "scans do: it is as bright at any depth and takes no light; to light it, link the picture "
         "to the Base Color of a Principled BSDF"
     ]

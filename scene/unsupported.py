@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
+from ..uw_spectral.errors import first_of
 from . import scripts, units
 from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
-_NAMED = 3
 _FAR = 10_000.0  # m, where single precision tells 1 mm apart
 _PICTURES = {"TEX_ENVIRONMENT", "TEX_IMAGE"}
 _SEEN = ("use_solid", "use_volumes")
@@ -42,9 +42,9 @@ def _of_camera(scene: bpy.types.Scene, camera: bpy.types.Object, traced: bool) -
     bound = {marker.camera.name for marker in scene.timeline_markers if marker.camera}
     if bound - own:
         yield (
-            f"markers switch cameras ({_list(sorted(bound))}), which is not supported: a job "
-            f"renders "
-            f"{camera.name!r} in all frames; render those of each with --camera and --frames"
+            f"markers switch cameras ({first_of(map(repr, sorted(bound)))}), which is not "
+            f"supported: a job renders {camera.name!r} in all frames; render those of each with "
+            "--camera and --frames"
         )
     if not traced and camera.data.type not in {"PERSP", "ORTHO"}:
         yield (
@@ -116,7 +116,7 @@ def _of_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:
         yield f"view layer {layer.name!r} leaves out {' and '.join(left_out)}: not supported"
     held = [part.name for part in collections_of(layer) if part.holdout]
     if held:
-        yield f"holdout of collection {_list(held)} is not supported"
+        yield f"holdout of collection {first_of(map(repr, held))} is not supported"
 
 
 def _of_frames(scene: bpy.types.Scene) -> Iterator[str]:
@@ -148,9 +148,4 @@ def _of_objects(scene: bpy.types.Scene) -> Iterator[str]:
                 words = "light linking of lamp {} is not supported: it lights everything"
                 found.setdefault(words, []).append(item.name)
     for words, names in found.items():
-        yield words.format(_list(names))
-
-
-def _list(names: list[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{', '.join(repr(name) for name in names[:_NAMED])}{more}"
+        yield words.format(first_of(map(repr, names)))

@@ -25,6 +25,19 @@ def printable(text: str, most: int = 200) -> str:
     return "".join(c if c.isprintable() else " " for c in text[:most])
 
 
+def first_of(names: Iterable[str], most: int = 3, between: str = ", ") -> str:
+    """Return the first of some names, and how many more there are.
+
+    Examples
+    --------
+    >>> first_of(["a", "b", "c", "d", "e"])
+    'a, b, c and 2 more'
+    """
+    found = list(names)
+    more = f" and {len(found) - most} more" if len(found) > most else ""
+    return f"{between.join(found[:most])}{more}"
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
     """Return the error for a name that is not in a catalogue.
 

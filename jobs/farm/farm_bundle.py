@@ -17,7 +17,7 @@ from ...scene.readers import picture_size
 from ...scene.readers.external_files import external_files
 from ...scene.readers.missing_data import require_data
 from ...settings.scene_settings import SceneSettings, flag
-from ...uw_spectral.errors import InputError
+from ...uw_spectral.errors import InputError, first_of
 from ...uw_spectral.spectra.spectral_image import temporary_name
 from ...uw_spectral.spectra.spectrum import split_location
 from .. import planning
@@ -137,10 +137,9 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     of_settings = {split_location(location)[0]: flag(name) for name, location in named}
     missing += [f"{option} ({path})" for path, option in of_settings.items() if not path.is_file()]
     if missing:
-        more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
         raise InputError(
             f"{Path(bpy.data.filepath).name} reads files that are not there: "
-            f"{', '.join(missing[:_NAMED])}{more}; find them with File, External Data, "
+            f"{first_of(missing, _NAMED)}; find them with File, External Data, "
             "or pack them, and save"
         )
     _check_folder(folder)

@@ -75,10 +75,7 @@ def with_alpha(draw: RenderPass, scene: bpy.types.Scene) -> RenderPass:
 
     def render(indices: tuple[int, ...], path: Path) -> FrameLayers:
         found = draw(indices, path)
-        fraction = LayerImage(
-            alpha_map(scene, path)[..., None], text="fraction of the pixel that is no open water"
-        )
-        layer = FrameLayers({ALPHA: fraction})
+        layer = FrameLayers({ALPHA: LayerImage(alpha_map(scene, path)[..., None], text=_TEXT)})
         return layer if found is None else joined([found, layer])
 
     return render

@@ -6,11 +6,10 @@ from collections.abc import Iterator
 
 import bpy
 
+from ...uw_spectral.errors import first_of
 from .. import contents
 from ..rendered import ever_rendered
 from .realtime_materials import kinds
-
-_NAMED = 3
 
 
 def notes(scene: bpy.types.Scene) -> Iterator[str]:
@@ -23,8 +22,7 @@ def notes(scene: bpy.types.Scene) -> Iterator[str]:
         if any(glowing[m] for m in materials):
             names.append(repr(item.name))
     if names:
-        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
         yield (
-            f"{', '.join(names[:_NAMED])}{more}: a mesh that glows is seen in EEVEE, and lights "
+            f"{first_of(names)}: a mesh that glows is seen in EEVEE, and lights "
             "nothing there; put a lamp in its place, or render with Cycles"
         )

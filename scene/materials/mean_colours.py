@@ -122,8 +122,8 @@ def _shown(
         )
     covers = float(coverage.mean())
     mean = np.broadcast_to(shown * coverage, (max(len(shown), len(coverage)), 3)).mean(axis=0)
-    occlusion = _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0))
-    return MeanSurface(occlusion, covers, not sockets.asked, tuple(sorted(sockets.unknown)))
+    reflected = _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0))
+    return MeanSurface(reflected, covers, not sockets.asked, tuple(sorted(sockets.unknown)))
 
 
 @dataclass

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from ...uw_spectral.errors import first_of
 from .surroundings import Surroundings
-
-_NAMED = 3
 
 
 def notes(around: Surroundings | None) -> list[str]:
@@ -22,8 +21,7 @@ def notes(around: Surroundings | None) -> list[str]:
     if not found:
         return []
     named = [f"{name!r} ({', '.join(sorted(nodes))})" for name, nodes in sorted(found.items())]
-    more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
     return [
-        f"nodes of materials {', '.join(named[:_NAMED])}{more} are not evaluated for the light "
+        f"nodes of materials {first_of(named)} are not evaluated for the light "
         "that objects throw back: what they give counts as 0.5; bake them into a picture"
     ]

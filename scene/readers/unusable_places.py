@@ -7,6 +7,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from numpy.typing import ArrayLike, NDArray
 
+from ...uw_spectral.errors import first_of
 from .. import marks
 from ..rendered import in_rendered_collections
 
@@ -14,7 +15,6 @@ _FARTHEST = 1e6
 """Coordinates from which on objects are left out, m."""
 WITH_PLACES = (bpy.types.Mesh, bpy.types.Curves, bpy.types.PointCloud)
 """Data of which :func:`vertices_of` gives places."""
-_NAMED = 3
 _ONES = Vector((1.0, 1.0, 1.0, 1.0))
 
 
@@ -57,7 +57,7 @@ def notes() -> list[str]:
                 torn[item.name] = None
     said = "not finite, or farther away than 1000 km"
     return [
-        f"{what} of {_list(list(names))}: {said}; left out"
+        f"{what} of {first_of(map(repr, names))}: {said}; left out"
         for what, names in (("place or scale", lost), ("vertices or points", torn))
         if names
     ]
@@ -70,8 +70,3 @@ def vertices_of(data: bpy.types.ID) -> NDArray[np.float32]:
     vertices = np.empty((len(found), 3), dtype=np.float32)
     found.foreach_get(name, vertices.ravel())
     return vertices
-
-
-def _list(names: list[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{', '.join(repr(name) for name in names[:_NAMED])}{more}"

@@ -14,6 +14,7 @@ from mathutils import Vector
 
 from ...node_groups.node_mathematics import MARK
 from ...settings.water_settings import NO_FLOOR
+from ...uw_spectral.errors import first_of
 from .. import stored_settings
 from ..animation import curves_of
 
@@ -186,7 +187,7 @@ def _elsewhere(scene: bpy.types.Scene, items: list[bpy.types.Object]) -> list[st
     others = [other for other in bpy.data.scenes if other != scene]
     shared = {o.name: [i.name for i in items if o.objects.get(i.name) == i] for o in others}
     return [
-        f"{_list(names)}: also in scene {name!r}, and lower there too"
+        f"{first_of(map(repr, names), _NAMED)}: also in scene {name!r}, and lower there too"
         for name, names in shared.items()
         if names
     ]
@@ -201,9 +202,7 @@ def _simulated(items: list[bpy.types.Object]) -> list[str]:
             baked.append(item.name)
     if not baked:
         return []
-    return [f"simulations of {_list(baked)} stay where they were until they are run or baked anew"]
-
-
-def _list(names: list[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{', '.join(map(repr, names[:_NAMED]))}{more}"
+    return [
+        f"simulations of {first_of(map(repr, baked), _NAMED)} stay where they were until they are "
+        "run or baked anew"
+    ]
