@@ -276,7 +276,7 @@ def _pixels(
             _put(block[rows.tables :], _SHADOW, lamp.shadow.values)
         if projected.floats:
             _put(block[rows.floats :], 0, tables.floating)
-        for place, part in enumerate(lamp.parts):
+        for place, part in enumerate(lamp.known_parts):
             if part.shadow is not None:
                 assert isinstance(part.shadow, ValueGrid)
                 down, across = divmod(place, _BESIDE)
@@ -311,7 +311,7 @@ def _put_lamp(
     unblocked = max(lamp.virtual, lamp.unblocked)
     numbers[_COLOUR, :3], numbers[_SEEN, :3] = colour, (lamp.seen, lamp.virtual, unblocked)
     numbers[_STANDS, :3], numbers[_DRY, 0] = lamp.own_place, lamp.dry
-    for index, part in enumerate(lamp.parts):
+    for index, part in enumerate(lamp.known_parts):
         place = _FIRST_PART + 3 * index
         numbers[place, :3], numbers[place + 2, :3] = part.position, part.fraction
         # One texel has both: a direction has no length.
@@ -381,7 +381,7 @@ class _ImageGrid:
 
     graph: Graph
     image: bpy.types.Image
-    column: float
+    column: NodeValue | float
     row: NodeValue | float
 
     def at(self, column: Operand, row: Operand) -> NodeValue:
@@ -457,6 +457,22 @@ class _ImageField:
 
 
 @dataclass(frozen=True, eq=False)
+class _ImageParts:
+    """The parts of what a lamp stands for, in the image: :class:`.Parts`."""
+
+    table: LampTable
+    index: NodeValue
+    virtual: NodeValue
+
+    def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
+        def of_part(number: NodeValue, _: NodeValue) -> tuple[NodeValue, Sequence[NodeValue]]:
+            first, *others = terms(self.table.part(self.index, number))
+            return first, others
+
+        return followed(self.table.graph, PARTS, of_part, self.virtual)
+
+
+@dataclass(frozen=True, eq=False)
 class LampTable:
     """Look-ups in the images in a node tree; make it with :meth:`of`."""
 
@@ -486,20 +502,23 @@ class LampTable:
         """How many of them stand for objects; these come last."""
         return int(self.image[_VIRTUAL])
 
-    def parts(self, index: NodeValue) -> list[LitPart]:
-        """Return the parts of what a lamp stands for."""
-        row, found = self._row(index), []
-        for number in range(PARTS):
-            place = _FIRST_PART + 3 * number
-            position, turned, fraction = (self._at(place + i, row) for i in range(3))
-            radius = NODES.sqrt(turned.dot(turned))
-            axis = self.graph.components(turned * (1.0 / radius))
-            down, across = (float(_PART_COLUMNS * x) for x in divmod(number, _BESIDE))
-            tables = row + (self.rows.tables + _SOFT_COLUMNS + down)
-            shadow = _ImageShadow(self.graph, self.image, _SOFT + across, tables)
-            at = self.graph.components(position)
-            found.append(LitPart(at, axis, fraction, radius, shadow))
-        return found
+    def part(self, index: NodeValue, number: NodeValue) -> LitPart:
+        """Return a part of what a lamp stands for."""
+        row, place = self._row(index), number * 3.0 + float(_FIRST_PART)
+        position, turned, fraction = (self._at(place + float(i), row) for i in range(3))
+        radius = NODES.sqrt(turned.dot(turned))
+        axis = self.graph.components(turned * (1.0 / radius))
+        down = NODES.floor((number + 0.5) * (1.0 / _BESIDE))
+        across = (number - down * float(_BESIDE)) * float(_PART_COLUMNS)
+        tables = row + float(self.rows.tables + _SOFT_COLUMNS) + down * float(_PART_COLUMNS)
+        shadow = _ImageShadow(self.graph, self.image, across + float(_SOFT), tables)
+        return LitPart(self.graph.components(position), axis, fraction, radius, shadow)
+
+    def with_parts(self, index: NodeValue, lamp: Lamp) -> Lamp:
+        """Return a lamp with the parts of what it stands for, if any stands for something."""
+        if not self.virtual:
+            return lamp
+        return dataclasses.replace(lamp, parts=_ImageParts(self, index, lamp.virtual))
 
     def colour(self, index: NodeValue) -> NodeValue:
         """Return the colour of the lamp that casts the shadows of one."""
@@ -691,20 +710,15 @@ def build_patch(
     matte = matte_part(colour, _facets(graph, given, facets), NODES) if facets else colour
 
     def of_lamp(index: NodeValue) -> tuple[NodeValue, ...]:
-        lamp = table.lamp(index)
+        lamp = table.with_parts(index, table.lamp(index))
         visible = given[VISIBILITY].dot(table.colour(index)) + lamp.unblocked
         found = found_of(index, lamp, visible)
         if floating is None:
             return found
-        # What objects throw back comes from near by.
         transmittance = transmittance_to_surface(floating, lamp, here, index)
+        # What objects throw back comes from near by.
+        transmittance = NODES.select(lamp.virtual, 1.0, transmittance)
         return tuple(value * transmittance for value in found)
-
-    def of_virtual(index: NodeValue) -> tuple[NodeValue, ...]:
-        at = index + float(table.count - table.virtual)
-        # Nothing hides it, so that what finds its way round objects need not be looked up.
-        lamp = dataclasses.replace(table.lamp(at), parts=table.parts(at), soft=None)
-        return found_of(at, lamp, 1.0)
 
     def found_of(index: NodeValue, lamp: Lamp, visible: Operand) -> tuple[NodeValue, ...]:
         light = table.on_surfaces(index)
@@ -742,20 +756,17 @@ def build_patch(
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
             fractions = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
             fractions[SEEN] = fractions[UNSCATTERED] + fractions[FORWARD]
-            found |= reflected(patch.length + P, fractions)
+            found |= reflected(arriving.length + P, fractions)
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):
-            tables = light.tables(patch.length)
-            found |= reflected(patch.length, {THERE: 1.0})
+            tables = light.tables(arriving.length)
+            found |= reflected(arriving.length, {THERE: 1.0})
             if IRRADIANCE in outputs:
                 found[IRRADIANCE] = light.arriving(bands, of_colour(tables, (1.0, 1.0, 1.0)))
         if EXCITING in outputs:
-            found[EXCITING] = light.arriving(bands, table.exciting(index, patch.length))
+            found[EXCITING] = light.arriving(bands, table.exciting(index, arriving.length))
         return tuple(found[name] for name in outputs)
 
-    totals = summed(graph, table.count - table.virtual, of_lamp)
-    if table.virtual:
-        more = summed(graph, table.virtual, of_virtual)
-        totals = tuple(one + other for one, other in zip(totals, more, strict=True))
+    totals = summed(graph, table.count, of_lamp)
     return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
 
 

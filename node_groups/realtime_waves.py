@@ -36,7 +36,7 @@ from .realtime_values import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
 )
-from .texture_atlas import number_image, texel
+from .texture_atlas import number_image, take_as_given, texel
 
 SLOPE, FOAM = "Slope", "Foam"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
@@ -111,6 +111,7 @@ def sample(
     """Colour and alpha of a tiled image at a place on the surface."""
     texture = graph.node("ShaderNodeTexImage", image=image, interpolation="Linear")
     texture.extension = "REPEAT"
+    take_as_given(texture)
     where = graph.vector(x * per_metre + half_cell, y * per_metre + half_cell, 0.0)
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"]), graph.term(texture.outputs["Alpha"])

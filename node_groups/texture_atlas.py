@@ -51,8 +51,18 @@ def texel(
     )
     texture = graph.inner_node("ShaderNodeTexEnvironment", image=image)
     texture.projection, texture.interpolation = "EQUIRECTANGULAR", "Linear"
+    take_as_given(texture)
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"])
+
+
+def take_as_given(texture: bpy.types.ShaderNodeTexImage | bpy.types.ShaderNodeTexEnvironment) -> None:
+    """Let a look-up take its coordinates as they are.
+
+    A texture's mapping multiplies them with a matrix, which shaders of loops pay for each time;
+    one that was set to what it was is left out.
+    """
+    texture.texture_mapping.scale = (1.0, 1.0, 1.0)
 
 
 def _of(
@@ -72,5 +82,6 @@ def closest(
     width, height = image.size
     where = graph.vector((column + 0.5) / width, (row + 0.5) / height, 0.0)
     texture = graph.inner_node("ShaderNodeTexImage", image=image, interpolation="Closest")
+    take_as_given(texture)
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...uw_spectral.lamps.angular_spread import ValueGrid
-from ...uw_spectral.lamps.lamp import Lamp, LitPart
+from ...uw_spectral.lamps.lamp import Lamp, LitPart, LitParts
 from ...uw_spectral.lamps.lamp_shadow import PART_SIDE, SIDE, shadow_directions, shadow_map
 from ...uw_spectral.lamps.profile import LampProfile
 from ...uw_spectral.lamps.virtual_point_lights import rays_of
@@ -61,13 +61,14 @@ class LampShadowCache:
         meshes = self._meshes
         if meshes is None:
             return found
-        parts = [part for lamp in found.virtual for part in lamp.parts]
+        parts = [part for lamp in found.virtual for part in lamp.known_parts]
         shadows = iter(_around_parts(meshes, parts))
-        virtual = tuple(
-            replace(lamp, parts=tuple(replace(part, shadow=next(shadows)) for part in lamp.parts))
-            for lamp in found.virtual
-        )
-        return replace(found, virtual=virtual)
+
+        def shadowed(lamp: Lamp) -> Lamp:
+            parts = (replace(part, shadow=next(shadows)) for part in lamp.known_parts)
+            return replace(lamp, parts=LitParts(parts))
+
+        return replace(found, virtual=tuple(map(shadowed, found.virtual)))
 
     def _look(self, scene: bpy.types.Scene, shining: Iterable[Lamp]) -> None:
         """Bring the maps to what is there now."""

@@ -108,7 +108,7 @@ def _by_lamp(scene, plan):
     patch = patch_past_lamp(lamp, [x, np.full_like(x, AWAY), z - DEPTH], normal)
     light = arriving_light(lamp, patch, water)
     E = light.direct + light.about * np.maximum(patch.cosine, 0.0) + light.rest
-    return E * lamp.intensity * np.exp(-water.a * patch.length)
+    return E * lamp.intensity * np.exp(-water.a * light.length)
 
 
 def _bispectral(dye, bands, E):

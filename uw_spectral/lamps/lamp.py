@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +47,23 @@ class LitPart:
     shadow: Lookup | None = None
 
 
+class Parts(Protocol):
+    """The parts of what a lamp stands for, of arrays or in a node tree."""
+
+    def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
+        """Add up terms of each; the first is one number."""
+        ...
+
+
+class LitParts(tuple[LitPart, ...]):
+    """Those of arrays."""
+
+    def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
+        """Add up terms of each."""
+        columns = zip(*map(terms, self), strict=True)
+        return tuple(functools.reduce(operator.add, column) for column in columns)
+
+
 @dataclass(frozen=True, eq=False)
 class Lamp:
     """A torch, a strobe or the light of a vehicle, of n bands.
@@ -74,7 +94,7 @@ class Lamp:
         Where it is, m, if that is not where it seems to be.
     soft : SoftShadow, optional
         What of its scattered light objects leave; without, what they leave of the other.
-    parts : sequence of LitPart
+    parts : Parts, optional
         Of the objects that it stands for: what is not scattered comes from these to others.
     """
 
@@ -90,17 +110,22 @@ class Lamp:
     dry: Operand = 0.0
     stands: Sequence[Operand] | None = None
     soft: SoftShadow | None = None
-    parts: Sequence[LitPart] = ()
+    parts: Parts | None = None
 
     @property
     def own_place(self) -> Sequence[Operand]:
         """Where it is, m."""
         return self.position if self.stands is None else self.stands
 
+    @property
+    def known_parts(self) -> LitParts:
+        """Its parts where they are arrays."""
+        return self.parts if isinstance(self.parts, LitParts) else LitParts()
+
     def of_bands(self, indices: Sequence[int] | NDArray[np.intp]) -> Lamp:
         """Return the lamp in some of its bands."""
-        parts = tuple(replace(part, fraction=part.fraction[indices]) for part in self.parts)
-        return replace(self, intensity=self.intensity[indices], parts=parts)
+        parts = LitParts(replace(x, fraction=x.fraction[indices]) for x in self.known_parts)
+        return replace(self, intensity=self.intensity[indices], parts=parts or None)
 
     def lit(self, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """Fraction of its light that reaches a place seen from it, m; 1 where nothing is known."""

@@ -381,12 +381,12 @@ class LampChannels:
         mirroring = [one.with_all_light(to_eye) for one in facets]
         for lamp, projected in zip(self.lamps, self.projected, strict=True):
             light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            found = light.tables(patch.length + P)
+            arriving = light.arriving_at(lamp, patch, visible)
+            found = light.tables(arriving.length + P)
             tables = of_colour(found[:COLOURS], matte)
             if measured is not None:
                 tables = found[COLOURS + measured]
             fractions = light.unscattered(P), light.forward(P)
-            arriving = light.arriving_at(lamp, patch, visible)
             bands = light.on_patch(arriving, patch) / math.pi
             D, F = (
                 total + light.arriving(bands * fraction, tables)
@@ -409,8 +409,8 @@ class LampChannels:
         E = np.zeros(3)
         for lamp, projected in zip(self.lamps, self.projected, strict=True):
             light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            white = of_colour(light.tables(patch.length)[:COLOURS], (1.0, 1.0, 1.0))
             arriving = light.arriving_at(lamp, patch, visible)
+            white = of_colour(light.tables(arriving.length)[:COLOURS], (1.0, 1.0, 1.0))
             E = E + light.arriving(light.on_patch(arriving, patch), white)
         return E
 
@@ -421,8 +421,8 @@ class LampChannels:
         X = np.zeros(3)
         for lamp, projected in zip(self.lamps, self.projected, strict=True):
             light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            tables = [row.at(patch.length) for row in self._rows(projected.exciting)]
             arriving = light.arriving_at(lamp, patch, visible)
+            tables = [row.at(arriving.length) for row in self._rows(projected.exciting)]
             X = X + light.arriving(light.on_patch(arriving, patch), tables)
         return X
 

@@ -7,8 +7,6 @@ Most of it still comes from about the lamp, and has the lamp's shadows.
 
 from __future__ import annotations
 
-import functools
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -115,25 +113,6 @@ def _dimmed(
 
 
 @dataclass(frozen=True, eq=False)
-class PartSeen:
-    """A part of what a lamp stands for, as a patch sees it.
-
-    Attributes
-    ----------
-    r : float or array
-        Distance, m.
-    facing : float or array
-        Irradiance over the part's intensity without water, 1/m².
-    fraction : float or array
-        Of the lamp's intensity, by band.
-    """
-
-    r: Operand
-    facing: Operand
-    fraction: Operand
-
-
-@dataclass(frozen=True, eq=False)
 class PatchPastLamp:
     """A lamp as a patch sees it: what all bands share.
 
@@ -154,8 +133,8 @@ class PatchPastLamp:
     transmittance : float or array
         Fraction of what is scattered to it from about the lamp that it gets where it does not see
         it.
-    parts : tuple of PartSeen
-        Of what the lamp stands for.
+    point, normal : three floats or arrays
+        Of the patch; only what lamps that have parts do is computed from them.
     """
 
     r: Operand
@@ -165,17 +144,8 @@ class PatchPastLamp:
     against: Operand
     wet: Operand
     transmittance: Operand = 0.0
-    parts: tuple[PartSeen, ...] = ()
-
-    @property
-    def length(self) -> Operand:
-        """Of the way of what is not scattered in the water, m."""
-        if not self.parts:
-            return self.wet
-        light, way = _FAINTEST_PART, _FAINTEST_PART * self.wet
-        for part in self.parts:
-            light, way = light + part.facing, way + part.facing * part.r
-        return way / light
+    point: Sequence[Operand] = ()
+    normal: Sequence[Operand] = ()
 
     def about(self, visible: Operand) -> Operand:
         """Fraction of that light where so much of the lamp is seen."""
@@ -212,21 +182,21 @@ def patch_past_lamp(
     transmittance = 0.0 if lamp.soft is None else transmitted_in_shadow(lamp.soft, place, m)
     cosine, against = 0.0 - dot(normal, u), 0.0 - dot(normal, lamp.axis)
     wet = lamp.wet(r, z, m)
-    parts = tuple(_part_seen(part, point, normal, m) for part in lamp.parts)
-    return PatchPastLamp(r, per_intensity, cosine, off_axis, against, wet, transmittance, parts)
+    return PatchPastLamp(
+        r, per_intensity, cosine, off_axis, against, wet, transmittance, point, normal
+    )
 
 
-def _part_seen(
-    part: LitPart, point: Sequence[Operand], normal: Sequence[Operand], m: Mathematics
-) -> PartSeen:
-    place = [point[i] - part.position[i] for i in range(3)]
+def _part_seen(part: LitPart, patch: PatchPastLamp, m: Mathematics) -> tuple[Operand, Operand]:
+    """Irradiance of a part over its intensity without water, 1/m², and its distance, m."""
+    place, normal = [patch.point[i] - part.position[i] for i in range(3)], patch.normal
     r2 = dot(place, place)
     r = m.sqrt(r2 + _SMALLEST)
     facing = m.maximum(dot(part.axis, place), 0.0) * m.maximum(0.0 - dot(normal, place), 0.0)
     facing = facing / ((r2 + _SMALLEST) * (r2 + part.radius * part.radius + _SMALLEST))
     if part.shadow is not None:
         facing = facing * lit(part.shadow, place, m, PART_SIDE)
-    return PartSeen(r, facing, part.fraction)
+    return facing, r
 
 
 def _normal(lamp: Lamp, r: Operand) -> Operand:
@@ -261,8 +231,8 @@ def surface_irradiance(
     >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
     [0.092, 0.1044, 0.0072]
     """
-    light = lamp.intensity * np.exp(-water.a * patch.length)
     found = arriving_light(lamp, patch, water)
+    light = lamp.intensity * np.exp(-water.a * found.length)
     about = found.about * np.maximum(patch.cosine, 0.0)
     return light * found.direct, light * about, light * found.rest
 
@@ -279,17 +249,21 @@ class ArrivingLight:
         Unscattered, and scattered from about the lamp, on a patch that faces it.
     rest : array
         Scattered from elsewhere.
+    length : float or array
+        Of the way of what is not scattered in the water, m.
     """
 
     direct: Operand
     straight: Operand
     about: Operand
     rest: Operand
+    length: Operand
 
     def shadowed(self, patch: PatchPastLamp, visible: Operand) -> ArrivingLight:
         """Return what arrives where so much of the lamp is seen."""
         direct, straight = self.direct * visible, self.straight * visible
-        return ArrivingLight(direct, straight, self.about * patch.about(visible), self.rest)
+        about = self.about * patch.about(visible)
+        return ArrivingLight(direct, straight, about, self.rest, self.length)
 
 
 def arriving_light(
@@ -305,10 +279,14 @@ def arriving_light(
     turned = arriving_on(arriving, patch.wet, patch.off_axis, patch.cosine, patch.against, m)
     # Scattered as on the way in the water, and as faint as at r.
     about, rest = (part * (patch.wet / (patch.r * patch.r)) for part in turned)
-    direct = straight * m.maximum(patch.cosine, 0.0)
-    if patch.parts:
-        direct = functools.reduce(
-            operator.add,
-            (m.exp(-water.b * part.r) * part.facing * part.fraction for part in patch.parts),
-        )
-    return ArrivingLight(direct, straight, onward + about, rest)
+    direct, length = straight * m.maximum(patch.cosine, 0.0), patch.wet
+    if lamp.parts is not None:
+
+        def of_part(part: LitPart) -> tuple[Operand, Operand, Operand]:
+            facing, r = _part_seen(part, patch, m)
+            return facing, facing * r, m.exp(-water.b * r) * facing * part.fraction
+
+        facing, way, virtual = lamp.parts.total(of_part)
+        length = (way + _FAINTEST_PART * patch.wet) / (facing + _FAINTEST_PART)
+        direct = direct * (1.0 - lamp.virtual) + virtual
+    return ArrivingLight(direct, straight, onward + about, rest, length)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .lamp import Lamp, LitPart
+from .lamp import Lamp, LitPart, LitParts
 from .lamp_shadow import SIDE, shadow_directions
 from .lamp_surface import patch_past_lamp, surface_irradiance
 from .multiple_scattering import LampWater
@@ -126,7 +126,7 @@ def virtual_point_lights(
 
 def _dark(water: LampWater) -> Lamp:
     place, up, none = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * water.a
-    parts = (LitPart(place, up, none, 1.0),) * COUNT
+    parts = LitParts((LitPart(place, up, none, 1.0),) * COUNT)
     return Lamp(place, up, none, LAMBERT, 1.0, 0.0, None, 1.0, parts=parts)
 
 
@@ -250,7 +250,7 @@ def _with_parts(lamp: Lamp, lit: _Lit, camera: Array) -> Lamp:
     for one in _middles(lit, _fractions(lit, camera, COUNT)):
         fraction = one.intensity / np.maximum(lamp.intensity, _SMALLEST)
         parts.append(LitPart(one.position, one.axis, fraction, one.radius))
-    return replace(lamp, parts=tuple(parts))
+    return replace(lamp, parts=LitParts(parts))
 
 
 def _middles(lit: _Lit, fractions: Array) -> list[Lamp]:

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, LitParts, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
     PART_SIDE,
     SIDE,
@@ -148,7 +148,7 @@ def test_what_is_near_a_lit_floor_gets_its_light(height, near):
 
 
 def _without_parts(lamps):
-    return [dataclasses.replace(one, parts=()) for one in lamps]
+    return [dataclasses.replace(one, parts=None) for one in lamps]
 
 
 def test_a_part_has_a_shadow():
@@ -156,7 +156,7 @@ def test_a_part_has_a_shadow():
     wall = np.where(shadow_directions(PART_SIDE)[:, 0] > 0.0, 0.5, np.inf)
     place, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     part = LitPart(place, up, np.ones(1), 0.1, shadow_map(wall, PART_SIDE))
-    lamp = Lamp(place, up, np.ones(1), LAMBERT, 0.1, virtual=1.0, parts=(part,))
+    lamp = Lamp(place, up, np.ones(1), LAMBERT, 0.1, virtual=1.0, parts=LitParts((part,)))
     free, hidden = (
         surface_irradiance(lamp, patch_past_lamp(lamp, (x, 0.0, 1.0), (0.0, 0.0, -1.0)), water)[0]
         for x in (-1.0, 1.0)
