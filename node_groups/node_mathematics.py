@@ -53,6 +53,7 @@ class Graph:
     rays: bpy.types.ShaderNodeTree | None = None
     slim_numbers: bool = False
     _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
+    _groups: dict[tuple[object, ...], bpy.types.ShaderNodeTree] = field(default_factory=dict)
     _parts: list[_Part] = field(default_factory=list)
     _open: bool = False
     _zone: tuple[int, ...] = ()
@@ -67,6 +68,14 @@ class Graph:
         if key not in self._made:
             self._made[key] = self.node("ShaderNodeGroup", node_tree=group)
         return self._made[key].outputs
+
+    def kept(
+        self, key: tuple[object, ...], make: Callable[[], bpy.types.ShaderNodeTree]
+    ) -> bpy.types.ShaderNodeTree:
+        """Return a group that is made once for the tree."""
+        if key not in self._groups:
+            self._groups[key] = make()
+        return self._groups[key]
 
     def term(self, socket: bpy.types.NodeSocket) -> NodeValue:
         """Return the term of an output socket."""

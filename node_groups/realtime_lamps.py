@@ -716,8 +716,9 @@ def build_patch(
         if floating is None:
             return found
         transmittance = transmittance_to_surface(floating, lamp, here, index)
-        # What objects throw back comes from near by.
-        transmittance = NODES.select(lamp.virtual, 1.0, transmittance)
+        if table.virtual:
+            # What objects throw back comes from near by.
+            transmittance = NODES.select(lamp.virtual, 1.0, transmittance)
         return tuple(value * transmittance for value in found)
 
     def found_of(index: NodeValue, lamp: Lamp, visible: Operand) -> tuple[NodeValue, ...]:

@@ -235,7 +235,7 @@ def _unfiltered(
         turns = along * per_metre + half_cell
         return (turns - NODES.floor(turns)) * size - 0.5
 
-    return texel(graph, image, texels(x), texels(y), size, size)
+    return texel(graph, image, texels(x), texels(y), size, size, tiled=True)
 
 
 def slope_ahead(
