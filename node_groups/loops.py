@@ -11,12 +11,14 @@ from .node_mathematics import Graph, NodeValue
 
 
 def summed(
-    graph: Graph, count: int, terms: Callable[[NodeValue], Sequence[NodeValue]]
+    graph: Graph, count: int | NodeValue, terms: Callable[[NodeValue], Sequence[NodeValue]]
 ) -> tuple[NodeValue, ...]:
     """Add up terms over 0 to count - 1.
 
     Parameters
     ----------
+    count : int or NodeValue
+        A value of nodes is heeded by EEVEE; Cycles takes it for 0.
     terms : callable
         Makes the nodes of one iteration, for its index.
     """
@@ -46,9 +48,8 @@ def followed(
     skips : bool
         Whether there are no iterations then: EEVEE heeds that, Cycles makes none anywhere.
     """
-    begin, end = _zone(graph, count)
-    if skips and isinstance(met, NodeValue):
-        graph.assign(met * float(count), begin.inputs["Iterations"])
+    counted = met * float(count) if skips and isinstance(met, NodeValue) else count
+    begin, end = _zone(graph, counted)
     with graph.apart():
         end.repeat_items.clear()
         end.repeat_items.new("FLOAT", _sum(0))
@@ -106,10 +107,13 @@ def iterated(
     return tuple(graph.term(end.outputs[name]) for name in names)
 
 
-def _zone(graph: Graph, count: int) -> tuple[bpy.types.Node, bpy.types.Node]:
+def _zone(graph: Graph, count: int | NodeValue) -> tuple[bpy.types.Node, bpy.types.Node]:
     """Make the ends of a repeat zone."""
     begin = graph.node("GeometryNodeRepeatInput")
     end = graph.node("GeometryNodeRepeatOutput")
     begin.pair_with_output(end)
-    begin.inputs["Iterations"].default_value = count
+    if isinstance(count, NodeValue):
+        graph.assign(count, begin.inputs["Iterations"])
+    else:
+        begin.inputs["Iterations"].default_value = count
     return begin, end

@@ -47,7 +47,7 @@ from ..uw_spectral.lamps.lamp_channels import (
 )
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
-from ..uw_spectral.lamps.lamp_path import gauss
+from ..uw_spectral.lamps.lamp_path import Quadrature, fewer, gauss
 from ..uw_spectral.lamps.lamp_shadow import DISTANCES, PART_SIDE, SIDE, SOFT_SIDE
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField, LampWater
@@ -93,7 +93,7 @@ CloudsOf = Callable[[Graph], Clouds]
 # Custom properties of the image.
 _PARTS, _MEASURED, _FROM_AIR = "uw_parts", "uw_measured", "uw_from_air"
 _VIRTUAL, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
-_QUADRATURES = (PATH_NODES, MORE_NODES)
+_QUADRATURES = (PATH_NODES, MORE_NODES, fewer(PATH_NODES), fewer(MORE_NODES))
 _NUMBERS = sum(_QUADRATURES)  # first column after them
 _EXTENT, _IN_WATER, _ON_SURFACES, _WIDE, _SCALES = range(_NUMBERS, _NUMBERS + 5)
 _POSITION, _AXIS, _FORM, _COLOUR, _SEEN, _STANDS, _DRY, _FIRST_PART = range(8)
@@ -578,8 +578,28 @@ class LampTable:
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
     ) -> tuple[NodeValue, ...]:
         """Add up terms of the places of a quadrature, as :func:`.gauss_sum` does."""
-        first = float(sum(_QUADRATURES[: _QUADRATURES.index(count)]))
+        return self._integrated(_first_of(count), count, term)
 
+    def nodes_for(self, lamp: Lamp) -> Quadrature:
+        """Return what adds up terms along rays past a lamp, as :func:`.nodes_for` does."""
+        if not self.virtual:
+            return self.integrate
+
+        def integrate(
+            count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
+        ) -> tuple[NodeValue, ...]:
+            few, many = (float(n) for n in (fewer(count), count))
+            first = NODES.select(lamp.virtual, _first_of(fewer(count)), _first_of(count))
+            return self._integrated(first, NODES.select(lamp.virtual, few, many), term)
+
+        return integrate
+
+    def _integrated(
+        self,
+        first: NodeValue | float,
+        count: NodeValue | int,
+        term: Callable[[Operand, Operand], tuple[Operand, ...]],
+    ) -> tuple[NodeValue, ...]:
         def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
             place, fraction, _ = self.graph.components(self._at(index + first, 0.0))
             return term(place, fraction)
@@ -610,6 +630,11 @@ class LampTable:
 
     def _row(self, index: NodeValue) -> NodeValue:
         return index * float(self.rows.all) + float(_SPREAD + _SPREAD_ROWS)
+
+
+def _first_of(nodes: int) -> float:
+    """Column of the first place of a quadrature."""
+    return float(sum(_QUADRATURES[: _QUADRATURES.index(nodes)]))
 
 
 def build_path(
@@ -663,9 +688,9 @@ def build_path(
         ray = ray_past_lamp(lamp, origin, w, P, NODES, before_surface=not ahead)
         light = table.in_water(index, components)
         if floating is None:
-            return (light.along(lamp, ray, NODES, table.integrate),)
+            return (light.along(lamp, ray, NODES, table.nodes_for(lamp)),)
         through = LampAndClouds(floating, lamp, ray, origin, w, P, index, passed)
-        return (through.seen(light, table.integrate, add_up, follow),)
+        return (through.seen(light, table.nodes_for(lamp), add_up, follow),)
 
     return _finished(tree, graph, {LIGHT: summed(graph, table.count, of_lamp)[0]})
 

