@@ -2,7 +2,9 @@
 
 A :class:`NodeValue` stands for the output of a node. Arithmetic on terms adds nodes
 to the tree, so a formula written for numpy arrays builds its own nodes;
-:data:`NODES` supplies the functions. Equal expressions become one node.
+:data:`NODES` supplies the functions. Equal expressions become one node, and a product to which
+something is added becomes one with the sum: what a shader costs to compile grows faster than the
+number of its nodes.
 """
 
 from __future__ import annotations
@@ -53,6 +55,7 @@ class Graph:
     rays: bpy.types.ShaderNodeTree | None = None
     slim_numbers: bool = False
     _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
+    _products: dict[tuple[Operand, ...], NodeValue] = field(default_factory=dict)
     _groups: dict[tuple[object, ...], bpy.types.ShaderNodeTree] = field(default_factory=dict)
     _parts: list[_Part] = field(default_factory=list)
     _open: bool = False
@@ -93,10 +96,46 @@ class Graph:
             socket.default_value = [float(value)] * 3 + [1.0] * (size - 3)
 
     def operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
-        """Return the term of one mathematical node."""
+        """Return the term of one mathematical node; that of a product is made when it is used."""
+        if name == "MULTIPLY":
+            key = _key(name, operands)
+            if key not in self._products:
+                self._products[key] = NodeValue(self, None, _size(operands), tuple(operands))
+            return self._products[key]
+        fused = self._with_product(name, operands)
+        if fused is not None:
+            name, operands = "MULTIPLY_ADD", fused
+        return self._operation(name, operands)
+
+    def product(self, factors: Sequence[NodeValue | float]) -> bpy.types.NodeSocket:
+        """Return what a product comes out of."""
+        return self._operation("MULTIPLY", factors).socket
+
+    def _with_product(
+        self, name: str, operands: Sequence[NodeValue | float]
+    ) -> Sequence[NodeValue | float] | None:
+        """Return what multiplies and adds in one node, if an operand is a product not yet made."""
+        if name not in {"ADD", "SUBTRACT"}:
+            return None
+        x, y = operands
+        if self._is_product(x) and (name == "ADD" or not isinstance(y, NodeValue)):
+            return (*x.factors, y if name == "ADD" else -y)
+        if not self._is_product(y):
+            return None
+        one, other = y.factors
+        if name == "ADD":
+            return one, other, x
+        return None if isinstance(other, NodeValue) else (one, -other, x)
+
+    def _is_product(self, x: NodeValue | float) -> bool:
+        if not isinstance(x, NodeValue) or not x.factors:
+            return False
+        return _key("MULTIPLY", x.factors) not in self._made
+
+    def _operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         key = _key(name, operands)
         if key not in self._made:
-            numbers = max(o.size for o in operands if isinstance(o, NodeValue)) == 1
+            numbers = _size(operands) == 1
             if numbers and self.slim_numbers:
                 node, sockets, operands = self._slim_number(name, operands)
             elif numbers or not self.slim:
@@ -258,6 +297,10 @@ class _Part:
         return self._ends[kind]
 
 
+def _size(operands: Sequence[NodeValue | float]) -> int:
+    return max(o.size for o in operands if isinstance(o, NodeValue))
+
+
 def _key(name: str, operands: Sequence[NodeValue | float]) -> tuple[object, ...]:
     """What equal expressions have in common."""
     return (name, *(o.socket if isinstance(o, NodeValue) else float(o) for o in operands))
@@ -309,14 +352,23 @@ _FUSED: dict[str, Callable[[Operand, Operand], tuple[Operand, Operand, Operand]]
 
 @dataclass(frozen=True, eq=False)
 class NodeValue:
-    """A number (size 1) or three bands at once (size 3) in a node tree."""
+    """A number (size 1) or three bands at once (size 3) in a node tree.
+
+    It comes out of a socket, or is a product of two factors that may not have one yet.
+    """
 
     graph: Graph
-    socket: bpy.types.NodeSocket
+    known: bpy.types.NodeSocket | None
     size: int
+    factors: tuple[NodeValue | float, ...] = ()
 
     # Keeps numpy numbers from taking a term for an array.
     __array_ufunc__ = None
+
+    @property
+    def socket(self) -> bpy.types.NodeSocket:
+        """Where it comes out."""
+        return self.graph.product(self.factors) if self.known is None else self.known
 
     def __add__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("ADD", (self, other))

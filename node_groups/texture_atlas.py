@@ -15,8 +15,8 @@ import bpy
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 
 _NAME = ".UW Look-Up"
-_PLACE = "Column", "Row"
-_SIZE = "Columns", "Rows"
+_SIDES = "Column", "Row"
+_OF_SIDE = "Below", "Fraction", "Above"
 
 
 def number_image(name: str, columns: int, rows: int) -> bpy.types.Image:
@@ -48,37 +48,31 @@ def texel(
     tiled : bool
         Whether the image begins anew beyond its outermost texels; it is what they are else.
     """
-    place, size = (h, v), (columns, rows)
-    whole = tuple(not isinstance(x, NodeValue) and float(x).is_integer() for x in place)
+    across, up = (_split(*x) for x in ((h, columns), (v, rows)))
     if graph.slim:
-        return _mixed(graph, image, place, size, whole, tiled=tiled)
+        return _mixed(graph, image, across, up, tiled=tiled)
     # One node each, of a group that is built once: Blender takes its time for each node of a tree.
-    inner = tuple(None if isinstance(count, NodeValue) else float(count) for count in size)
-    group = graph.kept(
-        (_NAME, image, *whole, *inner, tiled), lambda: _group(image, inner, whole, tiled=tiled)
-    )
+    kinds = len(across), len(up)
+    group = graph.kept((_NAME, image, *kinds, tiled), lambda: _group(image, kinds, tiled=tiled))
     node = graph.inner_node("ShaderNodeGroup", node_tree=group)
-    for value, socket in zip((*place, *size), node.inputs, strict=True):
+    for value, socket in zip((*across, *up), node.inputs, strict=True):
         graph.assign(value, socket)
     return graph.term(node.outputs[0])
 
 
 def _group(
-    image: bpy.types.Image,
-    size: Sequence[float | None],
-    whole: Sequence[bool],
-    *,
-    tiled: bool,
+    image: bpy.types.Image, kinds: Sequence[int], *, tiled: bool
 ) -> bpy.types.ShaderNodeTree:
-    """Build the group of look-ups in an image, of a size that may be known."""
+    """Build the group of look-ups in an image, for what :func:`_split` returns for both sides."""
     tree = new_group(_NAME)
-    graph = Graph(tree)
-    for name in (*_PLACE, *_SIZE):
-        tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat")
+    for side, count in zip(_SIDES, kinds, strict=True):
+        for name in _OF_SIDE[:count]:
+            kind = "NodeSocketFloat"
+            tree.interface.new_socket(f"{side} {name}", in_out="INPUT", socket_type=kind)
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    h, v, *given = (graph.term(socket) for socket in graph.node("NodeGroupInput").outputs[:4])
-    known = [one if two is None else two for one, two in zip(given, size, strict=True)]
-    found = _mixed(graph, image, (h, v), known, whole, tiled=tiled)
+    graph = Graph(tree)
+    given = [graph.term(socket) for socket in graph.node("NodeGroupInput").outputs[: sum(kinds)]]
+    found = _mixed(graph, image, given[: kinds[0]], given[kinds[0] :], tiled=tiled)
     graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
     return tree
 
@@ -86,37 +80,35 @@ def _group(
 def _mixed(
     graph: Graph,
     image: bpy.types.Image,
-    place: Sequence[NodeValue | float],
-    size: Sequence[NodeValue | float],
-    whole: Sequence[bool],
+    across: Sequence[NodeValue | float],
+    up: Sequence[NodeValue | float],
     *,
     tiled: bool,
 ) -> NodeValue:
     """Mix the texels about a place."""
-    (h, *beside), (v, *above) = map(_split, place, size, whole)
 
     def along(row: NodeValue | float) -> NodeValue:
-        one = _single(graph, image, h, row, tiled=tiled)
-        for fraction, column in beside:
-            one = one + (_single(graph, image, column, row, tiled=tiled) - one) * fraction
-        return one
+        one = _single(graph, image, across[0], row, tiled=tiled)
+        if len(across) == 1:
+            return one
+        other = _single(graph, image, across[2], row, tiled=tiled)
+        return (other - one) * across[1] + one
 
-    found = along(v)
-    for fraction, row in above:
-        found = found + (along(row) - found) * fraction
-    return found
+    found = along(up[0])
+    return found if len(up) == 1 else (along(up[2]) - found) * up[1] + found
 
 
-def _split(
-    place: NodeValue | float, count: NodeValue | float, whole: bool
-) -> tuple[NodeValue | float, *tuple[tuple[NodeValue | float, NodeValue | float], ...]]:
-    """Return where the texel below a place is, 0 to 1, and how much of which is mixed to it."""
+def _split(place: NodeValue | float, count: NodeValue | float) -> tuple[NodeValue | float, ...]:
+    """Return where the texel below a place is, 0 to 1, how much is mixed of the next, and where.
+
+    Without the latter two if the place is the middle of a texel.
+    """
     per_texel = 1.0 / count
-    if whole:
-        return (place * per_texel + 0.5 * per_texel,)
+    if not isinstance(place, NodeValue) and float(place).is_integer():
+        return ((place + 0.5) * per_texel,)
     low = NODES.floor(place)
-    first = low * per_texel + 0.5 * per_texel
-    return first, (place - low, first + per_texel)
+    first, second = (low * per_texel + along * per_texel for along in (0.5, 1.5))
+    return first, place - low, second
 
 
 def closest(
@@ -127,7 +119,8 @@ def closest(
 ) -> NodeValue:
     """Return a single texel of an image of fixed size, with all its digits."""
     width, height = image.size
-    return _single(graph, image, (column + 0.5) / width, (row + 0.5) / height, tiled=False)
+    x, y = (place * (1.0 / n) + 0.5 / n for place, n in ((column, width), (row, height)))
+    return _single(graph, image, x, y, tiled=False)
 
 
 def _single(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import pytest
 from underwater_spectral.node_groups.loops import summed
-from underwater_spectral.node_groups.node_mathematics import Graph, new_group
+from underwater_spectral.node_groups.node_mathematics import NODES, Graph, new_group
 
 
 def _doubled():
@@ -57,7 +57,7 @@ def _sums(use):
     before, inside = x * 3.0 + 1.0, []
 
     def terms(index):
-        inside.append(before * 2.0)
+        inside.append(NODES.exp(before * 2.0))
         return [inside[0] * index + x]
 
     (total,) = summed(graph, 5, terms)

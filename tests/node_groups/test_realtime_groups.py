@@ -114,6 +114,32 @@ def test_equal_expressions_become_one_node():
     assert (x * 2.0).socket.node.operation == "MULTIPLY"
 
 
+@pytest.mark.parametrize("slim", [False, True])
+@pytest.mark.parametrize("kind", ["NodeSocketFloat", "NodeSocketVector"])
+def test_products_become_one_node_with_a_sum(kind, slim):
+    tree = new_group("test")
+    tree.interface.new_socket("x", in_out="INPUT", socket_type=kind)
+    tree.interface.new_socket("y", in_out="INPUT", socket_type=kind)
+    graph = Graph(tree, 64 if slim else None, slim=slim, slim_numbers=slim)
+    x, y = (graph.term(socket) for socket in graph.node("NodeGroupInput").outputs[:2])
+    made = {
+        "x y + x": x * y + x,
+        "x + 2 y": x + y * 2.0,
+        "2 x - 3": x * 2.0 - 3.0,
+        "x - 2 y": x - y * 2.0,
+        "3 - x y": 3.0 - x * y,
+        "x y - y": x * y - y,
+    }
+    assert [term.socket.node.operation for term in made.values()][:4] == ["MULTIPLY_ADD"] * 4
+    last = [term.socket.node.operation for term in made.values()][4:]
+    assert last == ["MULTIPLY_ADD" if slim else "SUBTRACT"] * 2
+    if not slim:
+        _, _, addend = (s for s in made["2 x - 3"].socket.node.inputs if s.name != "Scale")
+        assert np.ravel(addend.default_value)[0] == -3.0
+        subtracted = made["x - 2 y"].socket.node.inputs[1]
+        assert np.ravel(subtracted.default_value)[0] == -2.0
+
+
 def test_interpolation_is_exact_at_and_between_the_points():
     xs, ys = [-3.0, -1.0, 0.5, 2.0], [1.0, 4.0, 2.0, 2.5]
     at = np.linspace(-4.0, 3.0, 29)
