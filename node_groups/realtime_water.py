@@ -28,8 +28,8 @@ from ..uw_spectral.transfer.radiance_field import Ripples, surface_normal
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from . import realtime_adjacency, realtime_reflected_view, realtime_refracted_view
+from .lamp_images import LampImages
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_lamps import LampImages
 from .realtime_occlusion import ON_PATH, REACH, Occlusion
 from .realtime_rays import straight_direction
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...node_groups import (
     cloud_grids,
+    lamp_images,
     realtime_adjacency,
     realtime_background,
     realtime_clouds,
@@ -418,11 +419,11 @@ def _wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
         refraction_displacement.insert([material], apparent, LONGEST_SHAFT)
 
 
-def _lamp_images(water: RealtimeWater) -> realtime_lamps.LampImages:
+def _lamp_images(water: RealtimeWater) -> lamp_images.LampImages:
     shape, lamps = water.shape, water.inputs.lamps
     # What stands for objects has one profile.
     profiles = len(lamps.lamps) + bool(lamps.virtual)
-    return realtime_lamps.new_images(
+    return lamp_images.new_images(
         shape.lamps,
         profiles,
         len(shape.lamp_components),
@@ -455,8 +456,8 @@ def _set_lamps(scene: bpy.types.Scene, water: RealtimeWater, around: LampWater) 
         water.inputs.lamps.all, around, water.channels, measured, water.inputs.lamps.waters,
         water.excitation, clouds=water.cloud_size,
     )  # fmt: skip
-    images = realtime_lamps.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
-    realtime_lamps.write_lamps(images, projected, shown)
+    images = lamp_images.LampImages(marks.part(scene, _LAMPS), marks.part(scene, _SOURCES))
+    lamp_images.write_lamps(images, projected, shown)
     followers, shown = marks.followers(scene), water.inputs.lamps.shown
     for item, lamp, own, colour in zip(followers, lamps, shown, colours, strict=True):
         scene_water.follow(item, own)

@@ -9,7 +9,13 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realtime_lamps
+from underwater_spectral.node_groups import (
+    cloud_grids,
+    lamp_images,
+    lamp_table,
+    realtime_clouds,
+    realtime_lamps,
+)
 from underwater_spectral.node_groups.loops import followed, summed
 from underwater_spectral.node_groups.node_mathematics import NODES
 from underwater_spectral.node_groups.realtime_values import Shape
@@ -166,8 +172,8 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(count)
     projected = _projected(IsotropicProfile(), clouds=0.4)
-    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
-    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     w, P = (0.0, 0.6, -0.8), 4.5
 
     def of(found, lamp, light, x, y, add):
@@ -180,7 +186,7 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
 
     def nodes(graph, position):
         x, y, _ = graph.components(position)
-        table = realtime_lamps.LampTable.of(graph, images)
+        table = lamp_table.LampTable.of(graph, images)
         index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
         light = table.in_water(index, projected.components)
         add = functools.partial(summed, graph)
@@ -197,8 +203,8 @@ def test_lamps_in_a_grid(square, tmp_path, part):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _with_grid(0)
     projected = _projected(IsotropicProfile(), clouds=0.4)
-    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
-    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     w, P = (0.0, 0.6, -0.8), 4.5
 
     def of(found, lamp, light, number, x, y, add, follow):
@@ -220,7 +226,7 @@ def test_lamps_in_a_grid(square, tmp_path, part):  # noqa: F811
 
     def nodes(graph, position):
         x, y, _ = graph.components(position)
-        table = realtime_lamps.LampTable.of(graph, images)
+        table = lamp_table.LampTable.of(graph, images)
         index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
         light = table.in_water(index, projected.components)
         add, follow = (
@@ -240,8 +246,8 @@ def test_lamps_on_objects_below_clouds(square, tmp_path):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(1)
     projected = _projected(virtual=0.2, clouds=0.4)
-    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
-    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     group = realtime_lamps.build_patch(images, ("J",), clouds=in_nodes)
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
 

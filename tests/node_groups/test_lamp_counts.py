@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from underwater_spectral.node_groups import realtime_lamps
+from underwater_spectral.node_groups import lamp_images, realtime_lamps
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 COMPONENTS = parse_phase("mixture").for_bands([0.3], [0.01]).components
@@ -34,7 +34,7 @@ def _structure(tree):
 @pytest.mark.parametrize("others", [(2, 1, 1), (9, 3, 6), (14, 8, 6)])
 def test_nodes_do_not_depend_on_how_many_lamps_there_are(others):
     def made(lamps, profiles, virtual):
-        images = realtime_lamps.new_images(lamps, profiles, len(COMPONENTS), virtual=virtual)
+        images = lamp_images.new_images(lamps, profiles, len(COMPONENTS), virtual=virtual)
         patch = realtime_lamps.build_patch(images, ("Seen",), facets=2)
         path = realtime_lamps.build_path(images, COMPONENTS, ahead=False)
         return _structure(patch), _structure(path)

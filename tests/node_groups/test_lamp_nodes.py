@@ -8,7 +8,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_lamps
+from underwater_spectral.node_groups import lamp_images, lamp_table, realtime_lamps
 from underwater_spectral.node_groups.loops import followed
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
@@ -115,8 +115,8 @@ def _projected(profile=None, *, clouds=0.0, **more):
 
 
 def _images(projected):
-    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured)
-    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     return images
 
 
@@ -149,7 +149,7 @@ def test_nodes_are_the_formulas(square, tmp_path, profile, before_surface):
 
     def nodes(graph, position):
         x, y, _ = graph.components(position)
-        table = realtime_lamps.LampTable.of(graph, images)
+        table = lamp_table.LampTable.of(graph, images)
         index = graph.operation("ADD", (graph.operation("MULTIPLY", (x, 0.0)), 1.0))
         lamp = table.lamp(index)
         past = ray_past_lamp(lamp, *ray(x, y), NODES, before_surface=before_surface)
@@ -185,10 +185,10 @@ def test_the_way_past_what_stands_for_objects_is_the_formula(square, tmp_path):
     scene.render.engine, scene.eevee.taa_render_samples = "BLENDER_EEVEE", 1
     parts = LitParts([LitPart((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * WAVES, 0.1)])
     projected = _projected(LAMBERT, radius=0.3, shadow=None, parts=parts)
-    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, 1)
-    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, 1)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
     group = realtime_lamps.build_path(images, projected.components, ahead=False)
-    assert realtime_lamps.LampTable.of(Graph(group), images).virtual == 1
+    assert lamp_table.LampTable.of(Graph(group), images).virtual == 1
 
     def nodes(graph, position):
         light = graph.term(graph.node("ShaderNodeGroup", node_tree=group).outputs["Light"])
@@ -256,7 +256,7 @@ def test_the_group_of_surfaces_is_the_formula(square, tmp_path, measured):
 def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
     # Cycles draws the square, which runs no loop whose count is a number of the image.
     always = functools.partial(followed, skips=False)
-    monkeypatch.setattr(realtime_lamps, "followed", always)
+    monkeypatch.setattr(lamp_table, "followed", always)
     at = _position(square, tmp_path)
     # Walls at the height of the square's middle keep the light of some from one side of it.
     down, x = -shadow_directions(PART_SIDE)[:, 2], shadow_directions(PART_SIDE)[:, 0]
@@ -272,8 +272,8 @@ def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
         for number in range(PARTS)
     ]
     projected = _projected(shadow=None, unblocked=1.0, parts=LitParts(parts))
-    images = realtime_lamps.new_images(2, 2, projected.parts, projected.measured, 1)
-    realtime_lamps.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, 1)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
     group = realtime_lamps.build_patch(images, ("Seen", "E"))
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
     x, y = at[..., :1], at[..., 1:2]
@@ -332,7 +332,7 @@ def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
 
 
 def test_thirty_two_lamps_fit():
-    images = realtime_lamps.new_images(32, 33, 2, 3)
+    images = lamp_images.new_images(32, 33, 2, 3)
     graph = Graph(bpy.data.node_groups.new("Lamps", "ShaderNodeTree"))
-    assert realtime_lamps.LampTable.of(graph, images).count == 32
+    assert lamp_table.LampTable.of(graph, images).count == 32
     assert max(*images.numbers.size, *images.sources.size) < 16384

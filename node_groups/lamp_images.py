@@ -1,0 +1,292 @@
+"""The image of lamps in the water: where what stands in it, and how it is written.
+
+The first row holds the places of the quadratures and the numbers of the water; then
+come, with a margin of one texel, the tables of the spread of scattered light; and a block for each
+lamp, and each that stands for objects that throw light back: its numbers, its profile, its tables
+over the length of a path (:mod:`..uw_spectral.lamps.lamp_channels`), its blurred profiles and a map
+of how far it shines into the water. All light is in three channels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..uw_spectral.lamps.angular_spread import (
+    ANGLES,
+    LENGTHS,
+    ON_PATCHES,
+    PROFILE_ANGLES,
+    PROFILE_LENGTHS,
+    ValueGrid,
+    WaterSpread,
+)
+from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.lamps.lamp_channels import (
+    COLOURS,
+    FLOATING,
+    ChannelLamp,
+    LampChannels,
+)
+from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
+from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
+from ..uw_spectral.lamps.lamp_path import fewer, gauss
+from ..uw_spectral.lamps.lamp_shadow import DISTANCES, PART_SIDE, SIDE, SOFT_SIDE
+from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField
+from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile
+from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
+from ..uw_spectral.lamps.soft_shadow import SoftMap
+from . import lamp_sources
+from .texture_atlas import number_image
+
+NAME = "UW Lamps"
+# Custom properties of the image.
+_PARTS, MEASURED_KEY, FROM_AIR_KEY = "uw_parts", "uw_measured", "uw_from_air"
+VIRTUAL_KEY, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
+QUADRATURES = (PATH_NODES, MORE_NODES, fewer(PATH_NODES), fewer(MORE_NODES))
+_NUMBERS = sum(QUADRATURES)  # first column after them
+EXTENT, IN_WATER, ON_SURFACES, WIDE, SCALES = range(_NUMBERS, _NUMBERS + 5)
+POSITION, AXIS, FORM, COLOUR, SEEN, STANDS, DRY, FIRST_PART = range(8)
+PROFILE_ROW, PROJECTED_ROW = 1, 2  # rows of a block; its numbers are in the first
+MARGIN = 1
+SPREAD, SPREAD_ROWS = 1, LENGTHS + 2 * MARGIN
+PATCHES = ANGLES + 2 * MARGIN  # first column of the irradiance on patches
+_PROFILE_COLUMNS = PROFILE_ANGLES + 2 * MARGIN
+SHADOW = _PROFILE_COLUMNS  # first column of the map of shadows
+PART_COLUMNS = PART_SIDE + 2 * MARGIN
+SOFT = SHADOW + SIDE + 2 * MARGIN  # that of the maps of scattered light, side by side
+SOFT_COLUMNS = SOFT_SIDE + 2 * MARGIN
+_FLOATING_ROWS = FLOATING + 2 * MARGIN
+BESIDE = 3  # maps of parts of lit objects, in rows below those of scattered light
+_TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * MARGIN
+_WIDTH = max(
+    SAMPLES,
+    SCALES + 1,
+    SOFT + DISTANCES * SOFT_COLUMNS,
+    PATCHES + ON_PATCHES + 2 * MARGIN,
+    _FLOATING_ROWS,
+)
+_UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
+_LEAST_RADIUS = 1e-3  # m
+
+
+@dataclass(frozen=True, eq=False)
+class LampImages:
+    """What lamps are looked up in.
+
+    Attributes
+    ----------
+    numbers : Image
+        Of :func:`new_image`.
+    sources : Image
+        Of :func:`.lamp_sources.new_image`.
+    """
+
+    numbers: bpy.types.Image
+    sources: bpy.types.Image
+
+
+@dataclass(frozen=True)
+class LampRows:
+    """Rows of a lamp's block.
+
+    Of so many parts of the phase function, measured reflectances, bands that excite, and of the
+    table of what floats.
+    """
+
+    parts: int
+    measured: int
+    exciting: int
+    floating: int
+
+    @classmethod
+    def of(cls, image: bpy.types.Image) -> LampRows:
+        """Return those of an image of numbers."""
+        return cls(*(image[name] for name in (_PARTS, MEASURED_KEY, _EXCITING, _FLOATING)))
+
+    @property
+    def unscattered(self) -> int:
+        """First row of what is seen of the lamp itself."""
+        return PROJECTED_ROW + self.parts
+
+    @property
+    def in_water(self) -> int:
+        """First row of the bands for light in the water."""
+        return self.unscattered + 1
+
+    @property
+    def coloured(self) -> int:
+        """First row of those for light on objects of a colour."""
+        return self.in_water + BANDS
+
+    @property
+    def excited(self) -> int:
+        """First row of what excites fluorophores."""
+        return self.coloured + BANDS * (COLOURS + self.measured)
+
+    @property
+    def floats(self) -> int:
+        """First row of the light on what floats."""
+        return self.excited + self.exciting
+
+    @property
+    def tables(self) -> int:
+        """First row of blurred profiles and shadows."""
+        return self.floats + self.floating
+
+    @property
+    def all(self) -> int:
+        """Rows of a block."""
+        return self.tables + _TABLE_ROWS
+
+
+def new_images(
+    lamps: int,
+    profiles: int,
+    parts: int,
+    measured: int = 0,
+    virtual: int = 0,
+    *,
+    from_air: bool = False,
+    exciting: bool = False,
+    in_clouds: bool = False,
+) -> LampImages:
+    """Make the images of so many lamps, which are dark.
+
+    Parameters
+    ----------
+    lamps : int
+        Those that stand for objects included.
+    profiles : int
+        That these may have.
+    parts : int
+        Of the phase function.
+    measured : int
+        Measured reflectances of objects.
+    virtual : int
+        How many of the lamps stand for objects; they come last.
+    from_air : bool
+        Whether some may shine into the water from above.
+    exciting : bool
+        Whether their light excites fluorophores.
+    in_clouds : bool
+        Whether there are clouds that scatter it.
+    """
+    excited, floating = BANDS * exciting, _FLOATING_ROWS * in_clouds
+    height = SPREAD + SPREAD_ROWS + LampRows(parts, measured, excited, floating).all * lamps
+    image = number_image(NAME, _WIDTH, height)
+    image.use_half_precision = False  # numbers keep their digits
+    image[_PARTS], image[MEASURED_KEY], image[FROM_AIR_KEY] = parts, measured, from_air
+    image[VIRTUAL_KEY], image[_EXCITING], image[_FLOATING] = virtual, excited, floating
+    return LampImages(image, lamp_sources.new_image(profiles))
+
+
+def write_lamps(
+    images: LampImages, projected: LampChannels, colours: Sequence[Sequence[float]]
+) -> None:
+    """Put lamps and their water into images of their size.
+
+    Parameters
+    ----------
+    colours : sequence of 3
+        Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
+    """
+    profiles = list(dict.fromkeys(lamp.profile for lamp in projected.lamps))
+    lamp_sources.write(images.sources, *_fields(projected), profiles)
+    image = images.numbers
+    image.pixels.foreach_set(np.ravel(_pixels(image.size, projected, colours, profiles)))
+    image.update()
+
+
+def _pixels(
+    size: Sequence[int],
+    projected: LampChannels,
+    colours: Sequence[Sequence[float]],
+    profiles: Sequence[LampProfile],
+) -> NDArray[np.float32]:
+    width, height = size
+    out = np.zeros((height, width, 4), np.float32)
+    out[..., 3] = 1.0
+    row = np.concatenate([np.transpose(gauss(count)) for count in QUADRATURES])
+    in_water, on_surfaces = projected.in_water, projected.on_surfaces
+    out[0, : len(row), :2] = row
+    out[0, EXTENT, :2] = projected.stretch, in_water.reach
+    out[0, SCALES, :2] = [field.harmonics.scale for field in _fields(projected)]
+    out[0, IN_WATER, :3], out[0, ON_SURFACES, :3] = in_water.b, on_surfaces.b
+    out[0, WIDE, :3] = in_water.wide
+    in_spread, on_spread = in_water.spread, on_surfaces.spread
+    assert isinstance(in_spread, WaterSpread)
+    assert isinstance(on_spread, WaterSpread)
+    _put(out[SPREAD:], 0, in_spread.narrow.values)
+    _put(out[SPREAD:], PATCHES, on_spread.on_patches.values)
+    first = SPREAD + SPREAD_ROWS
+    floating = _FLOATING_ROWS * projected.floats
+    rows = LampRows(projected.parts, projected.measured, BANDS * projected.excites, floating)
+    for index, (lamp, tables) in enumerate(zip(projected.lamps, projected.projected, strict=True)):
+        block = out[first + rows.all * index :][: rows.all]
+        _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
+        _put(block[rows.tables :], 0, on_spread.profile(lamp.profile).values)
+        if lamp.shadow is not None:
+            assert isinstance(lamp.shadow, ValueGrid)
+            _put(block[rows.tables :], SHADOW, lamp.shadow.values)
+        if projected.floats:
+            _put(block[rows.floats :], 0, tables.floating)
+        for place, part in enumerate(lamp.known_parts):
+            if part.shadow is not None:
+                assert isinstance(part.shadow, ValueGrid)
+                down, across = divmod(place, BESIDE)
+                row, column = (PART_COLUMNS * x for x in (down, across))
+                row += rows.tables + SOFT_COLUMNS
+                _put(block[row:], SOFT + column, part.shadow.values)
+        soft = _UNHIDDEN if lamp.soft is None else lamp.soft
+        assert isinstance(soft, SoftMap)
+        for place, layer in enumerate(soft.values):
+            _put(block[rows.tables :], SOFT + place * SOFT_COLUMNS, layer)
+    return out
+
+
+def _fields(projected: LampChannels) -> tuple[LampField, LampField]:
+    in_water, on_surfaces = projected.in_water.field, projected.on_surfaces.field
+    assert isinstance(in_water, LampField)
+    assert isinstance(on_surfaces, LampField)
+    return in_water, on_surfaces
+
+
+def _put_lamp(
+    block: NDArray[np.float32],
+    lamp: Lamp,
+    projected: ChannelLamp,
+    colour: Sequence[float],
+    source: int,
+) -> None:
+    edge = NO_EDGE if lamp.profile.edge is None else lamp.profile.edge
+    numbers = block[0]
+    numbers[POSITION, :3], numbers[AXIS, :3] = lamp.position, lamp.axis
+    numbers[FORM, :3] = lamp.radius, edge, source
+    unblocked = max(lamp.virtual, lamp.unblocked)
+    numbers[COLOUR, :3], numbers[SEEN, :3] = colour, (lamp.seen, lamp.virtual, unblocked)
+    numbers[STANDS, :3], numbers[DRY, 0] = lamp.own_place, lamp.dry
+    for index, part in enumerate(lamp.known_parts):
+        place = FIRST_PART + 3 * index
+        numbers[place, :3], numbers[place + 2, :3] = part.position, part.fraction
+        # One texel has both: a direction has no length.
+        numbers[place + 1, :3] = np.array(part.axis) * max(float(part.radius), _LEAST_RADIUS)
+    block[PROFILE_ROW, :SAMPLES, 0] = lamp.profile.sampled(SAMPLES)
+    coloured = projected.coloured.reshape(-1, SAMPLES, 3)
+    tables = [
+        projected.scattered, projected.unscattered[None], projected.in_water, coloured,
+        projected.exciting,
+    ]  # fmt: skip
+    rows = np.concatenate(tables)
+    block[PROJECTED_ROW : PROJECTED_ROW + len(rows), :SAMPLES, :3] = rows
+
+
+def _put(out: NDArray[np.float32], column: int, values: NDArray[np.float64]) -> None:
+    """Lay a table of one number or three into the image, with its margin."""
+    padded = np.pad(values, ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0)), mode="edge")
+    rows, columns, count = padded.shape
+    out[:rows, column : column + columns, :count] = padded
