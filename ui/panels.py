@@ -58,7 +58,7 @@ class MainPanel(Panel, bpy.types.Panel):
         from ..scene.engines import transparent_film
         from ..scene.materials import own_water
         from ..scene.readers.cameras import camera_of
-        from ..scene.viewport import live
+        from ..scene.viewport import live, preview_depths
 
         layout, scene = self.layout, context.scene
         column = layout.column()
@@ -89,7 +89,7 @@ class MainPanel(Panel, bpy.types.Panel):
         problem = live.problem(scene)
         if problem:
             say(layout, problem, "ERROR")
-        depth = live.camera_depth(scene)
+        depth = preview_depths.camera_depth(scene)
         # Add Water lowers a dry scene itself.
         if is_live(scene) and depth is not None and depth <= 0:
             say(layout, "The camera looks at the water from above.", "INFO")

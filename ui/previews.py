@@ -251,7 +251,7 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
 
 
 def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
-    from ..scene.viewport import live
+    from ..scene.viewport import preview_depths
     from . import property_group
 
     try:
@@ -259,7 +259,7 @@ def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
     except InputError:
         return None
     chosen = chosen.in_mode(property_group.job(scene).mode)
-    return chosen, live.preview_depth(scene, chosen)
+    return chosen, preview_depths.preview_depth(scene, chosen)
 
 
 def _settings_error(scene: bpy.types.Scene) -> str:

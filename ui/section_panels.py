@@ -298,9 +298,9 @@ def draw_water(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 
 def draw_depth(column: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Draw where the camera is."""
-    from ..scene.viewport import live
+    from ..scene.viewport import preview_depths
 
-    depth = live.camera_depth(context.scene)
+    depth = preview_depths.camera_depth(context.scene)
     if depth is None:
         column.label(text="No camera", icon="ERROR")
     elif depth > 0:

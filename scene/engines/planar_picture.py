@@ -24,7 +24,7 @@ from ...uw_spectral.transfer.water_column import WAVES
 from ..readers import cameras, mirrored_eye
 from ..readers.filled_view import filled_view
 from ..readers.mirrored_eye import MirroredEye
-from ..water import moving_surface, realtime
+from ..water import moving_surface, planar_views, realtime
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
 from .eevee_layers import depth_map
@@ -87,7 +87,7 @@ class PlanarPictures:
     def _show_window(self, plan: RenderPlan, water: RealtimeWater) -> None:
         eye = self.window_eye(plan)
         if eye is None:
-            realtime.hide_window(self._scene)
+            planar_views.hide_window(self._scene)
             return
         realtime.set_values(self._scene, water)
         with (
@@ -95,17 +95,17 @@ class PlanarPictures:
             tempfile.TemporaryDirectory() as folder,
         ):
             path = Path(folder, "window.exr")
-            realtime.look_into_air(self._scene, water, eye.view)
+            planar_views.look_into_air(self._scene, water, eye.view)
             write_float_exr(self._scene, path, alpha=True)
             pixels, names = read_exr(path)
             picture = pixels[..., [names.index(name) for name in "RGBA"]]
             nearness = self._nearness(eye, path) if water.shape.waves else None
-        realtime.show_window(self._scene, eye.view, picture, nearness)
+        planar_views.show_window(self._scene, eye.view, picture, nearness)
 
     def _show_mirrored(self, plan: RenderPlan, water: RealtimeWater) -> None:
         eye = self.eye(plan)
         if eye is None:
-            realtime.hide_mirrored(self._scene)
+            planar_views.hide_mirrored(self._scene)
             return
         realtime.set_values(self._scene, water)
         with (
@@ -113,11 +113,11 @@ class PlanarPictures:
             tempfile.TemporaryDirectory() as folder,
         ):
             path = Path(folder, "mirrored.exr")
-            realtime.look_from_mirror(self._scene, water, self._buffer(camera, water))
+            planar_views.look_from_mirror(self._scene, water, self._buffer(camera, water))
             write_float_exr(self._scene, path)
             picture = read_exr(path)[0][..., :3]
             nearness = self._nearness(eye, path) if water.shape.waves else None
-        realtime.show_mirrored(self._scene, eye.view, picture, nearness)
+        planar_views.show_mirrored(self._scene, eye.view, picture, nearness)
 
     def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
         kind = int(eye.towards_surface)

@@ -8,7 +8,7 @@ from ...settings.scene_settings import BY_PICTURE
 from .. import stored_lamps, stored_settings
 from ..readers.shown_lamps import ShownLamp, is_lamp, shown_lamps
 from ..water.water_body import scene_reach
-from . import live, submerging
+from . import preview_depths, submerging
 
 _SETTINGS = {
     "surface": "waves",
@@ -27,7 +27,7 @@ _DEEPEST_FLOOR = 60.0
 
 def is_dry(scene: bpy.types.Scene) -> bool:
     """Whether a scene was not built for a water surface at z = 0: camera and objects are above."""
-    depth = live.camera_depth(scene)
+    depth = preview_depths.camera_depth(scene)
     return depth is not None and depth <= 0.0 and scene_reach(scene).lowest < _DRY
 
 
@@ -56,7 +56,7 @@ def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
         What could not be lowered, one line each.
     """
     notes = []
-    above = live.camera_depth(scene)
+    above = preview_depths.camera_depth(scene)
     if depth is not None and above is not None and is_dry(scene):
         leave_lamps_in_air(scene)
         notes = submerging.lower(scene, depth - above)
@@ -65,7 +65,7 @@ def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
     group = getattr(scene, stored_settings.PROPERTY)
     for name, value in _SETTINGS.items():
         setattr(group, name, value)
-    reach, camera = scene_reach(scene), live.camera_depth(scene)
+    reach, camera = scene_reach(scene), preview_depths.camera_depth(scene)
     lowest = round(reach.lowest, 3)
     under = camera is not None and 0.0 < camera < lowest < _DEEPEST_FLOOR
     if under and reach.radius < _OWN_GROUND:

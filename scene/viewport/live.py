@@ -38,11 +38,10 @@ from ..water.eevee_water import Eye, eevee_water
 from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
 from . import saved_settings
+from .preview_depths import camera_depth, preview_depth
 
 _FEW_BANDS = 8  # while settings change
 
-NOMINAL_DEPTH = 1.0
-"""Depth in m that the preview assumes while no camera is under water."""
 
 _SHOWN, _STALE = "shown", "stale"
 _STOPS, _KINDS, _ROAM, _BUILD = "stops", "kinds", "roam", "build"
@@ -358,33 +357,6 @@ def suspended(scene: bpy.types.Scene) -> Iterator[None]:
 def refresh_materials() -> None:
     """Follow colours of the user's materials, which were edited or animated."""
     wet_trees.refresh()
-
-
-def camera_depth(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None
-) -> float | None:
-    """Depth of the scene's camera in m, negative above the water; None without a camera."""
-    camera = cameras.camera_of(scene)
-    if camera is None:
-        return None
-    if depsgraph is not None:
-        camera = camera.evaluated_get(depsgraph)
-    return -camera.matrix_world.translation.z
-
-
-def preview_depth(
-    scene: bpy.types.Scene,
-    chosen: SceneSettings,
-    depsgraph: bpy.types.Depsgraph | None = None,
-) -> float:
-    """Depth in m that the water is computed for: the camera's, or a nominal one."""
-    if scene.camera is not None:
-        cameras.require_usable(scene.camera, scene.camera.matrix_world)
-    depth = camera_depth(scene, depsgraph)
-    depth = NOMINAL_DEPTH if depth is None else max(depth, 0.0)
-    floor = chosen.floor_depth or math.inf
-    # Above the floor, whatever the camera does.
-    return float(f"{min(depth, 0.999 * floor):.6g}")
 
 
 def _roam(extent: WaterExtent, column: WaterColumn) -> float:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ...node_groups import (
     realtime_adjacency,
     realtime_clouds,
-    realtime_lamps,
     realtime_occlusion,
     realtime_values,
     realtime_volume,
@@ -25,8 +24,8 @@ from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_o
 from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
-from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns, least_pattern
-from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
+from ...uw_spectral.surface.wave_patterns import WavePatterns, least_pattern
+from ...uw_spectral.transfer.above_water import light_in_air
 from ...uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from ...uw_spectral.transfer.channel_pixel import along_rays
 from ...uw_spectral.transfer.channel_tables import ChannelTables
@@ -39,8 +38,8 @@ from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase
 from ...uw_spectral.water.phase_functions import HenyeyGreenstein
-from ..readers.frame_inputs import FrameInputs, ViewFromAir
-from ..readers.lamps import SceneLamps
+from ..readers.frame_inputs import FrameInputs
+from .frame_numbers import in_air_numbers, lamp_numbers, view_numbers, wave_numbers
 from .particles import SceneParticles
 
 FLOOR = ""
@@ -57,7 +56,7 @@ _SIDES = 4
 _SHAFT_OPACITY = 0.02
 # Intensity of the lamps that cast shadows: what they add to the sun's light on an object is this
 # fraction of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
-_FAINT_FRACTION, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
+FAINT_FRACTION, FAINTEST, BRIGHTEST = 1e-3, 2e-5, 2e-3
 
 
 @dataclass(frozen=True)
@@ -298,15 +297,15 @@ class RealtimeWater:
             channels |= {name: getattr(light, key) for key, name in named.items()}
         if self.inputs.above is not None or shape.window:
             in_air = light_in_air(column, self.field)
-            channels |= _in_air(self.channels, in_air)
+            channels |= in_air_numbers(self.channels, in_air)
             single[realtime_values.MIRRORED_FRACTION] = float(in_air.mirrored)
             single[realtime_values.MIRRORED_SUN] = float(in_air.sun_mirrored)
         if self.inputs.above is not None:
-            single |= _of_view(self.inputs.above, column)
+            single |= view_numbers(self.inputs.above, column)
         if shape.window:
             single[realtime_values.THROUGH] = 0.0
         if self.around_lamps is not None:
-            single |= _of_lamps(self.inputs.lamps, column, self.phase, self.depth)
+            single |= lamp_numbers(self.inputs.lamps, column, self.phase, self.depth)
         if self.waves is not None and self.contrast is not None:
             # Where light falls from the brightest to nothing, no band may fall below it.
             single[realtime_values.LEAST_PATTERN] = least_pattern(self.contrast)
@@ -350,60 +349,6 @@ class RealtimeWater:
             numbers = cloud_numbers(cloud, self.field, self.channels, away, lit, lamps)
             found.append(replace(numbers, kind=float(phases.index(cloud.matter.phase))))
         return found
-
-
-def _in_air(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
-    """Return sun and sky in the air, on colours and alone, and light that colours emit."""
-    found = {
-        realtime_values.SUN_LEVEL: channels.project(light.sun),
-        realtime_values.SKY_LEVEL: channels.project(light.level),
-    }
-    for names, columns in (
-        (realtime_values.SUN_ABOVE, channels.project_colours(light.sun)),
-        (realtime_values.SKY_ABOVE, channels.project_colours(light.sky)),
-        (realtime_values.WATER_ABOVE, channels.project_colours(light.leaving)),
-        (realtime_values.GLOW_ABOVE, channels.project(channels.emission.T).T),
-    ):
-        found |= dict(zip(names, columns.T, strict=True))
-    return found
-
-
-def _of_view(view: ViewFromAir, column: WaterColumn) -> dict[str, float]:
-    """Return what the node groups know of a view from the air."""
-    index = column.refractive_index if column.reflects else 1.0
-    sun = column.sun_direction.tolist()
-    if view.in_air:
-        sun = flattened_sun(sun, view.towards, index).tolist()
-    return {
-        realtime_values.IN_AIR: float(view.in_air),
-        realtime_values.RAY_INDEX: index,
-        **dict(zip(realtime_values.CAMERA, view.camera, strict=True)),
-        **dict(zip(realtime_values.DRAWN_SUN, sun, strict=True)),
-    }
-
-
-def wave_numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
-    """Return what the nodes need to look up the images of waves, by name."""
-    depths, raised = waves.layers.depths, waves.raised
-    far = {}
-    if raised is not None:
-        far = {
-            realtime_values.WAVES_FAR_PER_METRE: 1 / raised.far.tile,
-            realtime_values.WAVES_FAR_HALF_CELL: 0.5 / len(raised.far.elevation),
-            realtime_values.WAVES_HIGHEST: raised.highest,
-        }
-        if raised.foam is not None:
-            far |= {
-                realtime_values.FOAM_FIRST: raised.foam.first,
-                realtime_values.FOAM_PER_CROWDING: raised.foam.per_crowding,
-            }
-    return far | {
-        realtime_values.WAVES_PER_METRE: 1 / waves.layers.tile,
-        realtime_values.WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
-        realtime_values.WAVES_LOG_DEPTH: math.log(depths[0]),
-        realtime_values.WAVES_PER_LOG: (LAYERS - 1) / math.log(depths[-1] / depths[0]),
-        realtime_values.CAUSTIC_STRENGTH: strength,
-    }
 
 
 def realtime_water(
@@ -476,17 +421,6 @@ def _around_lamps(column: WaterColumn, phase: BandPhase, depth: float) -> LampWa
     here = column.layer_at(depth, phase)
     alike = here.phase.components == phase.components
     return lamp_water(here.absorption, here.scattering, here.phase if alike else phase)
-
-
-def _of_lamps(
-    lamps: SceneLamps, column: WaterColumn, phase: BandPhase, depth: float
-) -> dict[str, float]:
-    """Return the numbers of lamps in water of a depth that are the same in every band."""
-    sun = float(np.mean(column.Ed(depth, phase)))
-    brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
-    sunlit = bool(np.any(column.sun_irradiance > 0))
-    code = min(max(_FAINT_FRACTION * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
-    return dict(zip(realtime_lamps.NUMBERS, (float(sunlit), code), strict=True))
 
 
 def _shaft_range(water: RealtimeWater) -> ShaftRange:

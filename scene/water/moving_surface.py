@@ -19,7 +19,8 @@ from .. import marks
 from ..raised_limits import raised_limits
 from ..readers import cameras, waterline
 from . import cycles_water, raised_surface
-from .frame_water import RealtimeWater, wave_numbers
+from .frame_numbers import wave_numbers
+from .frame_water import RealtimeWater
 
 
 def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:

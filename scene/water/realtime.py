@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ...node_groups import (
     cloud_grids,
@@ -32,14 +31,12 @@ from ...node_groups import (
     realtime_waves,
     uplift,
 )
-from ...node_groups.realtime_values import PORT, Numbers
+from ...node_groups.realtime_values import PORT
 from ...node_groups.realtime_water import Sources, exciting_layout, layout_of
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.lamps.grouping import grouped
 from ...uw_spectral.lamps.lamp_projection import project_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
-from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
-from ...uw_spectral.surface.reflected_view import ReflectedView
 from .. import contents, marks
 from ..materials import (
     above_water_culling,
@@ -57,13 +54,13 @@ from . import cloud_volumes, giving_back, particles, refraction_displacement, sc
 from .frame_water import FLOOR, LONGEST_SHAFT, RealtimeWater
 from .water_body import WaterExtent, box
 
-_VALUES = "uw_values"
+VALUES = "uw_values"
 _OWNER = "uw_owner"
 _TABLE = "uw_table"
 _OCCLUSION = "uw_shade"
-_ADJACENCY = "uw_cover"
+ADJACENCY = "uw_cover"
 _LAMPS, _SOURCES = "uw_lamps", "uw_lamp_sources"
-_DISPLACEMENT, _MIRRORED, _WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
+_DISPLACEMENT, MIRRORED, WINDOW = "uw_apparent", "uw_mirrored", "uw_window"
 _EXCITING, _CLOUDS, _GRIDS = "uw_exciting", "uw_clouds", "uw_cloud_grids"
 _GRID_LAMPS = "uw_cloud_lamps"
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
@@ -182,7 +179,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         floor,
         objects,
         images,
-        {_VALUES: values, marks.SURFACE: surface}
+        {VALUES: values, marks.SURFACE: surface}
         | {
             name: image
             for name, image in (
@@ -190,12 +187,12 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
                 (marks.NATIVE, native),
                 (_FILTER, clear),
                 (_OCCLUSION, occlusion),
-                (_ADJACENCY, buffer),
+                (ADJACENCY, buffer),
                 (_LAMPS, lit and lit.numbers),
                 (_SOURCES, lit and lit.sources),
                 (_DISPLACEMENT, apparent),
-                (_MIRRORED, mirrored),
-                (_WINDOW, window),
+                (MIRRORED, mirrored),
+                (WINDOW, window),
                 (_EXCITING, exciting),
                 (_CLOUDS, floating),
                 (_GRIDS, grids),
@@ -260,7 +257,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     InputError
         If the scene has no real-time water, or water of another shape.
     """
-    values = marks.part(scene, _VALUES)
+    values = marks.part(scene, VALUES)
     if values is None:
         raise InputError(f"scene {scene.name!r} has no real-time water; add it first")
     if values[realtime_values.SHAPE] != repr(water.shape):
@@ -274,7 +271,7 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     if water.inputs.occlusion is not None:
         realtime_occlusion.write_table(marks.part(scene, _OCCLUSION), water.inputs.occlusion)
     if water.inputs.buffer is not None:
-        realtime_adjacency.write_adjacency(marks.part(scene, _ADJACENCY), water.adjacency)
+        realtime_adjacency.write_adjacency(marks.part(scene, ADJACENCY), water.adjacency)
     if water.shape.clouds:
         realtime_clouds.write_clouds(marks.part(scene, _CLOUDS), water.clouds)
     if water.shape.grids:
@@ -314,84 +311,9 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
             item.data.volume_factor = of_volume
 
 
-def look_from_mirror(
-    scene: bpy.types.Scene, water: RealtimeWater, buffer: VisibilityBuffer | None
-) -> None:
-    """Give the water what differs for an eye at the camera's mirror image, until its next values.
-
-    Shafts are not drawn for it: what they would draw counts as unshadowed.
-    """
-    values = marks.part(scene, _VALUES)
-    single = {realtime_values.SHAFT_END: 0.0}
-    if buffer is not None:
-        single |= realtime_adjacency.FIELDS.numbers(buffer.view)
-        realtime_adjacency.write_adjacency(
-            marks.part(scene, _ADJACENCY), water.adjacency_of(buffer)
-        )
-    realtime_values.write(values, Numbers({}, single))
-
-
-def show_mirrored(
-    scene: bpy.types.Scene,
-    view: ReflectedView,
-    picture: NDArray[np.float32],
-    nearness: NDArray[np.float32] | None,
-) -> None:
-    """Let the surface mirror a picture, see :func:`.realtime_reflected_view.write_picture`."""
-    realtime_reflected_view.write_picture(marks.part(scene, _MIRRORED), picture, nearness)
-    _place_mirrored(scene, view)
-
-
-def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
-    """Let the scene show what is above the water, to an eye in it, until its next values.
-
-    The sun is that of the air; shadows fall as if objects were where they seem to be.
-    """
-    numbers = {
-        realtime_values.THROUGH: 1.0,
-        **dict(zip(realtime_values.CAMERA, view.eye, strict=True)),
-    }
-    realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
-    for item in marks.objects(scene):
-        if item.get(marks.IS_SUN):
-            scene_water.turn(item, water.column.skylight.sun)
-
-
-def show_window(
-    scene: bpy.types.Scene,
-    view: ReflectedView,
-    picture: NDArray[np.float32],
-    nearness: NDArray[np.float32] | None,
-) -> None:
-    """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
-    image = marks.part(scene, _WINDOW)
-    realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
-    _place_window(scene, view)
-
-
-def hide_window(scene: bpy.types.Scene) -> None:
-    """Let the sky alone be seen through the surface."""
-    _place_window(scene, realtime_reflected_view.NO_VIEW)
-
-
-def _place_window(scene: bpy.types.Scene, view: ReflectedView) -> None:
-    numbers = realtime_refracted_view.FIELDS.numbers(view)
-    realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
-
-
-def hide_mirrored(scene: bpy.types.Scene) -> None:
-    """Let the surface mirror open water alone."""
-    _place_mirrored(scene, realtime_reflected_view.NO_VIEW)
-
-
-def _place_mirrored(scene: bpy.types.Scene, view: ReflectedView) -> None:
-    numbers = realtime_reflected_view.FIELDS.numbers(view)
-    realtime_values.write(marks.part(scene, _VALUES), Numbers({}, numbers))
-
-
 def keep_images(scene: bpy.types.Scene) -> None:
     """Pack what :func:`set_values` has drawn: a file that is saved then shows it without us."""
-    names = (_TABLE, _OCCLUSION, _ADJACENCY, _LAMPS, _EXCITING, _CLOUDS, _GRIDS, _GRID_LAMPS)
+    names = (_TABLE, _OCCLUSION, ADJACENCY, _LAMPS, _EXCITING, _CLOUDS, _GRIDS, _GRID_LAMPS)
     drawn = [marks.part(scene, name) for name in names]
     waves = marks.images(scene)
     for image in (*drawn, waves.caustics, waves.slopes):
@@ -481,7 +403,7 @@ def fits(scene: bpy.types.Scene, water: RealtimeWater) -> bool:
 
     A full copy of a scene still shows the water of the original, and needs its own.
     """
-    values = marks.part(scene, _VALUES)
+    values = marks.part(scene, VALUES)
     if values is None or values[realtime_values.SHAPE] != repr(water.shape):
         return False
     has_floor = marks.part(scene, marks.FLOOR) is not None

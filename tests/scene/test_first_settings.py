@@ -11,7 +11,7 @@ import pytest
 from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.scene.readers import lamps, view_tracing
-from underwater_spectral.scene.viewport import first_settings, live
+from underwater_spectral.scene.viewport import first_settings, preview_depths
 from underwater_spectral.scene.water import metering
 from underwater_spectral.settings.render_plan import plan_of
 from underwater_spectral.uw_spectral.spectra.colour_rendering import luminance, srgb_encode
@@ -36,12 +36,12 @@ def test_the_default_cube_is_lowered_lit_and_exposed(default_file):
     before = _places(scene)
     assert first_settings.is_dry(scene)
     first_settings.start(scene, 3.0)
-    assert live.camera_depth(scene) == pytest.approx(3.0)
+    assert preview_depths.camera_depth(scene) == pytest.approx(3.0)
     chosen = stored_settings.stored_settings(scene)
     assert (chosen.surface, chosen.exposure) == ("waves", "auto-picture")
     # The floor lies where the cube ends.
     assert chosen.floor_depth == pytest.approx(3.0 + before["Camera"][2] + 1.0, abs=2e-3)
-    plan, depth = plan_of(chosen), live.camera_depth(scene)
+    plan, depth = plan_of(chosen), preview_depths.camera_depth(scene)
     stops = metering.metered(scene, scene.camera, plan, depth, None)
     column = plan.column
     light = plan.viewpoint(depth).field

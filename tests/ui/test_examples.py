@@ -6,7 +6,7 @@ import bpy
 import pytest
 from underwater_spectral.examples.scenes import SCENES
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import live, preview_depths
 from underwater_spectral.ui import example_scenes
 
 
@@ -24,7 +24,7 @@ def test_an_example_is_a_wet_scene_of_its_own_and_is_undone():
     assert scene.name == "Pool Test Tank"
     assert is_live(scene)
     assert live.problem(scene) == ""
-    assert live.camera_depth(scene) == pytest.approx(1.3)
+    assert preview_depths.camera_depth(scene) == pytest.approx(1.3)
     assert scene.underwater.exposure == "auto-picture"
     assert {f"Target {d:g} m" for d in (2, 4, 6, 8, 10)} <= {o.name for o in scene.objects}
     assert first in bpy.data.scenes
@@ -46,6 +46,6 @@ def test_examples_choose_their_cameras_and_settings(name, monkeypatch):
     assert scene.camera.name == example.camera
     for setting, value in example.settings.items():
         assert getattr(scene.underwater, setting) == pytest.approx(value)
-    assert live.camera_depth(scene) > 0
+    assert preview_depths.camera_depth(scene) > 0
     assert any(o.type == "LIGHT" for o in scene.objects) == bool(example.rig)
     assert not others & set(scene.objects)

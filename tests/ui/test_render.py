@@ -18,7 +18,7 @@ from underwater_spectral.scene.engines.exr_output import write_float_exr
 from underwater_spectral.scene.readers.external_files import external_files
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import live, preview_depths
 from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import previews, shown_pictures
@@ -346,7 +346,7 @@ def test_add_submerge_remove_with_undo(tmp_path):
     bpy.ops.ed.undo_push(message="start")
     assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
     assert bpy.ops.underwater.submerge("EXEC_DEFAULT", True, depth=4.0) == {"FINISHED"}
-    assert live.camera_depth(bpy.context.scene) == pytest.approx(4.0)
+    assert preview_depths.camera_depth(bpy.context.scene) == pytest.approx(4.0)
     assert live.problem(bpy.context.scene) == ""
     bpy.ops.ed.undo()
     bpy.ops.ed.undo()
