@@ -18,7 +18,10 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase
 from ..readers.frame_inputs import ViewFromAir
 from ..readers.lamps import SceneLamps
-from .frame_water import BRIGHTEST, FAINT_FRACTION, FAINTEST
+
+# Intensity of the lamps that cast shadows: what they add to the sun's light on an object is this
+# fraction of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
+_FAINT_FRACTION, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
 
 
 def in_air_numbers(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
@@ -82,5 +85,5 @@ def lamp_numbers(
     sun = float(np.mean(column.Ed(depth, phase)))
     brightest = max(float(np.mean(lamp.intensity)) for lamp in lamps.lamps)
     sunlit = bool(np.any(column.sun_irradiance > 0))
-    code = min(max(FAINT_FRACTION * brightest / sun, FAINTEST), BRIGHTEST) if sun > 0 else 1.0
+    code = min(max(_FAINT_FRACTION * brightest / sun, _FAINTEST), _BRIGHTEST) if sun > 0 else 1.0
     return dict(zip(realtime_lamps.NUMBERS, (float(sunlit), code), strict=True))

@@ -54,9 +54,6 @@ _SIDES = 4
 # Share by which the volume may dim what is behind it; below, the rounding of its
 # transmittance costs more light than that (8 to 14 % at 0.003, 4 to 6 % at 0.02).
 _SHAFT_OPACITY = 0.02
-# Intensity of the lamps that cast shadows: what they add to the sun's light on an object is this
-# fraction of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
-FAINT_FRACTION, FAINTEST, BRIGHTEST = 1e-3, 2e-5, 2e-3
 
 
 @dataclass(frozen=True)
