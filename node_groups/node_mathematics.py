@@ -117,20 +117,21 @@ class Graph:
         """Return what multiplies and adds in one node, if an operand is a product not yet made."""
         if name not in {"ADD", "SUBTRACT"}:
             return None
-        x, y = operands
-        if self._is_product(x) and (name == "ADD" or not isinstance(y, NodeValue)):
-            return (*x.factors, y if name == "ADD" else -y)
-        if not self._is_product(y):
+        (x, y), (of_x, of_y) = operands, map(self._factors, operands)
+        if of_x and (name == "ADD" or not isinstance(y, NodeValue)):
+            return (*of_x, y if name == "ADD" else -y)
+        if not of_y:
             return None
-        one, other = y.factors
+        one, other = of_y
         if name == "ADD":
             return one, other, x
         return None if isinstance(other, NodeValue) else (one, -other, x)
 
-    def _is_product(self, x: NodeValue | float) -> bool:
-        if not isinstance(x, NodeValue) or not x.factors:
-            return False
-        return _key("MULTIPLY", x.factors) not in self._made
+    def _factors(self, x: NodeValue | float) -> tuple[NodeValue | float, ...]:
+        """Return those of a product not yet made."""
+        if not isinstance(x, NodeValue) or _key("MULTIPLY", x.factors) in self._made:
+            return ()
+        return x.factors
 
     def _operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         key = _key(name, operands)
