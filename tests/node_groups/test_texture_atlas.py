@@ -71,6 +71,25 @@ def test_tables_are_looked_up_linearly(engine, size, tmp_path):
         assert np.abs(seen - wanted).max() < 2e-3 + 1e-3 * max(columns, rows)
 
 
+@pytest.mark.parametrize("tiled", [False, True])
+def test_tiles_begin_anew_beyond_their_edges(tiled, tmp_path):
+    image = texture_atlas.number_image("Tile", 4, 2)
+    image.use_half_precision = False
+    row = np.array([0.1, 0.5, 0.2, 0.9])
+    table = np.ones((2, 4, 4), np.float32)
+    table[..., :3] = row[None, :, None]
+    image.pixels.foreach_set(table.ravel())
+
+    def look_up(graph, x, y):
+        # From the middle of the texel before the first to the middle of the last.
+        found = texture_atlas.texel(graph, image, x * 4.0 - 1.0, y, 4, 2, tiled=tiled)
+        return graph.vector(graph.components(found)[0], x, y)
+
+    seen, x, _ = np.moveaxis(_drawn("CYCLES", look_up, tmp_path / "a.exr"), -1, 0)
+    wanted = np.interp(4.0 * x - 1.0, np.arange(-1, 4), [row[-1] if tiled else row[0], *row])
+    np.testing.assert_allclose(seen, wanted, atol=1e-4)
+
+
 def test_single_texels_of_tables_keep_their_digits(tmp_path):
     image = texture_atlas.number_image("Table", 5, 3)
     image.use_half_precision = False
