@@ -26,12 +26,7 @@ from ..uw_spectral.lamps.angular_spread import (
     WaterSpread,
 )
 from ..uw_spectral.lamps.lamp import Lamp
-from ..uw_spectral.lamps.lamp_channels import (
-    COLOURS,
-    FLOATING,
-    ChannelLamp,
-    LampChannels,
-)
+from ..uw_spectral.lamps.lamp_channels import COLOURS, FLOATING, ChannelLamp, LampChannels
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import NODES as PATH_NODES
 from ..uw_spectral.lamps.lamp_path import fewer, gauss
@@ -81,7 +76,7 @@ class LampImages:
     Attributes
     ----------
     numbers : Image
-        Of :func:`new_image`.
+        Of :func:`new_images`.
     sources : Image
         Of :func:`.lamp_sources.new_image`.
     """
@@ -193,7 +188,7 @@ def write_lamps(
     Parameters
     ----------
     colours : sequence of 3
-        Of the lamps that cast the shadows of each; :data:`NO_SHADOW` where nothing is in the way.
+        Of the lamps that cast the shadows of each; :data:`.NO_SHADOW` where nothing is in the way.
     """
     profiles = list(dict.fromkeys(lamp.profile for lamp in projected.lamps))
     lamp_sources.write(images.sources, *_fields(projected), profiles)

@@ -9,12 +9,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..uw_spectral.lamps.lamp import Lamp, LitPart
-from ..uw_spectral.lamps.lamp_channels import (
-    COLOURS,
-    ChannelLight,
-    SurfaceLight,
-    place_of_length,
-)
+from ..uw_spectral.lamps.lamp_channels import COLOURS, ChannelLight, SurfaceLight, place_of_length
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import Quadrature, fewer
 from ..uw_spectral.lamps.lamp_shadow import DISTANCES
@@ -27,12 +22,12 @@ from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import lamp_images as layout
 from . import lamp_sources
 from .lamp_images import LampImages, LampRows
-from .loops import followed, summed
+from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import closest, texel
 
 
-def first_of(nodes: int) -> float:
+def _first_of(nodes: int) -> float:
     """Column of the first place of a quadrature."""
     return float(sum(layout.QUADRATURES[: layout.QUADRATURES.index(nodes)]))
 
@@ -72,7 +67,7 @@ class _ImageRow:
 
 
 def _between(graph: Graph, image: bpy.types.Image, place: NodeValue, row: NodeValue) -> NodeValue:
-    """Interpolate between the samples of a row: two single texels are cheaper than a linear one."""
+    """Interpolate between the samples of a row, of which only nodes know that it is a whole one."""
     held = NODES.minimum(place, SAMPLES - 1.001)
     below = graph.operation("FLOOR", (held,))
     one, other = (closest(graph, image, column, row) for column in (below, below + 1.0))
@@ -90,11 +85,7 @@ class _ImageGrid:
 
     def at(self, column: Operand, row: Operand) -> NodeValue:
         h, v = self.column + layout.MARGIN + column, self.row + layout.MARGIN + row
-        if isinstance(h, NodeValue):
-            return texel(self.graph, self.image, h, v, *self.image.size)
-        below = self.graph.operation("FLOOR", (v,))
-        one, other = (closest(self.graph, self.image, h, place) for place in (below, below + 1.0))
-        return one + (other - one) * (v - below)
+        return texel(self.graph, self.image, h, v, *self.image.size)
 
 
 class _ImageShadow(_ImageGrid):
@@ -169,11 +160,10 @@ class _ImageParts:
     virtual: NodeValue
 
     def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
-        def of_part(number: NodeValue, _: NodeValue) -> tuple[NodeValue, Sequence[NodeValue]]:
-            first, *others = terms(self.table.part(self.index, number))
-            return first, others
+        def of_part(number: NodeValue) -> tuple[NodeValue, ...]:
+            return terms(self.table.part(self.index, number))
 
-        return followed(self.table.graph, PARTS, of_part, self.virtual)
+        return summed(self.table.graph, self.virtual * float(PARTS), of_part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,7 +273,7 @@ class LampTable:
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
     ) -> tuple[NodeValue, ...]:
         """Add up terms of the places of a quadrature, as :func:`.gauss_sum` does."""
-        return self._integrated(first_of(count), count, term)
+        return self._integrated(_first_of(count), count, term)
 
     def nodes_for(self, lamp: Lamp) -> Quadrature:
         """Return what adds up terms along rays past a lamp, as :func:`.nodes_for` does."""
@@ -294,7 +284,7 @@ class LampTable:
             count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
         ) -> tuple[NodeValue, ...]:
             few, many = (float(n) for n in (fewer(count), count))
-            first = NODES.select(lamp.virtual, first_of(fewer(count)), first_of(count))
+            first = NODES.select(lamp.virtual, _first_of(fewer(count)), _first_of(count))
             return self._integrated(first, NODES.select(lamp.virtual, few, many), term)
 
         return integrate

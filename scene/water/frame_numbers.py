@@ -7,10 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import (
-    realtime_lamps,
-    realtime_values,
-)
+from ...node_groups import realtime_lamps, realtime_values
 from ...uw_spectral.surface.wave_patterns import LAYERS, WavePatterns
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun
 from ...uw_spectral.transfer.channels import Channels

@@ -13,6 +13,7 @@ from ...node_groups import (
     realtime_values,
 )
 from ...node_groups.realtime_values import Numbers
+from ...node_groups.value_fields import ValueFields
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.surface.reflected_view import ReflectedView
 from .. import marks
@@ -44,7 +45,7 @@ def show_mirrored(
 ) -> None:
     """Let the surface mirror a picture, see :func:`.realtime_reflected_view.write_picture`."""
     realtime_reflected_view.write_picture(marks.part(scene, MIRRORED), picture, nearness)
-    _place_mirrored(scene, view)
+    _place(scene, realtime_reflected_view.FIELDS, view)
 
 
 def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
@@ -71,24 +72,18 @@ def show_window(
     """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
     image = marks.part(scene, WINDOW)
     realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
-    _place_window(scene, view)
+    _place(scene, realtime_refracted_view.FIELDS, view)
 
 
 def hide_window(scene: bpy.types.Scene) -> None:
     """Let the sky alone be seen through the surface."""
-    _place_window(scene, realtime_reflected_view.NO_VIEW)
-
-
-def _place_window(scene: bpy.types.Scene, view: ReflectedView) -> None:
-    numbers = realtime_refracted_view.FIELDS.numbers(view)
-    realtime_values.write(marks.part(scene, VALUES), Numbers({}, numbers))
+    _place(scene, realtime_refracted_view.FIELDS, realtime_reflected_view.NO_VIEW)
 
 
 def hide_mirrored(scene: bpy.types.Scene) -> None:
     """Let the surface mirror open water alone."""
-    _place_mirrored(scene, realtime_reflected_view.NO_VIEW)
+    _place(scene, realtime_reflected_view.FIELDS, realtime_reflected_view.NO_VIEW)
 
 
-def _place_mirrored(scene: bpy.types.Scene, view: ReflectedView) -> None:
-    numbers = realtime_reflected_view.FIELDS.numbers(view)
-    realtime_values.write(marks.part(scene, VALUES), Numbers({}, numbers))
+def _place(scene: bpy.types.Scene, fields: ValueFields, view: ReflectedView) -> None:
+    realtime_values.write(marks.part(scene, VALUES), Numbers({}, fields.numbers(view)))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import math
 
 import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import lamp_images, lamp_table, realtime_lamps
-from underwater_spectral.node_groups.loops import followed
+from underwater_spectral.node_groups.loops import summed
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, LitParts, ray_past_lamp
@@ -255,8 +254,10 @@ def test_the_group_of_surfaces_is_the_formula(square, tmp_path, measured):
 
 def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
     # Cycles draws the square, which runs no loop whose count is a number of the image.
-    always = functools.partial(followed, skips=False)
-    monkeypatch.setattr(lamp_table, "followed", always)
+    def always(graph, count, terms):
+        return summed(graph, count if isinstance(count, int) else PARTS, terms)
+
+    monkeypatch.setattr(lamp_table, "summed", always)
     at = _position(square, tmp_path)
     # Walls at the height of the square's middle keep the light of some from one side of it.
     down, x = -shadow_directions(PART_SIDE)[:, 2], shadow_directions(PART_SIDE)[:, 0]

@@ -51,7 +51,7 @@ class Parts(Protocol):
     """The parts of what a lamp stands for, of arrays or in a node tree."""
 
     def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
-        """Add up terms of each; the first is one number."""
+        """Add up terms of each."""
         ...
 
 
