@@ -140,14 +140,10 @@ def build(name: str = NAME) -> bpy.types.ShaderNodeTree:
 def build_water(
     name: str, text: str, column: WaterColumn, phase: BandPhase
 ) -> bpy.types.ShaderNodeTree:
-    """Build the group of what a way through one water of three bands does to light.
+    """Build the group of what a way through the water of three bands does to light.
 
-    Parameters
-    ----------
-    column : WaterColumn
-        Deep, of one layer; its last band stands for red.
-    phase : BandPhase
-        Henyey-Greenstein's.
+    The column is deep, of one layer, its last band stands for red; the phase function is
+    Henyey-Greenstein's.
     """
     group = OpenGroup(name, _WAY, _FOUND, text)
     graph, given = group.graph, group.given

@@ -169,17 +169,7 @@ def grid(
     of_lamps: bpy.types.Image | None = None,
     lamps: int = 0,
 ) -> Grid:
-    """Return a grid in a node tree.
-
-    Parameters
-    ----------
-    image : Image
-        Of :func:`new_image`.
-    of_lamps : Image, optional
-        Of :func:`new_lamp_image`.
-    lamps : int
-        How many it is for.
-    """
+    """Return a grid in an image of :func:`new_image`; ``of_lamps`` is of :func:`new_lamp_image`."""
     texels = [closest(graph, image, float(_FIRST + i), row(index)) for i in range(_OWN)]
     corner, counts, *rows = (graph.components(x) for x in texels)
     nodes = _Nodes(graph, image, row(index) + 1.0, counts)

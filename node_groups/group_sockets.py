@@ -22,15 +22,7 @@ class Socket:
 
 
 class OpenGroup:
-    """A group under construction: its graph and the terms of its inputs.
-
-    Parameters
-    ----------
-    text : str
-        What the group is for.
-    part_size : int, optional
-        As of :class:`.Graph`, for large groups.
-    """
+    """A group under construction: its graph and the terms of its inputs; ``text`` says what for."""
 
     def __init__(
         self,

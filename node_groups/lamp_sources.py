@@ -46,16 +46,9 @@ def write(
     on_surfaces: LampField,
     profiles: Sequence[LampProfile],
 ) -> None:
-    """Put the scattered light of lamps into an image, unless it has that.
+    """Put the scattered light of lamps, in three bands, into an image of :func:`new_image`.
 
-    Parameters
-    ----------
-    image : Image
-        Of :func:`new_image`.
-    in_water, on_surfaces : LampField
-        Of three bands.
-    profiles : sequence of LampProfile
-        Of the lamps; no more than the image has places.
+    It has places for at least as many profiles; what is there already is not written again.
     """
     places = [(in_water.source(one).values, on_surfaces.arriving(one).values) for one in profiles]
     key = hashlib.sha256(b"".join(np.ascontiguousarray(x).data for x in sum(places, ())))

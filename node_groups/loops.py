@@ -13,14 +13,9 @@ from .node_mathematics import Graph, NodeValue
 def summed(
     graph: Graph, count: int | NodeValue, terms: Callable[[NodeValue], Sequence[NodeValue]]
 ) -> tuple[NodeValue, ...]:
-    """Add up terms over 0 to count - 1.
+    """Add up terms over 0 to count - 1; ``terms`` makes the nodes of one iteration, for its index.
 
-    Parameters
-    ----------
-    count : int or NodeValue
-        A value of nodes is heeded by EEVEE; Cycles takes it for 0.
-    terms : callable
-        Makes the nodes of one iteration, for its index.
+    A count that is a value of nodes is heeded by EEVEE; Cycles takes it for 0.
     """
     begin, end = _zone(graph, count)
     with graph.apart():
@@ -39,14 +34,9 @@ def followed(
 ) -> tuple[NodeValue, ...]:
     """Add up a number over 0 to count - 1, and terms that know its sum before them.
 
-    Parameters
-    ----------
-    terms : callable
-        Makes the nodes of one iteration, for its index and that sum: returns the number, and terms.
-    met : NodeValue or float
-        Where it is 0, so are all.
-    skips : bool
-        Whether there are no iterations then: EEVEE heeds that, Cycles makes none anywhere.
+    ``terms`` makes the nodes of one iteration, for its index and that sum: the number, and terms.
+    Where ``met`` is 0, so are all; with ``skips`` there are no iterations then: EEVEE heeds that,
+    Cycles makes none anywhere.
     """
     counted = met * float(count) if skips and isinstance(met, NodeValue) else count
     begin, end = _zone(graph, counted)
@@ -82,15 +72,8 @@ def iterated(
 ) -> tuple[NodeValue, ...]:
     """Take numbers through the steps of a repeat zone.
 
-    Parameters
-    ----------
-    count : int
-        Iterations.
-    state : sequence
-        Numbers before the first.
-    step : callable
-        Makes the nodes of one iteration, for its index and the numbers before it; returns
-        those after it.
+    ``step`` makes the nodes of one iteration, for its index and the numbers before it; it returns
+    those after it.
     """
     begin, end = _zone(graph, count)
     end.repeat_items.clear()

@@ -33,8 +33,6 @@ class Graph:
 
     Parameters
     ----------
-    tree : ShaderNodeTree
-        Gets the nodes.
     part_size : int, optional
         Put the mathematics into groups inside the tree, of so many nodes each. Blender updates
         the whole of a tree with each node and link it gets, so the time to build one grows as

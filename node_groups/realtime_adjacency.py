@@ -40,16 +40,9 @@ def around(
     image: bpy.types.Image,
     point: Sequence[NodeValue],
 ) -> Around:
-    """Look up what objects about a point do.
+    """Look up what objects about a point, m, do, in an image of :func:`new_image`.
 
-    Parameters
-    ----------
-    values : NodeOutputs
-        Of the group of all numbers.
-    image : Image
-        Of :func:`new_image`.
-    point : three NodeValues
-        m.
+    ``values`` are the outputs of the group of all numbers.
     """
     h, v = FIELDS.read(graph, values).place(point, NODES)
     rows = float(_TILES * SIZE)

@@ -49,15 +49,11 @@ _WIDTH = _ESCAPES + ESCAPES
 
 
 def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNodeTree:
-    """Build the group of clouds before an object, or up to the boundary.
+    """Build the group of clouds before an object, or ``ahead``, up to the boundary.
 
-    Its input :data:`RATE` is that of :func:`.daylit_fractions`.
-
-    Parameters
-    ----------
-    ahead : bool
-        Whether the path goes to the boundary. Else there are the outputs :data:`SUNLIGHT` and
-        :data:`SKYLIGHT`: fractions of the sun's and of other light that clouds leave on the object.
+    Its input :data:`RATE` is that of :func:`.daylit_fractions`. Before an object it has the outputs
+    :data:`SUNLIGHT` and :data:`SKYLIGHT`: fractions of the sun's and of other light that clouds
+    leave on the object.
     """
     tree = new_group(NAME)
     tree.interface.new_socket(RATE, in_out="INPUT", socket_type="NodeSocketFloat")
@@ -188,15 +184,10 @@ class _Escapes:
 
 @dataclass(frozen=True, eq=False)
 class CloudTable:
-    """Clouds in an image, in a node tree; a :class:`.Group`.
+    """Clouds in an image of :func:`new_image`, in a node tree; a :class:`.Group`.
 
     One is read where it is needed; several are looped over, so that what is compiled does not grow
     with their number.
-
-    Attributes
-    ----------
-    image : Image
-        Of :func:`new_image`.
     """
 
     graph: Graph

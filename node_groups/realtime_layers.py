@@ -42,17 +42,10 @@ def write(
     values: Mapping[str, Operand],
     coverage: Operand = 1.0,
 ) -> None:
-    """Bring values to the outputs of a shader.
+    """Bring those values that are wanted to the outputs of a shader; what has no value is 0.
 
-    Parameters
-    ----------
-    graph : Graph
-        Of the shader, or of a group in it.
-    layers : iterable of str
-        Those that are wanted; what has no value is 0.
-    coverage : NodeValue or float
-        Fraction of the pixel that the surface fills, with which light and colours are multiplied.
-        EEVEE draws the surface in that fraction of the samples.
+    Light and colours are multiplied with the ``coverage``, the fraction of the pixel that the
+    surface fills: EEVEE draws the surface in that fraction of the samples.
     """
     for output, held in output_names(layers).items():
         found = [values.get(name, 0.0) for name in held]

@@ -68,16 +68,9 @@ def pixels(table: OcclusionTable) -> NDArray[np.float32]:
 
 
 class Occlusion:
-    """Look-ups of occlusion in a node tree.
+    """Look-ups of occlusion in a node tree, in an image of :func:`new_image`.
 
-    Parameters
-    ----------
-    graph : Graph
-        The tree.
-    values : NodeOutputs
-        Of the group of all numbers.
-    image : Image
-        Of :func:`new_image`.
+    ``values`` are the outputs of the group of all numbers.
     """
 
     def __init__(self, graph: Graph, values: bpy.types.NodeOutputs, image: bpy.types.Image) -> None:

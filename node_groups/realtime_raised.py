@@ -28,20 +28,9 @@ def crossing(
     in_air: bool,
     first: float = 0.0,
 ) -> tuple[NodeValue, NodeValue]:
-    """Whether a ray meets the surface, 0 or 1, and at what distance, m.
+    """Whether a ray from ``start`` along ``w`` meets the surface, 0 or 1, and at what distance, m.
 
-    Parameters
-    ----------
-    values : ShaderNodeTree
-        UW Values.
-    images : WaveImages
-        With heights.
-    start, w : three values
-        Of the ray.
-    in_air : bool
-        Whether it begins in the air.
-    first : float
-        Distance at which it begins to look, m.
+    ``in_air`` is whether it begins in the air; it looks from the distance ``first`` on, m.
     """
     group = _build_crossing(values, images, in_air=in_air, first=first)
     node = graph.node("ShaderNodeGroup", node_tree=group)

@@ -35,16 +35,9 @@ def write_picture(
     nearness: NDArray[np.float32] | None,
     covered: NDArray[np.float32] | None = None,
 ) -> None:
-    """Put a picture into the image.
+    """Put a picture, shape (h, w, 3), from the top, into the image.
 
-    Parameters
-    ----------
-    picture : array, shape (h, w, 3)
-        From the top.
-    nearness : array, shape (h, w), optional
-        1/m.
-    covered : array, shape (h, w), optional
-        Fraction of a pixel that objects cover.
+    Beside it lie the nearness, 1/m, and the fraction of a pixel that objects cover, shapes (h, w).
     """
     h, w = picture.shape[:2]
     out = np.ones((_TILES, h, w, 4), np.float32)
@@ -67,20 +60,10 @@ def seen_in(
     *,
     waves: bool,
 ) -> ReflectedRadiance:
-    """Look up what a ray brings that the surface mirrors.
+    """Look up what a ray brings that the surface mirrors, in an image of :func:`new_image`.
 
-    Parameters
-    ----------
-    values : NodeOutputs
-        Of the group of all numbers.
-    image : Image
-        Of :func:`new_image`.
-    place : three NodeValues
-        Where the ray meets the surface, m.
-    down : three NodeValues
-        Its unit direction from there on.
-    waves : bool
-        Whether the surface is not flat.
+    It meets the surface at ``place``, m, and has the unit direction ``down`` from there on;
+    ``waves`` is whether the surface is not flat.
     """
     view = FIELDS.read(graph, values)
     look, near = looks(graph, view, image)

@@ -30,22 +30,11 @@ def seen_in(
     index: Operand,
     waves: bool,
 ) -> RefractedRadiance:
-    """Look up what a ray meets in the air.
+    """Look up what a ray that leaves the water at a place, m, meets in the air.
 
-    Parameters
-    ----------
-    values : NodeOutputs
-        Of the group of all numbers.
-    image : Image
-        Of :func:`.realtime_reflected_view.new_image`.
-    place : three NodeValues
-        Where the ray leaves the water, m.
-    w, up : three NodeValues
-        Its unit direction in the water, and in the air.
-    index : NodeValue
-        Of the water against air.
-    waves : bool
-        Whether the surface is not flat.
+    The image is of :func:`.realtime_reflected_view.new_image`; ``w`` and ``up`` are its unit
+    directions in the water and in the air, ``index`` is the water's against air, and ``waves`` is
+    whether the surface is not flat.
     """
     view = FIELDS.read(graph, values)
     look, beside = looks(graph, view, image)

@@ -55,8 +55,6 @@ class Layout:
         Of the phase function.
     layered : bool
         Whether the water differs with depth.
-    waves : bool
-        Whether waves throw caustics.
     emissions : int
         That are no colour.
     """
@@ -171,19 +169,7 @@ def pixels(light: ChannelTables) -> NDArray[np.float32]:
 
 @dataclass(frozen=True, eq=False)
 class ImageTables:
-    """Look-ups in a node tree; see :class:`.pixel_parts.Tables`.
-
-    Parameters
-    ----------
-    graph : Graph
-        The tree.
-    image : Image
-        Of :func:`new_image`.
-    depth_scale : DepthScale
-        Of node values.
-    lengths : LengthScale
-        Of node values.
-    """
+    """Look-ups in a node tree, with scales of node values; see :class:`.pixel_parts.Tables`."""
 
     graph: Graph
     image: bpy.types.Image

@@ -18,19 +18,10 @@ NAME = "UW Sensor"
 def build(
     weights: NDArray[np.float64], passes: Sequence[tuple[int, ...]]
 ) -> bpy.types.CompositorNodeTree:
-    """Build the group for a reduction.
+    """Build the group for a reduction, with inputs ``Pass 1`` … ``Pass m`` and an output ``Image``.
 
-    Parameters
-    ----------
-    weights : array, shape (3, n)
-        Linear RGB per unit radiance of each band.
-    passes : sequence of tuples
-        The band indices that the channels of each pass image carry.
-
-    Returns
-    -------
-    CompositorNodeTree
-        Inputs ``Pass 1`` … ``Pass m`` (colour), output ``Image``.
+    The weights, shape (3, n), are linear RGB per unit radiance of each band; ``passes`` are the
+    bands that the channels of each pass image carry.
     """
     tree = bpy.data.node_groups.new(NAME, "CompositorNodeTree")
     graph = Graph(tree)

@@ -18,11 +18,8 @@ _SUN = "sun"
 def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
     """Build the world of a kind of sky, one of :data:`.sky.SKIES`.
 
-    Parameters
-    ----------
-    gain_in_water : float
-        Factor that the sky's radiance holds for those in the water, and that cameras and objects in
-        the air do not see; what the surface mirrors up loses it there.
+    Its radiance holds the gain for those in the water, which cameras and objects in the air do not
+    see; what the surface mirrors up loses it there.
     """
     world, graph, output = new_world(NAME)
     geometry = graph.node("ShaderNodeNewGeometry")

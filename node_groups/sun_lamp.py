@@ -14,16 +14,10 @@ def build(
     irradiance: str = attributes.SUN_IRRADIANCE,
     gain: float = 1.0,
 ) -> bpy.types.SunLight:
-    """Build the lamp.
+    """Build the lamp of a sun whose disc is seen under a diameter in radians.
 
-    Parameters
-    ----------
-    angular_diameter : float
-        Diameter of the sun's disc as it is seen, radians.
-    irradiance : str
-        Attribute that holds what it brings on a plane across its light.
-    gain : float
-        Factor on that.
+    ``irradiance`` is the attribute that holds what it brings on a plane across its light, times
+    ``gain``.
     """
     light = bpy.data.lights.new(NAME, "SUN")
     light.energy = 1.0

@@ -15,17 +15,7 @@ from .node_mathematics import Graph
 
 @dataclass(frozen=True)
 class ValueFields[T]:
-    """How the numbers of a dataclass are named.
-
-    Attributes
-    ----------
-    kind : type
-        The dataclass.
-    prefix : str
-        Of the names.
-    sizes : mapping
-        How many numbers the fields hold that hold several.
-    """
+    """How the numbers of the dataclass ``kind`` are named; ``sizes`` are of fields with several."""
 
     kind: type[T]
     prefix: str

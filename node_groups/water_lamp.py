@@ -16,16 +16,9 @@ _FORM = "uw_form"
 
 
 def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
-    """Build a lamp that shines along its own -z.
+    """Build a lamp that shines along its own -z; ``index`` is of its intensity in a pass's values.
 
-    Parameters
-    ----------
-    index : int
-        Of its intensity among the values of a pass.
-    lamp : Lamp
-        Its profile and its size.
-    like : Light
-        The user's; an area lamp keeps its shape, unless its profile is a measured one.
+    If it is like an area lamp it keeps the shape, unless its profile is a measured one.
     """
     flat = like.type == "AREA" and (
         lamp.profile == LAMBERT or isinstance(lamp.profile, SpreadProfile)

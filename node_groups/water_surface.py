@@ -56,15 +56,9 @@ def build(
 ) -> bpy.types.Material:
     """Build the material; the surface's normal points up, into the air.
 
-    Parameters
-    ----------
-    refractive_index : float
-        Of the water.
-    images : WaveImages, optional
-        Of a surface with waves.
-    from_air : bool
-        Whether the camera may be in the air. To one in the water, light that objects in the air
-        have from the water's side comes with the factor n² that it has there.
+    The index is the water's; images are those of waves. Where no camera may be in the air, light
+    that objects in the air have from the water's side comes with the factor n² that it has in the
+    water.
     """
     material = bpy.data.materials.new(NAME)
     tree = material.node_tree
@@ -163,16 +157,9 @@ def _waves(
 
 
 def write(material: bpy.types.Material, numbers: Mapping[str, float], sun: Sequence[float]) -> None:
-    """Give the waves their numbers.
+    """Give the waves of a material their numbers, by the names of :mod:`.realtime_values`.
 
-    Parameters
-    ----------
-    material : Material
-        Of :func:`build` with images.
-    numbers : mapping of str to float
-        Those of the images, by the names of :mod:`.realtime_values`.
-    sun : three floats
-        Travel direction of the sunlight in the water.
+    ``sun`` is the travel direction of the sunlight in the water.
     """
     of_sun = {_SUN_HEIGHT: -sun[2], _SUN_RUN[0]: -sun[0] / sun[2], _SUN_RUN[1]: -sun[1] / sun[2]}
     for name, value in {**numbers, **of_sun}.items():

@@ -21,7 +21,7 @@ class ScatteringLobe:
 
     Parameters
     ----------
-    phase : {"HENYEY_GREENSTEIN", "DRAINE", "FOURNIER_FORAND", "RAYLEIGH"}
+    phase : str
         Cycles' name.
     anisotropy : float
         Mean cosine, Henyey-Greenstein; asymmetry, Draine.
@@ -30,7 +30,7 @@ class ScatteringLobe:
     index, backscatter : float
         Relative refractive index of the particles and bb/b, Fournier-Forand only.
     by_band : bool
-        Anisotropy and alpha differ by band: the material reads them as it reads coefficients.
+        Anisotropy and alpha differ by band: attributes of the pass.
     """
 
     phase: Literal["HENYEY_GREENSTEIN", "DRAINE", "FOURNIER_FORAND", "RAYLEIGH"]
@@ -48,12 +48,8 @@ def build(
 ) -> bpy.types.Material:
     """Build the material of a layer of the water, which scatters with some lobes.
 
-    Parameters
-    ----------
-    layer : int or str
-        Its number, or :func:`.attributes.cloud`.
-    density : callable, optional
-        Makes the nodes of what the coefficients are multiplied with; 1 without.
+    The layer is a number, or :func:`.attributes.cloud`; ``density`` makes the nodes of what the
+    coefficients are multiplied with.
     """
     material, graph, output = new_material(NAME)
     fraction, total = density(graph) if density is not None else 1.0, None

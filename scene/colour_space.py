@@ -22,13 +22,7 @@ def is_rec709() -> bool:
 
 
 def require_rec709() -> None:
-    """Refuse a file whose colours are in another space.
-
-    Raises
-    ------
-    InputError
-        If they are.
-    """
+    """Refuse a file whose colours are in another space."""
     if not is_rec709():
         raise InputError(
             f"the file's colours are in {bpy.data.colorspace.working_space}, and the water takes "
@@ -40,15 +34,8 @@ def require_rec709() -> None:
 def bring_to_rec709() -> str:
     """Convert the colours of the open file, as Blender does; for a process of one's own.
 
-    Returns
-    -------
-    str
-        What was done, empty if nothing had to be.
-
-    Raises
-    ------
-    InputError
-        If colours are animated, which Blender does not convert, or it has no such space.
+    Returns what was done, empty if nothing had to be. InputError if colours are animated, which
+    Blender does not convert, or it has no such space.
     """
     if is_rec709():
         return ""
@@ -93,20 +80,10 @@ def images_without_space() -> list[bpy.types.Image]:
 
 
 def bring_images() -> str:
-    """Give images without a space the one that they had by all appearances.
+    """Give images without a space the one that they had by all appearances; returns what was done.
 
     Eight bits are sRGB, but numbers where they only turn normals and the like; floats are linear
-    Rec.709. For a process of one's own.
-
-    Returns
-    -------
-    str
-        What was done, empty if nothing had to be.
-
-    Raises
-    ------
-    InputError
-        If the configuration has no sRGB.
+    Rec.709. For a process of one's own. InputError if the configuration has no sRGB.
     """
     lost = images_without_space()
     if not lost:

@@ -54,10 +54,7 @@ def instanced_collections(items: Iterable[bpy.types.Object]) -> list[bpy.types.C
 def require_local(scene: bpy.types.Scene) -> None:
     """Refuse what is linked from another file and would have to change with the water.
 
-    Raises
-    ------
-    InputError
-        Names materials, node groups in them and lamps that renders show, and their libraries.
+    The error names materials, node groups in them and lamps that renders show, and their libraries.
     """
     linked = _linked(scene)
     if linked:
@@ -77,17 +74,8 @@ def make_local(scene: bpy.types.Scene) -> str:
     """Make what is linked and would have to change with the water local to the open file.
 
     For a process of one's own, whose file is not saved: everything that is linked becomes local,
-    library overrides with what they have changed.
-
-    Returns
-    -------
-    str
-        What was done, empty if nothing had to be.
-
-    Raises
-    ------
-    InputError
-        If something cannot be made local.
+    library overrides with what they have changed. Returns what was done, empty if nothing had to
+    be; InputError if something cannot be made local.
     """
     linked = _linked(scene)
     if not linked:

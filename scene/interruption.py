@@ -12,15 +12,10 @@ from types import FrameType
 
 @contextlib.contextmanager
 def interrupted_afterwards() -> Iterator[None]:
-    """Let Ctrl+C wait for the end of the block; a second one ends the process.
+    """Let Ctrl+C wait for the end of the block, and raise there; a second one ends the process.
 
-    Within a render the exception would end in the engine's own Python, which goes on with what
-    it has. Where the signal is Blender's, it stops the render itself.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After the block.
+    Within a render the exception would end in the engine's own Python, which goes on with what it
+    has. Where the signal is Blender's, it stops the render itself.
     """
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield

@@ -46,13 +46,7 @@ def has_water(scene: bpy.types.Scene) -> bool:
 
 
 def require_no_water(scene: bpy.types.Scene) -> None:
-    """Refuse a scene that holds water, on behalf of jobs, which bring their own.
-
-    Raises
-    ------
-    InputError
-        If it does.
-    """
+    """Refuse a scene that holds water, on behalf of jobs, which bring their own."""
     if has_water(scene):
         raise InputError(
             f"scene {scene.name!r} holds water already; remove it and save, the batch adds its own"

@@ -13,21 +13,8 @@ def raised_limits(
 ) -> list[str]:
     """Return what to know before waves with height are rendered, a line each.
 
-    Parameters
-    ----------
-    tile : float
-        Side of the square after which caustics repeat, m.
-    eevee : bool
-        Whether EEVEE draws them, not Cycles.
-    above, below : bool
-        Whether the camera may be over them, or under them.
-    live : bool
-        Whether the viewport shows them.
-
-    Examples
-    --------
-    >>> raised_limits(10.0, eevee=False)
-    ['waves with height: waves longer than 10 m and the swell move no caustics']
+    Caustics repeat after a ``tile``, m. ``above`` and ``below`` are whether the camera may be over
+    them, or under them; ``live`` is whether the viewport shows them.
     """
     found = [f"waves longer than {tile:g} m and the swell move no caustics"]
     if eevee and above:

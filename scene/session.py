@@ -16,13 +16,7 @@ PICTURE = "underwater_picture"
 
 
 def select_scene(name: str) -> None:
-    """Make a scene of the open file the active one.
-
-    Raises
-    ------
-    InputError
-        If there is no such scene.
-    """
+    """Make a scene of the open file the active one; InputError if there is no such scene."""
     scene = bpy.data.scenes.get(name)
     if scene is None:
         raise unknown_name("scene", name, [scene.name for scene in bpy.data.scenes])

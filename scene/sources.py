@@ -34,13 +34,7 @@ def source_digest() -> str:
 
 
 def notes(built: str | None) -> list[str]:
-    """Say of live water by which build it was put in, if that is not this one.
-
-    Parameters
-    ----------
-    built : str or None
-        Its :func:`source_digest`; builds of before told none.
-    """
+    """Say by which build live water was put in, if that is not this one; old builds told none."""
     if built == source_digest():
         return []
     return [

@@ -56,12 +56,8 @@ def _property(setting: Setting, on_change: OnChange | None) -> object:
 def register(on_change: OnChange | None = None, on_material_change: OnChange | None = None) -> None:
     """Add ``scene.underwater``, and what lamps and materials store.
 
-    Parameters
-    ----------
-    on_change : callable, optional
-        Called with the group and the context whenever a setting is set.
-    on_material_change : callable, optional
-        The same for what a material stores.
+    The callables get the group and the context whenever a setting, or what a material stores, is
+    set.
     """
     properties = {name: _property(setting, on_change) for name, setting in SETTINGS.items()}
     description = {"__doc__": "The stored settings of a scene.", "__annotations__": properties}

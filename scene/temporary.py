@@ -28,20 +28,7 @@ def held(wanted: Iterable[tuple[Any, str, Any]]) -> Iterator[None]:
 def render_settings(
     scene: bpy.types.Scene, wanted: Iterable[tuple[Any, str, Any]]
 ) -> Iterator[bpy.types.ViewLayer]:
-    """Apply settings, render one view layer, and restore everything afterwards.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    wanted : iterable of (owner, name, value)
-        Attributes to set.
-
-    Yields
-    ------
-    ViewLayer
-        The one layer that is rendered.
-    """
+    """Apply settings, yield the one view layer to render, and restore everything afterwards."""
     rendered = rendered_layer(scene)
     collections = list(collections_of(rendered))
     layers: list[tuple[Any, str, Any]] = [

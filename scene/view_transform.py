@@ -35,15 +35,7 @@ def is_plain(tone: str, contrast: str) -> bool:
 
 
 def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> None:
-    """Set how a scene is shown.
-
-    Parameters
-    ----------
-    tone : str
-        One of :data:`.TONES`.
-    contrast : str
-        One of :data:`.CONTRASTS`; Blender's look of that name.
-    """
+    """Set how a scene is shown: one of :data:`.TONES`, and Blender's look of a contrast's name."""
     with contextlib.suppress(TypeError):
         view.look = "None"
     _take(view, "view_transform", ("AgX",) if tone == AGX else _PLAIN_VIEWS, f"--tone {tone}")
@@ -57,13 +49,7 @@ def show(view: bpy.types.ColorManagedViewSettings, tone: str, contrast: str) -> 
 
 
 def require_shown(tone: str, contrast: str) -> None:
-    """Refuse a tone or contrast that the colour configuration does not have.
-
-    Raises
-    ------
-    InputError
-        If it has none of that name.
-    """
+    """Refuse a tone or contrast that the colour configuration does not have."""
     if not is_plain(tone, contrast):
         with _display(tone, contrast):
             pass
@@ -104,12 +90,8 @@ def give_back(view: bpy.types.ColorManagedViewSettings, kept: Mapping[str, Any])
 def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) -> None:
     """Write scene-linear Rec.709, shape (height, width, 3), as an 8-bit PNG as it is shown.
 
-    A fourth channel is alpha, by which the colours are multiplied already.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    A fourth channel is alpha, by which the colours are multiplied already. InputError if the file
+    cannot be written.
     """
     if is_plain(tone, contrast):
         write_png(path, rgb)

@@ -84,12 +84,8 @@ class Opening:
 class Engine:
     """What can render, and how.
 
-    Parameters
-    ----------
-    open : callable
-        Puts water into a scene for a camera, and takes it out after the block.
-    passes : callable
-        Returns the bands of each pass of a plan.
+    ``open`` puts water into a scene for a camera, and takes it out after the block; ``passes`` are
+    the bands of each pass of a plan.
     """
 
     method: Method

@@ -57,12 +57,8 @@ def cycles_bands(
 ) -> Iterator[BandEngine]:
     """Water for the Cycles reference while the block runs.
 
-    With ``guides``, a pass has albedo and normal for a denoiser beside it.
-
-    Raises
-    ------
-    InputError
-        If Cycles finds no such device, or layers are wanted of a camera in the air.
+    With ``guides``, a pass has albedo and normal for a denoiser beside it. InputError if Cycles
+    finds no such device, or layers are wanted of a camera in the air.
     """
     lamps = plan_lamps(scene, plan)
     chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
@@ -178,15 +174,7 @@ def _sharing(bands: tuple[int, ...], passes: Sequence[tuple[int, ...]]) -> list[
 def draw_apart(
     parts: Sequence[tuple[int, ...]], path: Path, draw: RenderPass
 ) -> FrameLayers | None:
-    """Render parts of a pass by themselves and put them into one file.
-
-    Parameters
-    ----------
-    parts : sequence of tuple of int
-        The bands of each.
-    draw : callable
-        Renders a part.
-    """
+    """Render parts of a pass, the bands of each, by themselves and put them into one file."""
     channels, layers = [], []
     for part in parts:
         found = draw(part, path)

@@ -40,15 +40,7 @@ _NOTES = {
 
 @dataclass(frozen=True)
 class CyclesLayers:
-    """What is written beside the passes of a job.
-
-    Parameters
-    ----------
-    wanted : tuple of str
-        Layers that were asked for.
-    guides : bool
-        Whether a pass has guides for a denoiser too.
-    """
+    """What is written beside the passes of a job: layers asked for, and guides for a denoiser."""
 
     wanted: tuple[str, ...]
     plan: RenderPlan
@@ -71,20 +63,10 @@ class CyclesLayers:
         *,
         is_first: bool,
     ) -> tuple[NDArray[np.float32], FrameLayers]:
-        """Render a pass.
+        """Render a pass of bands, with files beside a path for the moment.
 
-        Parameters
-        ----------
-        path : Path
-            Beside it files are written for the moment.
-        indices : sequence of int
-            Bands of the pass.
-        is_first : bool
-            Whether what is the same for all passes of a frame is rendered with this one.
-
-        Returns
-        -------
-        image, shape (height, width, 3); layers
+        What is the same for all passes of a frame is rendered with the first. Returns the image,
+        shape (height, width, 3), and layers.
         """
         switches = [_SWITCHES[name] for name in self.drawn]
         switches += denoising_guides.SWITCHES if self.guides else ()

@@ -31,28 +31,9 @@ def reference_settings(
 ) -> Iterator[bpy.types.ViewLayer]:
     """Render settings of the reference while the block runs, the scene's own afterwards.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    camera : Object
-        The camera; its near clip is moved close, since water before it is not integrated.
-    samples, seed : int
-        Samples per pixel, and seed of the noise.
-    bounces : int
-        Most scattering events of a path.
-    device : {"cpu", "gpu"}
-        What renders.
-
-    Yields
-    ------
-    ViewLayer
-        The one layer that is rendered.
-
-    Raises
-    ------
-    InputError
-        If Cycles finds no such device.
+    The camera's near clip is moved close, since water before it is not integrated. A path has at
+    most ``bounces`` scattering events. Yields the one layer that is rendered; InputError if Cycles
+    finds no such device.
     """
     render, cycles = scene.render, scene.cycles
     wanted: list[tuple[Any, str, Any]] = [

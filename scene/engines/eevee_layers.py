@@ -28,18 +28,10 @@ _BY_SHADER = "drawn by the shader, to the 11 bits of EEVEE's passes"
 
 @dataclass(frozen=True)
 class EeveeLayers:
-    """What is written beside the pictures of a job.
+    """What is written beside the pictures of a job: the layers asked for.
 
-    Parameters
-    ----------
-    wanted : tuple of str
-        Layers that were asked for.
-    plan : RenderPlan
-        Of the frame.
-    by_band : bool
-        Whether the passes hold bands.
-    shafts : bool
-        Whether the volume draws what is scattered once.
+    ``by_band`` is whether the passes hold bands, ``shafts`` whether the volume draws what is
+    scattered once.
     """
 
     wanted: tuple[str, ...]
@@ -81,24 +73,12 @@ class EeveeLayers:
         *,
         is_first: bool,
     ) -> tuple[NDArray[np.float32], FrameLayers]:
-        """Render a pass.
+        """Render a pass of bands, with files beside a path for the moment.
 
-        Parameters
-        ----------
-        path : Path
-            Beside it files are written for the moment.
-        indices : sequence of int
-            Bands of the pass.
-        scale : array_like, shape (3,)
-            By which the shaders' layers are to be multiplied.
-        to_sensor : array_like, shape (3, 3)
-            From the picture to what the layers are in.
-        is_first : bool
-            Whether what is the same for all passes of a frame is rendered with this one.
-
-        Returns
-        -------
-        image, shape (height, width, 3), as it was drawn; layers
+        What is the same for all passes of a frame is rendered with the first. The shaders' layers
+        are to be multiplied by ``scale``, shape (3,); ``to_sensor``, shape (3, 3), leads from the
+        picture to what the layers are in. Returns the image as it was drawn, shape (height, width,
+        3), and layers.
         """
         switches = ()
         if is_first and "cryptomatte" in self.wanted:

@@ -79,25 +79,9 @@ def realtime_settings(
     water: RealtimeWater | None,
     froxels: int | None = None,
 ) -> Iterator[bpy.types.ViewLayer]:
-    """EEVEE's settings while the block runs, the scene's own afterwards.
+    """EEVEE's settings while the block runs, the scene's own afterwards; yields the layer rendered.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    camera : Object
-        The camera.
-    samples : int
-        Samples per pixel.
-    water : RealtimeWater, optional
-        What is drawn: its shafts need a froxel volume.
-    froxels : int, optional
-        Steps of that volume; None for the usual ones.
-
-    Yields
-    ------
-    ViewLayer
-        The one layer that is rendered.
+    Shafts of the water need a volume of ``froxels`` steps, None for the usual ones.
     """
     wanted = wanted_settings(scene, camera, samples, water, froxels)
     with render_settings(scene, wanted) as layer:

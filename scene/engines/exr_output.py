@@ -20,25 +20,12 @@ def write_float_exr(scene: bpy.types.Scene, destination: Path, *, alpha: bool = 
 def write_exr(
     scene: bpy.types.Scene, destination: Path, *, passes: bool = False, alpha: bool = False
 ) -> None:
-    """Render a scene into a 32-bit EXR.
+    """Render a scene, whose image format stays changed, into a 32-bit EXR.
 
-    Parameters
-    ----------
-    scene : Scene
-        What to render; its image format settings are changed and stay so.
-    destination : Path
-        The file; written under a temporary name beside it and renamed.
-    passes : bool
-        Every pass of the view layer; else the picture's RGB.
-    alpha : bool
-        Of the picture, besides.
-
-    Raises
-    ------
-    InputError
-        If nothing was written (folder gone, disk full).
-    KeyboardInterrupt
-        If it was asked for meanwhile, or the render was cancelled: in Blender, Ctrl+C or Esc.
+    It holds every pass of the view layer, or the picture's RGB, with alpha if wanted, and is
+    written under a temporary name and renamed. InputError if nothing was written (folder gone, disk
+    full); KeyboardInterrupt if it was asked for meanwhile, or the render was cancelled: in Blender,
+    Ctrl+C or Esc.
     """
     render = scene.render
     image = render.image_settings

@@ -53,13 +53,7 @@ def sharp(scene: bpy.types.Scene) -> list[tuple[Any, str, Any]]:
 def without_water(
     scene: bpy.types.Scene, wanted: Sequence[tuple[Any, str, Any]]
 ) -> Iterator[object]:
-    """Leave surface and volume of the water out of renders while the block runs.
-
-    Parameters
-    ----------
-    wanted : sequence of (owner, name, value)
-        Settings besides.
-    """
+    """Leave the water's surface and volume out of renders while the block runs, with settings."""
     bodies = [item for item in marks.bodies(scene) if not item.hide_render]
     # Data that are kept have no motion.
     settings = [*wanted, (scene.render, "use_persistent_data", False)]

@@ -67,10 +67,7 @@ def look_of(
 ) -> Housing | None:
     """Return the housing of a camera at this frame; None if the settings have none.
 
-    Raises
-    ------
-    InputError
-        If the camera, the port or the lens cannot be used.
+    InputError if the camera, the port or the lens cannot be used.
     """
     described = housing_of(plan.settings)
     if not described.is_any:
@@ -85,10 +82,7 @@ def opened(
 ) -> Iterator[BandEngine]:
     """Open an engine for a camera, behind a port if the settings have one.
 
-    Raises
-    ------
-    InputError
-        If the port, the lens or the camera cannot be used.
+    InputError if the port, the lens or the camera cannot be used.
     """
     housing = look_of(scene, camera, opening.plan, opening.depth)
     if housing is None:

@@ -22,14 +22,9 @@ Passes = dict[str, NDArray[np.float32]]
 def switched_on(
     layer: bpy.types.ViewLayer, switches: Iterable[str], outputs: Iterable[str] = ()
 ) -> Iterator[None]:
-    """Have a view layer write passes while the block runs.
+    """Have a view layer write passes, and colours that shaders output, while the block runs.
 
-    Parameters
-    ----------
-    switches : iterable of str
-        Properties such as ``use_pass_z`` or ``cycles.use_pass_volume_direct``.
-    outputs : iterable of str
-        Names of colours that shaders write.
+    Switches are properties such as ``use_pass_z`` or ``cycles.use_pass_volume_direct``.
     """
     parts = (switch.rpartition(".") for switch in switches)
     wanted = [
@@ -48,19 +43,9 @@ def switched_on(
 
 
 def render_passes(scene: bpy.types.Scene, beside: Path) -> Passes:
-    """Render a scene and return its passes.
+    """Render a scene, whose image format stays changed, and return its passes.
 
-    Parameters
-    ----------
-    scene : Scene
-        What to render; its image format settings are changed and stay so.
-    beside : Path
-        Beside this file one is written for the moment.
-
-    Raises
-    ------
-    InputError
-        If nothing was written.
+    A file lies beside a path for the moment. InputError if nothing was written.
     """
     raw = beside.with_name(f"{beside.stem}.passes{beside.suffix}")
     try:

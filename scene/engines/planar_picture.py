@@ -39,10 +39,7 @@ _FARTHEST = 200.0  # m
 class PlanarPictures:
     """What the surface mirrors to a camera, and lets through to it, frame by frame of a job.
 
-    Parameters
-    ----------
-    cache : Kept
-        Has seen the objects of the frame, if they occlude.
+    The cache has seen the objects of the frame, if they occlude.
     """
 
     def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object, cache: Cache) -> None:

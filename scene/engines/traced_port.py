@@ -65,21 +65,10 @@ def is_known(camera: bpy.types.Object) -> bool:
 
 @contextlib.contextmanager
 def rays(eye: bpy.types.Object, fit: RayFit, radius: float, focus: float) -> Iterator[None]:
-    """Let a camera have the rays of a fit while the block runs.
+    """Let a camera at the entrance pupil have the rays of a fit while the block runs.
 
-    Parameters
-    ----------
-    eye : Object
-        The camera, at the entrance pupil.
-    radius : float
-        Of the lens as it counts in the water, m; with 0 everything is in focus.
-    focus : float
-        Planar distance at which objects are in focus, m.
-
-    Raises
-    ------
-    InputError
-        If Cycles cannot compile them.
+    ``radius`` is the lens's as it counts in the water, m; with 0 everything is in focus. Objects
+    are in focus at the planar distance ``focus``, m. InputError if Cycles cannot compile the rays.
     """
     data, before = eye.data, eye.data.type
     compiled = _compiled(_source(fit))

@@ -28,10 +28,7 @@ def why_opaque(
 ) -> str:
     """Return why pictures of a camera have no alpha, empty if they may have.
 
-    Parameters
-    ----------
-    eyes : sequence of tuple
-        Where the camera is at the frames of a job, see :func:`.cameras.eye_of`.
+    Eyes are where it is at the frames of a job, see :func:`.cameras.eye_of`.
     """
     if housing_of(settings).is_any:
         return "the camera looks through a port"
@@ -54,10 +51,7 @@ def note(
 def alpha_map(scene: bpy.types.Scene, beside: Path) -> NDArray[np.float32]:
     """Render what fraction of each pixel is no open water, shape (height, width).
 
-    Parameters
-    ----------
-    beside : Path
-        Beside this file one is written for the moment.
+    A file lies beside a path for the moment.
     """
     path = beside.with_name(f"{beside.stem}.alpha{beside.suffix}")
     transparent = scene.render, "film_transparent", True

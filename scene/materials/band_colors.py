@@ -67,12 +67,8 @@ type Maker = Callable[[bpy.types.NodeTree, str], bpy.types.Node]
 def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
     """Put EEVEE's groups before the colours of the closures in a tree and in its groups.
 
-    Parameters
-    ----------
-    make : callable
-        Of the kinds of :mod:`.uplift`.
-    measured : bool
-        Whether the base colour gives way to a measured reflectance.
+    ``make`` makes the kinds of :mod:`.uplift`; ``measured`` is whether the base colour gives way to
+    a measured reflectance.
     """
     for node, socket in _colours(tree):
         if node.bl_idname in _CLEAR or socket.name in _FILTERS:
@@ -117,13 +113,7 @@ def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.Shade
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
-    """Insert the groups into materials.
-
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
-    """
+    """Insert the groups into materials; returns what could not be treated, one line each."""
     notes = []
     taken = [m[_MEASURED_INDEX] for m in bpy.data.materials if _MEASURED_INDEX in m]
     indices = itertools.count(1 + max(taken, default=-1))
@@ -162,13 +152,7 @@ def is_measured(material: bpy.types.Material) -> bool:
 def measured_reflectances(
     scene: bpy.types.Scene,
 ) -> Iterator[tuple[bpy.types.Material, Spectrum]]:
-    """Yield the materials that carry a measured reflectance, with it.
-
-    Raises
-    ------
-    InputError
-        If the custom properties of a material are not a spectrum.
-    """
+    """Yield the materials that carry a measured reflectance, with it; InputError if it is none."""
     for material in filter(is_measured, contents.materials(scene)):
         yield (
             material,

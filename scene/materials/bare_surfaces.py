@@ -36,19 +36,9 @@ def is_bare(item: bpy.types.Object) -> bool:
 def dress(
     scene: bpy.types.Scene, material: bpy.types.Material | None = None
 ) -> tuple[bpy.types.Material | None, list[str]]:
-    """Give the bare objects of a scene a material.
+    """Give the bare objects of a scene a material, that of its water or, if needed, a new one.
 
-    Parameters
-    ----------
-    material : Material, optional
-        That of the scene's water; a new one by default, if it is needed.
-
-    Returns
-    -------
-    Material or None
-        The one given, or a new one.
-    list of str
-        What could not be treated, one line each.
+    Returns it, and what could not be treated, one line each.
     """
     notes = []
     for item in contents.objects(scene):

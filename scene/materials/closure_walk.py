@@ -369,10 +369,8 @@ class Surfaces:
         The one that keeps closures.
     floor : Material, optional
         Of the added floor, whose reflectance is a measured one.
-    closed : collection of Material
-        Those of bodies that are closed; of the others light from behind crosses one sheet.
-    highlights : mapping of str to ShaderNodeTree
-        Groups of :mod:`.realtime_highlights`.
+    highlights : mapping
+        Groups of :mod:`.realtime_highlights`, by name.
     fluorescent : ShaderNodeTree, optional
         The one for shaders that are lit first and fluoresce.
     fluorescing : collection of str

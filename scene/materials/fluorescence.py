@@ -20,14 +20,9 @@ MOST = 3
 
 @dataclass(frozen=True, eq=False)
 class FluorescentObjects:
-    """The materials that fluoresce.
+    """The materials that fluoresce, and at most :data:`MOST` fluorophores.
 
-    Attributes
-    ----------
-    fluorophores : tuple of Fluorophore
-        At most :data:`MOST`.
-    materials : mapping of str to array, shape (3,)
-        Absorptance of each at the peak of its excitation, by the names of materials.
+    By the names of materials: absorptance of each at the peak of its excitation, shape (3,).
     """
 
     fluorophores: tuple[Fluorophore, ...] = ()
@@ -64,10 +59,7 @@ def of(materials: Iterable[bpy.types.Material]) -> dict[str, Fluorescence]:
 def fluorescent_objects(materials: Iterable[bpy.types.Material]) -> FluorescentObjects:
     """Read the spectra of all fluorophores of materials.
 
-    Raises
-    ------
-    InputError
-        If one cannot be read, or there are more than :data:`MOST`.
+    InputError if one cannot be read, or there are more than :data:`MOST`.
     """
     found = of(materials)
     names = list(dict.fromkeys(one.fluorophore for one in found.values()))

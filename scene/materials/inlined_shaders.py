@@ -24,10 +24,7 @@ _PASSING = {"NodeReroute", "NodeGroupOutput"}
 def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
     """Put the groups before EEVEE's outputs of materials that need one.
 
-    Returns
-    -------
-    list of str
-        Notes on those that will not follow their animation.
+    Returns notes on those that will not follow their animation.
     """
     notes = []
     for material in materials:

@@ -86,10 +86,7 @@ class Kinds:
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
     """Put a surface group behind the shader of each material.
 
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
+    Returns what could not be treated, one line each.
     """
     notes = inlined_shaders.insert(materials)
     bare_colours.insert(materials)

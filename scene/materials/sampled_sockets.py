@@ -32,14 +32,8 @@ _SPACES = {"HSV": (as_hsv, from_hsv), "HSL": (as_hsl, from_hsl)}
 class SampledSockets:
     """Values of the sockets of one material: shape (1 or n, 1) of numbers, else (1 or n, 3).
 
-    Attributes
-    ----------
-    halfway : float
-        What counts where nodes are not known.
-    asked : bool
-        Whether something was asked that differs from surface to surface.
-    unknown : set of str
-        Nodes that are not known, as Blender's menus call them.
+    ``halfway`` counts where nodes are not known, whose names in Blender's menus are in ``unknown``;
+    ``asked`` is whether something was asked that differs from surface to surface.
     """
 
     points: SurfacePoints

@@ -16,13 +16,8 @@ _GENERALISED_GOLDEN = {2: 1.324717957244746, 3: 1.2207440846057596}
 def spread(count: int, axes: int = 2) -> Array:
     """Points that fill the unit square or cube evenly, shape (count, axes).
 
-    The sequences R2 and R3 of M. Roberts, "The unreasonable effectiveness of quasirandom
-    sequences" (2018).
-
-    Examples
-    --------
-    >>> spread(4096).mean(axis=0).round(2).tolist()
-    [0.5, 0.5]
+    The sequences R2 and R3 of M. Roberts, "The unreasonable effectiveness of quasirandom sequences"
+    (2018).
     """
     steps = _GENERALISED_GOLDEN[axes] ** -(1.0 + np.arange(axes))
     return (0.5 + np.arange(count)[:, None] * steps) % 1.0
@@ -32,12 +27,7 @@ def spread(count: int, axes: int = 2) -> Array:
 class SurfacePoints:
     """Points on a square of which nothing else is known: all of a picture, no attributes.
 
-    Attributes
-    ----------
-    item : Object, optional
-        What they are on.
-    place : Matrix
-        Of the object, or of its instance.
+    ``place`` is that of the object, if they are on one, or of its instance.
     """
 
     count: int = 512

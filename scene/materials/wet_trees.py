@@ -138,10 +138,7 @@ def behind(
 def remove(wet: Collection[bpy.types.Material]) -> list[str]:
     """Take every inserted node out again, except from wet materials and the groups in them.
 
-    Returns
-    -------
-    list of str
-        What could not be given back, one line each.
+    Returns what could not be given back, one line each.
     """
     kept, notes = contents.inner_groups(m.node_tree for m in wet), []
     kept |= {material.node_tree for material in wet}

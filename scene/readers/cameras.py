@@ -77,13 +77,7 @@ def clip_notes(camera: bpy.types.Object | None) -> list[str]:
 
 
 def find_camera(scene: bpy.types.Scene, name: str | None) -> bpy.types.Object:
-    """Return the named camera, or the scene's own.
-
-    Raises
-    ------
-    InputError
-        If there is no such camera.
-    """
+    """Return the named camera, or the scene's own; InputError if there is none."""
     cameras = sorted(o.name for o in scene.objects if o.type == "CAMERA")
     if name is None and (own := camera_of(scene)) is not None:
         name = own.name
@@ -107,10 +101,7 @@ def why_no_camera(scene: bpy.types.Scene) -> str:
 def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
     """Return the camera's depth in m at the current frame, 0 above the water.
 
-    Raises
-    ------
-    InputError
-        If the camera is at or below the floor, or has no usable place.
+    InputError if it is at or below the floor, or has no usable place.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     place = camera.evaluated_get(depsgraph).matrix_world
@@ -126,13 +117,7 @@ def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
 
 
 def require_usable(camera: bpy.types.Object, place: Matrix) -> None:
-    """Refuse a camera whose place or direction is not finite, or that is too far away.
-
-    Raises
-    ------
-    InputError
-        If it is.
-    """
+    """Refuse a camera whose place or direction is not finite, or that is too far away."""
     if not has_place(place):
         raise InputError(
             f"camera {camera.name!r}: its place or direction at frame "

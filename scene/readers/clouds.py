@@ -37,10 +37,7 @@ BUBBLES_IN_CYCLES = (
 class SceneClouds:
     """Clouds of a scene, and the objects that they come from.
 
-    Attributes
-    ----------
-    clouds : tuple of Cloud
-        A grid has that of its bounds, which only tells its matter and place.
+    That of a grid has its bounds, and only tells its matter and place.
     """
 
     objects: tuple[bpy.types.Object, ...] = ()
@@ -103,17 +100,9 @@ def marked(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def clouds_of(scene: bpy.types.Scene, wavelengths: ArrayLike) -> SceneClouds:
-    """Return the clouds of a scene's current frame.
+    """Return the clouds of a scene's current frame, for bands at wavelengths in nm.
 
-    Parameters
-    ----------
-    wavelengths : array_like, shape (n,)
-        Of the bands, nm.
-
-    Raises
-    ------
-    InputError
-        If one is flat, or its concentration is out of range; it names the object.
+    InputError names the object if one is flat, or its concentration is out of range.
     """
     objects, found = objects_of(scene), []
     notes = [f"cloud {x.name!r}: {_NEITHER}" for x in _marked(scene) if x not in objects]

@@ -35,12 +35,7 @@ def notes(
 ) -> list[str]:
     """Say where EEVEE is not accurate because a camera is in a closed room, or sees into one.
 
-    Parameters
-    ----------
-    occlusion : OcclusionTable or None
-        Of its water.
-    around : Surroundings or None
-        That the table is of.
+    The table is of the water, and of these surroundings.
     """
     found = None if camera is None or around is None else around.under_objects()
     if camera is None or occlusion is None or around is None or found is None:

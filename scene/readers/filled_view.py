@@ -33,18 +33,10 @@ def filled_view(
     floor_depth: float,
     cache: VisibilityCache | None = None,
 ) -> VisibilityBuffer:
-    """Return what objects fill of the view of a camera in the water.
+    """Return what surfaces, and threads beside them, fill of the view of a camera in the water.
 
-    Parameters
-    ----------
-    camera : Object or None
-        Without one, or if its rays do not come from one place, it is nothing.
-    surfaces : sequence of Triangles, optional
-        What there is besides threads; without, nothing.
-    floor_depth : float
-        Of the floor of the water, m.
-    cache : VisibilityCache, optional
-        What may be used again.
+    Nothing without surfaces or a camera, or if its rays do not come from one place; ``floor_depth``
+    is that of the floor of the water, m.
     """
     if camera is None or surfaces is None or camera.data.type == "ORTHO":
         return empty_buffer()

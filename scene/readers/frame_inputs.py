@@ -18,16 +18,10 @@ from .lamps import SceneLamps
 
 @dataclass(frozen=True)
 class ViewFromAir:
-    """A camera of which some frames may be above the water.
+    """A camera at a place, m, of which some frames may be above the water.
 
-    Parameters
-    ----------
-    camera : three floats
-        Where it is, m.
-    in_air : bool
-        Whether its rays begin in the air.
-    towards : three floats
-        Unit vector to where it looks.
+    ``in_air`` is whether its rays begin in the air; ``towards`` is the unit vector to where it
+    looks.
     """
 
     camera: Sequence[float]
@@ -47,12 +41,8 @@ class FrameInputs:
         What objects keep away and throw back.
     buffer : VisibilityBuffer or None
         What of the camera's view objects fill.
-    lamps : SceneLamps
-        In the water.
     above : ViewFromAir or None
         Of a camera that may be above the water.
-    kinds : Kinds
-        Of the objects' materials.
     seabed : float or None
         Depth in m of the floor that continues the scene's own seabed, infinite while there is no
         such seabed; None without that floor.
@@ -60,8 +50,6 @@ class FrameInputs:
         Of that floor, linear Rec.709.
     clouds, grids : tuple of (Cloud, float)
         Clouds that are blobs, and that have grids, and how far each is from the camera, m.
-    cloud_notes : tuple of str
-        What is not drawn of clouds.
     frame : four floats
         Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
     port : float

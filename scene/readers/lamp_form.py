@@ -44,18 +44,11 @@ _RAYS = ("visible_diffuse", "visible_glossy", "visible_transmission", "visible_v
 
 @dataclass(frozen=True, eq=False)
 class LampForm:
-    """Shape, size and strength of a lamp.
+    """Shape, size (m) and strength of a lamp.
 
-    Attributes
-    ----------
-    radius : float
-        m.
-    power : float
-        In the unit of its settings; negative in the wrong.
-    gain : array, shape (3,)
-        On the intensity that a point light of the power and the colour has.
-    fraction : float
-        What the power in its unit is spread over, sr; of candela, the profile on the axis.
+    The power is in the unit of its settings, negative in the wrong; the gain, shape (3,), is on the
+    intensity that a point light of the power and the colour has; the fraction is what the power in
+    its unit is spread over, sr; of candela, the profile on the axis.
     """
 
     profile: LampProfile
@@ -68,10 +61,8 @@ class LampForm:
 def form_of(lamp: ShownLamp, nodes: LampNodes, n: float) -> LampForm:
     """Return the form of a lamp with its nodes in water of a refractive index.
 
-    Raises
-    ------
-    InputError
-        If a file cannot be used, or the intensity on the axis is asked for where there is none.
+    InputError if a file cannot be used, or the intensity on the axis is asked for where there is
+    none.
     """
     light, chosen = lamp.light, stored_lamp(lamp.light)
     measured = _measured(chosen, files_of(light).get(PROFILE))
@@ -126,10 +117,7 @@ def radius_of(lamp: ShownLamp) -> float:
 def why_no_light(lamp: ShownLamp, nodes: LampNodes) -> str:
     """Say why a lamp sends no light at this frame, empty if it does.
 
-    Raises
-    ------
-    InputError
-        If it has no usable place.
+    InputError if it has no usable place.
     """
     light = lamp.light
     if not has_place(lamp.place):

@@ -42,14 +42,8 @@ _OPERATIONS: dict[str, Callable[..., Array]] = {
 class LampNodes:
     """What the nodes of a lamp say.
 
-    Attributes
-    ----------
-    factor : array, shape (3,)
-        On its light, linear Rec.709; that of an IES texture where its candela are highest.
-    photometry : Photometry, optional
-        Of an IES texture.
-    unsupported : tuple of str
-        Names of the nodes that change nothing.
+    Its light has a factor, linear Rec.709, shape (3,); that of an IES texture where its candela are
+    highest. Nodes with the ``unsupported`` names change nothing.
     """
 
     factor: Array = field(default_factory=lambda: np.ones(3))
@@ -63,13 +57,7 @@ class LampNodes:
 
 
 def nodes_of(light: bpy.types.Light) -> LampNodes:
-    """Return what the nodes of a lamp say; plain without any.
-
-    Raises
-    ------
-    InputError
-        If a photometric file cannot be used.
-    """
+    """Return what the nodes of a lamp say; InputError if a photometric file cannot be used."""
     if light.node_tree is None:
         return LampNodes()
     # Groups, zones, reroutes and what is muted are gone in it; it lives as long as its owner.

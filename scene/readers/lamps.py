@@ -59,16 +59,10 @@ _THROUGH = (
 
 @dataclass(frozen=True, eq=False)
 class SeenByLamp:
-    """What lies in directions from a lamp.
+    """What lies in directions, k rays, from a lamp.
 
-    Attributes
-    ----------
-    rays : LampRays
-        k of them.
-    distances : array, shape (k,)
-        m; infinite where nothing is.
-    normals, colours : array, shape (k, 3)
-        Unit vectors towards the lamp; mean base colours, linear Rec.709.
+    Shape (k,) have the distances, m, infinite where nothing is; shape (k, 3) the normals, unit
+    vectors towards the lamp, and the mean base colours, linear Rec.709.
     """
 
     rays: LampRays
@@ -83,8 +77,6 @@ class SceneLamps:
 
     Attributes
     ----------
-    seen : tuple of SeenByLamp or None
-        What each of them lights, where that is known.
     virtual : tuple of Lamp
         What stands for the objects that throw their light back.
     from_air : bool
@@ -197,21 +189,10 @@ def lamps_of(
 ) -> SceneLamps:
     """Return the lamps of a scene's current frame.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its z = 0 is the water surface, through which lamps above it shine.
-    unit : str
-        Of the irradiance that the scene is lit with.
-    n : float
-        Refractive index of the water, for lamps behind ports.
-    surface : Surface, optional
-        A still one of that index by default.
-
-    Raises
-    ------
-    InputError
-        If a spectrum, a power or a profile cannot be used; it names the lamp.
+    z = 0 is the water surface, still unless another is given, through which lamps above it shine.
+    ``unit`` is that of the irradiance that the scene is lit with, ``n`` the water's refractive
+    index, for lamps behind ports. InputError names the lamp if a spectrum, a power or a profile
+    cannot be used.
     """
     every, surface = shown_lamps(scene), surface or Surface(n)
     dark = {lamp.name: why_dark(lamp) for lamp in every if why_dark(lamp)}

@@ -51,14 +51,7 @@ class Sample:
 class MeshArrays:
     """Vertices (v, 3), triangles (t, 3) of them, and the part that each belongs to (t,).
 
-    Attributes
-    ----------
-    digest : bytes
-        Whether two have the same.
-    slots : tuple of int
-        The material's place of each part.
-    samples : tuple of Sample
-        Points of each part.
+    Two with one digest are the same; each part has the material's place, and samples.
     """
 
     vertices: NDArray[np.float32]

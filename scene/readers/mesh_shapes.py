@@ -9,15 +9,7 @@ from ...datasets.set_files import Shape
 
 
 def mesh_shape(scene: bpy.types.Scene, name: str) -> Shape | None:
-    """Return the surface of an object in its own axes, its scale applied; None if it has none.
-
-    Parameters
-    ----------
-    scene : Scene
-        At the frame that is meant.
-    name : str
-        Of one of its objects.
-    """
+    """Return the surface of an object in its own axes, its scale applied; None if it has none."""
     found = scene.objects[name].evaluated_get(bpy.context.evaluated_depsgraph_get())
     try:
         mesh = found.to_mesh()

@@ -50,14 +50,9 @@ Array = NDArray[np.float64]
 class MirroredEye:
     """A pinhole that sees what the surface mirrors to a camera below, or lets through to it.
 
-    Attributes
-    ----------
-    pose : array, shape (4, 4)
-        Blender's axes to the world.
-    camera : PinholeCamera
-        That of the part of the picture in which the surface mirrors, or lets light through.
-    index : float, optional
-        Of the water against air, for what the surface lets through.
+    The pose leads from Blender's axes to the world; the camera is that of the part of the picture
+    in which the surface mirrors, or lets light through. The index, of the water against air, is
+    known for what it lets through.
     """
 
     pose: Array
@@ -98,10 +93,7 @@ class MirroredEye:
     def nearness(self, depth: Array) -> NDArray[np.float32]:
         """One over the distance of what is seen from the surface, 1/m.
 
-        Parameters
-        ----------
-        depth : array, shape (h, w)
-            Along the axis, m, infinite where nothing is seen.
+        The depth, shape (h, w), is along the axis, m, infinite where nothing is seen.
         """
         h, w = depth.shape
         across, down = np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5)
@@ -118,17 +110,8 @@ def mirrored_eye(
 ) -> MirroredEye | None:
     """Return the mirrored eye of a camera at this frame.
 
-    Parameters
-    ----------
-    reach : float
-        Longest way of light by the surface that is looked at, m.
-    waves : bool
-        Whether more is mirrored than a flat surface would.
-
-    Returns
-    -------
-    MirroredEye or None
-        None if the camera is no pinhole in the water, or no ray reaches the surface.
+    None if the camera is no pinhole in the water, or no ray reaches the surface. Light goes at most
+    the ``reach`` by the surface, m; with ``waves`` more is mirrored than a flat one would.
     """
     if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
         return None
@@ -151,17 +134,8 @@ def window_eye(
 ) -> MirroredEye | None:
     """Return the eye of a camera at this frame for what is seen through the surface.
 
-    Parameters
-    ----------
-    scene, camera, reach, waves
-        As of :func:`mirrored_eye`.
-    index : float
-        Of the water against air.
-
-    Returns
-    -------
-    MirroredEye or None
-        None if the camera is no pinhole in the water, or does not look through the surface.
+    As :func:`mirrored_eye`; None too if the camera does not look through the surface. The index is
+    that of the water against air.
     """
     if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
         return None

@@ -34,14 +34,8 @@ def missing_notes(scene: bpy.types.Scene, frames: Sequence[int]) -> tuple[str, .
 def missing_data(scene: bpy.types.Scene, frames: Sequence[int]) -> tuple[str, ...]:
     """Return what is not there and renders of a scene need, a clause each: what, where, what to do.
 
-    Pictures are read, so this is for jobs and not for a panel that is drawn.
-
-    Parameters
-    ----------
-    scene : Scene
-        Before its water is put in.
-    frames : sequence of int
-        Those that sequences of pictures and volumes are looked at.
+    Asked before the water is put in. Pictures are read, and sequences at all frames, so this is for
+    jobs and not for a panel that is drawn.
     """
     used = _used(scene)
     found = [*_linked(used), *_files(used), *_pictures(used, frames), *_volumes(used, frames)]
@@ -49,13 +43,7 @@ def missing_data(scene: bpy.types.Scene, frames: Sequence[int]) -> tuple[str, ..
 
 
 def require_data(scene: bpy.types.Scene, frames: Sequence[int]) -> None:
-    """Refuse to hand a job to other machines whose scene lacks something.
-
-    Raises
-    ------
-    InputError
-        Names the first of what is missing.
-    """
+    """Refuse to hand a job to other machines whose scene lacks something; the first is named."""
     missing = missing_data(scene, frames)
     if missing:
         more = f" (and {len(missing) - _NAMED} more)" if len(missing) > _NAMED else ""

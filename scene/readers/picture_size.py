@@ -37,13 +37,7 @@ def least_memory(size: tuple[int, int], bands: int) -> int:
 
 
 def check_resolution(size: tuple[int, int]) -> None:
-    """Refuse widths and heights in pixels that Blender cannot render.
-
-    Raises
-    ------
-    InputError
-        If one is outside Blender's limits, which would otherwise cut it silently.
-    """
+    """Refuse sizes in pixels outside Blender's limits, which would cut them silently."""
     limits = bpy.types.RenderSettings.bl_rna.properties["resolution_x"]
     if not all(limits.hard_min <= side <= limits.hard_max for side in size):
         raise InputError(
@@ -54,13 +48,7 @@ def check_resolution(size: tuple[int, int]) -> None:
 
 
 def check_memory(size: tuple[int, int], bands: int) -> None:
-    """Refuse a frame that this machine can never hold.
-
-    Raises
-    ------
-    InputError
-        If the frame takes more than all the memory there is, where the system tells.
-    """
+    """Refuse a frame that takes more than all the memory there is, where the system tells."""
     needed, present = least_memory(size, bands), physical_memory()
     if needed > present:
         raise InputError(

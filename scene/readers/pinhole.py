@@ -16,13 +16,7 @@ SENSOR = 36.0
 
 
 def require_pinhole(camera: bpy.types.Object) -> None:
-    """Refuse a camera that has no calibration matrix.
-
-    Raises
-    ------
-    InputError
-        If it is not a perspective one, or mirrored by a negative scale.
-    """
+    """Refuse a camera that has no calibration matrix: no perspective one, or of negative scale."""
     if camera.matrix_world.is_negative:
         raise InputError(
             f"--layers: camera {camera.name!r} is mirrored by a negative scale, which no pose "
@@ -54,13 +48,7 @@ def set_pinhole(
     focal: tuple[float, float],
     centre: tuple[float, float],
 ) -> None:
-    """Give a camera intrinsics in pixels, for pictures of a size whose pixels are as they say.
-
-    Parameters
-    ----------
-    size, focal, centre : two numbers
-        Width and height, focal lengths, principal point.
-    """
+    """Give a camera intrinsics in pixels, for pictures of a size whose pixels are as they say."""
     (width, height), (fx, fy), (cx, cy) = size, focal, centre
     data.type, data.sensor_fit, data.sensor_width = "PERSP", "HORIZONTAL", SENSOR
     data.lens = SENSOR * fx / width

@@ -19,13 +19,7 @@ _SMALLEST_NUMBER = 1e-3
 
 
 def lens_camera(scene: bpy.types.Scene, camera: bpy.types.Object) -> LensCamera:
-    """Return a camera as it would be in air, at the size of the scene's render.
-
-    Raises
-    ------
-    InputError
-        If it is no perspective camera.
-    """
+    """Return a perspective camera as it would be in air, at the size of the scene's render."""
     if camera.data.type != "PERSP":
         raise InputError(
             f"--housing: camera {camera.name!r} is of type {camera.data.type}; a port and a lens "
@@ -45,11 +39,6 @@ def require_under_water(
     """Refuse a port that is not under water at every frame of a job.
 
     The surface may fall by ``trough``, in m.
-
-    Raises
-    ------
-    InputError
-        If it is not.
     """
     if above(camera, eyes, trough):
         raise InputError(
@@ -85,14 +74,8 @@ def set_eye(
 ) -> None:
     """Give the eye its place and intrinsics.
 
-    Parameters
-    ----------
-    port : float
-        Planar distance before it at which the water begins, m.
-    aperture : float
-        Diameter of its lens, mm.
-    focus : float
-        Distance of what is in focus from the camera along its axis, m.
+    The water begins at the planar distance ``port`` before it, m; the ``aperture`` is the diameter
+    of its lens, mm; in focus is what lies at a distance from the camera along its axis, m.
     """
     x, y, z = view.position
     # A camera's scale does not count in its picture, but it moves its children.

@@ -115,16 +115,10 @@ class PlacedMesh:
 
 
 class Meshes:
-    """Every mesh that renders show, instances included.
+    """Every mesh that renders show, instances included, but what is to be left out.
 
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-        An evaluated scene; rays can be cast until it is evaluated again.
-    leave_out : collection of Object
-        Rays pass through these.
-    ray : {"camera", "shadow"}, optional
-        What rays are cast for, see :func:`.visible_meshes`.
+    Rays can be cast until the depsgraph is evaluated again; ``ray`` is what for, see
+    :func:`.visible_meshes`.
     """
 
     def __init__(
@@ -152,16 +146,7 @@ class Meshes:
         direction: NDArray[np.float64],
         farthest: NDArray[np.float64],
     ) -> list[Hit | None]:
-        """Return what rays meet first.
-
-        Parameters
-        ----------
-        origin : array, shape (m, 3)
-        direction : array, shape (m, 3)
-            Unit vectors.
-        farthest : array, shape (m,)
-            Distance at which to stop, m.
-        """
+        """Return what rays, origins and unit vectors of shape (m, 3), meet before a distance, m."""
         hits: list[Hit | None] = []
         for start, heading, limit, near in self.near(origin, direction, farthest):
             best = None

@@ -25,10 +25,7 @@ _UPWARDS = ((0, 0, 1), (0.7, 0, 0.7), (-0.7, 0, 0.7), (0, 0.7, 0.7), (0, -0.7, 0
 class Room:
     """What :class:`..datasets.pose_sets.RoomForPoses` asks of a scene, by casting rays.
 
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-        An evaluated scene; it can be asked until it is evaluated again.
+    It can be asked until the depsgraph is evaluated again.
     """
 
     def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:

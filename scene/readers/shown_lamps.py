@@ -23,17 +23,7 @@ _INSTANCING = (bpy.types.Object, bpy.types.NodeTree, bpy.types.ParticleSettings)
 
 @dataclass(frozen=True, eq=False)
 class ShownLamp:
-    """A lamp of a scene in its place.
-
-    Attributes
-    ----------
-    item : Object
-        Not evaluated.
-    place : Matrix
-        Its axes and place in the world, m.
-    instancer : Object, optional
-        What instances it, if it is an instance.
-    """
+    """A lamp of a scene, not evaluated, in its place in the world, m; and what instances it."""
 
     item: bpy.types.Object
     place: Matrix

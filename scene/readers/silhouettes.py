@@ -19,17 +19,7 @@ _FARTHEST = 1e4  # m
 def silhouettes(
     scene: bpy.types.Scene, names: Sequence[str], camera: PinholeCamera, camera_to_world: Array
 ) -> Mapping[str, NDArray[np.bool_]]:
-    """Return the silhouettes of objects, by name, shape (height, width).
-
-    Parameters
-    ----------
-    scene : Scene
-        At the frame that is meant.
-    names : sequence of str
-        Of its objects.
-    camera_to_world : array, shape (4, 4)
-        In the scene as it is now.
-    """
+    """Return the silhouettes of objects, by name, shape (height, width), at the current frame."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     rays = camera.rays() * (1.0, -1.0, -1.0) @ camera_to_world[:3, :3].T
     eye, found = camera_to_world[:3, 3], {}

@@ -106,17 +106,7 @@ def visible_triangles(
     leave_out: Collection[bpy.types.Object] = (),
     samples: SampleCache | None = None,
 ) -> Iterator[Triangles]:
-    """Yield every mesh that casts shadows in renders, instances included.
-
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-        An evaluated scene.
-    leave_out : collection of Object
-        Not these.
-    samples : SampleCache, optional
-        What may be used again.
-    """
+    """Yield every mesh that casts shadows in renders, instances included, but what is left out."""
     samples = samples or SampleCache()
     for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes):
         colours = np.array([mean.colour for mean in shown.means])

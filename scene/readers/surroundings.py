@@ -87,9 +87,7 @@ class Surroundings:
     eyes, ahead : array, shape (m, 3)
         Where the camera is, now and at other frames, m, and unit vectors to where it looks.
     coarse : SurfaceVoxels
-        The surfaces, coarsely.
-    box : two arrays, shape (3,)
-        What they are looked for in, m; cells may reach beyond it.
+        The surfaces, coarsely; ``box`` is what they are looked for in.
     """
 
     surfaces: Sequence[Triangles]
@@ -285,17 +283,10 @@ def look_around(
 ) -> Surroundings:
     """Look at what is visible around a camera, at the scene's current frame.
 
-    Parameters
-    ----------
-    camera : Object or None
-        Without one everything counts alike.
-    extinction : float
-        Of the clearest band, 1/m: decides how far away objects matter.
-    path : sequence of six floats
-        Where the camera is at the frames of a job, see :func:`.cameras.eye_of`. Unless they lie too
-        far apart, one place serves for all, so that nothing changes but what moves.
-    samples : SampleCache, optional
-        What may be used again.
+    Without a camera everything counts alike. How far away objects matter follows from the
+    extinction of the clearest band, 1/m. The path is where the camera is at the frames of a job,
+    see :func:`.cameras.eye_of`: unless the places lie too far apart, one serves for all, so that
+    nothing changes but what moves.
     """
     samples = samples or SampleCache()
     samples.next_frame()

@@ -24,18 +24,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Threads:
-    """Straight parts of threads, or points.
+    """Straight parts of threads, from starts to ends, m, shape (n, 3); points have them alike.
 
-    Attributes
-    ----------
-    starts, ends : array, shape (n, 3)
-        m; the same of points.
-    radii : array, shape (n,)
-        m.
-    colour : array, shape (3,)
-        Linear Rec.709.
-    each : float
-        How many parts each stands for.
+    Radii, m, have shape (n,); the colour is linear Rec.709; each part stands for ``each``.
     """
 
     starts: Array
@@ -70,15 +61,7 @@ class Threads:
 def visible_threads(
     depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
 ) -> Iterator[Threads]:
-    """Yield hair, hair of particles and clouds of points that renders show.
-
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-        An evaluated scene.
-    leave_out : collection of Object
-        Not these.
-    """
+    """Yield hair, hair of particles and clouds of points that renders show, but for some."""
     for found in visible_instances(depsgraph, leave_out):
         item, place = found.object, found.matrix_world
         if not item.visible_camera:

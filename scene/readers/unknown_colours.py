@@ -7,13 +7,7 @@ from .surroundings import Surroundings
 
 
 def notes(around: Surroundings | None) -> list[str]:
-    """Name materials whose mean colour is a guess, and the nodes that are why.
-
-    Parameters
-    ----------
-    around : Surroundings, optional
-        What stands about the cameras, if anything was looked at.
-    """
+    """Name materials about the cameras whose mean colour is a guess, and the nodes that are why."""
     found: dict[str, set[str]] = {}
     for surface in () if around is None else around.surfaces:
         for material, nodes in surface.unknown:

@@ -41,15 +41,10 @@ _PLAIN = (0.5, 0.5, 0.5)
 class ViewFromAbove:
     """What a camera over the water sees, or one with the waterline on its glass.
 
-    Parameters
-    ----------
-    direction : array, shape (m, 3)
-        Unit directions of its rays.
-    relative_index : array, shape (m,)
-        Of the water against what is before it; 1 where the camera's glass is in the water.
-    seen : SeenPoints
-        What the rays that go down meet in the water, in their order; each counts by its fraction of
-        the picture that is let through the surface. None without any.
+    Of m rays: unit directions, shape (m, 3), and the index of the water against what is before
+    each, 1 where the camera's glass is in the water. ``seen`` is what those that go down meet in
+    the water, in their order; each counts by its fraction of the picture that is let through the
+    surface.
     """
 
     direction: NDArray[np.float64]
@@ -68,24 +63,11 @@ def trace_view(
     skyward: int = _SKYWARD,
     steps: int = _STEPS,
 ) -> SeenPoints:
-    """Return what a camera sees at the current frame.
+    """Return what a camera under water sees at the current frame, by about so many ``rays``.
 
-    Parameters
-    ----------
-    camera : Object
-        Perspective, orthographic or panoramic, under water.
-    column : WaterColumn
-        Gives the sun, the floor and how far to look for shadows.
-    field : SolvedField
-        Gives the light from above, other than the direct sun.
-    rays : int
-        About how many to return, out of a finer picture.
-    grid : (int, int)
-        Rays of that picture, across and down.
-    skyward : int
-        Rays towards the light from above, from each place.
-    steps : int
-        Looks for shadow along a ray.
+    They are picked from a finer picture of the ``grid``, across and down. The field gives the light
+    from above; ``skyward`` is the number of rays towards it from each place, ``steps`` how often
+    shadow is looked for along a ray.
     """
     depsgraph = bpy.context.evaluated_depsgraph_get()
     meshes = Meshes(depsgraph, marks.objects(scene), "camera")
@@ -106,12 +88,8 @@ def trace_from_above(
 ) -> ViewFromAbove:
     """Return what a camera over the water sees at the current frame, but for objects in the air.
 
-    Parameters
-    ----------
-    column, field, grid, skyward
-        As of :func:`trace_view`.
-    rays : int, optional
-        About how many of those in the water are looked at; all by default.
+    As :func:`trace_view`; about so many ``rays`` of those in the water are looked at, all by
+    default.
     """
     origin, direction = cameras.ray_arrays(scene, camera, *grid)
     forward = np.array(cameras.turn_of(camera) @ Vector((0.0, 0.0, -1.0)))

@@ -39,15 +39,7 @@ Ray = Literal["camera", "shadow"]
 def visible_instances(
     depsgraph: bpy.types.Depsgraph, leave_out: Collection[bpy.types.Object] = ()
 ) -> Iterator[bpy.types.DepsgraphObjectInstance]:
-    """Yield every object and instance that renders show, as it was last evaluated.
-
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-        An evaluated scene.
-    leave_out : collection of Object
-        Not these.
-    """
+    """Yield objects and instances that renders show, as last evaluated, but what is left out."""
     left_out = set(leave_out)
     shown = in_rendered_collections(depsgraph.view_layer)
     for found in depsgraph.object_instances:
@@ -82,17 +74,10 @@ def visible_meshes(
     ray: Ray | None = None,
     cache: MeshCache | None = None,
 ) -> Iterator[VisibleMesh]:
-    """Yield every mesh with triangles that renders show.
+    """Yield every mesh with triangles that renders show, but what is left out.
 
-    Parameters
-    ----------
-    depsgraph : Depsgraph
-        An evaluated scene.
-    leave_out : collection of Object
-        Not these.
-    ray : {"camera", "shadow"}, optional
-        What rays of a kind meet: neither objects that are invisible to them, nor surfaces that
-        let most light through.
+    Rays of a kind, ``"camera"`` or ``"shadow"``, meet neither objects that are invisible to them,
+    nor surfaces that let most light through.
     """
     cache = cache or MeshCache()
     meshes: dict[Hashable, tuple[MeshArrays, list[MeanSurface]]] = {}

@@ -36,13 +36,7 @@ class _Read:
 
 
 class GridCache:
-    """Densities that were read; in a job once a frame.
-
-    Parameters
-    ----------
-    of_job : bool
-        Whether nothing changes within a frame.
-    """
+    """Densities that were read; in a job, where nothing changes within a frame, once a frame."""
 
     def __init__(self, *, of_job: bool = False) -> None:
         self._of_job = of_job
@@ -58,17 +52,8 @@ class GridCache:
     ) -> tuple[list[Cloud], list[str]]:
         """Return clouds of volume objects with their grids, and what to say of the others.
 
-        Parameters
-        ----------
-        scene : Scene
-        found : sequence of (Object, Cloud)
-        unchanged : bool
-            Whether densities of this frame that were read may be taken to be as they were.
-
-        Raises
-        ------
-        InputError
-            If an object is flat; it names it.
+        ``unchanged`` is whether densities of this frame that were read may be taken to be as they
+        were. InputError names an object that is flat.
         """
         clouds, notes = [], []
         for item, cloud in found:
@@ -111,17 +96,10 @@ class GridCache:
 def read_density(
     scene: bpy.types.Scene, item: bpy.types.Object
 ) -> tuple[Array, Array, Array] | None:
-    """Read the density of a volume object at its scene's current frame.
+    """Read the density of a volume object at its scene's current frame; None without such a grid.
 
-    Returns
-    -------
-    density : array, shape (nx, ny, nz)
-        Means about the nodes of its box, which has a margin of one node.
-    low : array, shape (3,)
-        The first node, in the object's own space.
-    cell : array, shape (3,)
-        Distance of nodes along each axis there.
-    None without a grid of that name.
+    Returns means about the nodes of its box, which has a margin of one, shape (nx, ny, nz); and in
+    the object's own space the first node and the distance of nodes along each axis, shape (3,).
     """
     seen = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
     geometry = seen.evaluated_geometry()  # holds what it has

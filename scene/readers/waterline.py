@@ -28,12 +28,8 @@ def above(
 ) -> bool:
     """Whether a camera may have air before its glass, now or where it is at frames of a job.
 
-    Parameters
-    ----------
-    eyes : sequence of tuple
-        Where it is at the frames; the third number of each is its height, m.
-    trough : float
-        How far the surface may fall below its mean level, m.
+    The third number of each eye is its height, m; the surface may fall by ``trough`` below its mean
+    level, m.
     """
     return any(eye[2] > -PORT - trough for eye in (eye_of(camera), *eyes))
 
@@ -44,16 +40,9 @@ def glass_heights(
     shape: tuple[int, int],
     waves: RaisedWaves | None = None,
 ) -> NDArray[np.float64] | None:
-    """Heights over the surface of the pixels' places on the glass, shape (h, w).
+    """Heights of the pixels' places on the glass over the surface, level without waves; (h, w).
 
     None if all are in the air, or all in the water, and for cameras without a pinhole.
-
-    Parameters
-    ----------
-    shape : two ints
-        Rows and columns.
-    waves : RaisedWaves, optional
-        Heights of the surface; it is level without.
     """
     if camera.data.type != "PERSP":
         return None
@@ -92,15 +81,9 @@ def joined(
     refractive_index: float,
     waves: RaisedWaves | None = None,
 ) -> NDArray[np.float32]:
-    """Join the pictures of a camera in the air and in the water at the waterline.
+    """Join the pictures, shape (h, w, c), of a camera in the air and in the water at the waterline.
 
-    Parameters
-    ----------
-    camera : Object
-        At the surface: it has :func:`glass_heights`.
-    air, water : array, shape (h, w, c)
-    waves : RaisedWaves, optional
-        As of :func:`glass_heights`.
+    The camera is at the surface: it has :func:`glass_heights`.
     """
     heights = glass_heights(scene, camera, air.shape[:2], waves)
     assert heights is not None, "the camera is at the surface"

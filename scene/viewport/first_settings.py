@@ -40,20 +40,11 @@ def leave_lamps_in_air(scene: bpy.types.Scene) -> None:
 
 
 def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
-    """Give a scene the settings of a first picture.
+    """Give a scene the settings of a first picture; returns notes on what could not be lowered.
 
-    A dry scene is lowered, and its lamps, which hang in the air, are left out: the sun lights
-    it. Under objects that bring no seabed of their own a pale floor is put, where they end.
-
-    Parameters
-    ----------
-    depth : float or None
-        Of the camera afterwards, m, in a dry scene; None leaves everything where it is.
-
-    Returns
-    -------
-    list of str
-        What could not be lowered, one line each.
+    A dry scene is lowered until its camera is at the depth, m, None leaves it; and its lamps, which
+    hang in the air, are left out: the sun lights it. Under objects that bring no seabed of their
+    own a pale floor is put, where they end.
     """
     notes = []
     above = preview_depths.camera_depth(scene)

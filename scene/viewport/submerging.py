@@ -25,17 +25,9 @@ _NAMED = 5
 
 
 def lower(scene: bpy.types.Scene, distance: float) -> list[str]:
-    """Lower the scene's objects, those of the water aside, and an added floor.
+    """Lower the scene's objects, those of the water aside, and an added floor, by a distance in m.
 
-    Parameters
-    ----------
-    distance : float
-        Downwards, m; negative to lift.
-
-    Returns
-    -------
-    list of str
-        What could not be lowered, or not here alone, one line each.
+    A negative one lifts. Returns what could not be lowered, or not here alone, one line each.
     """
     items = [item for item in scene.objects if MARK not in item]
     notes = _lower_floor(scene, distance)

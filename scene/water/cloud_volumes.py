@@ -38,10 +38,7 @@ LAYERS = (
 def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
     """Add the clouds of a scene to its water; they follow their objects, and leave with it.
 
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
+    Returns what could not be treated, one line each.
     """
     found = clouds_of(scene, plan.bands.centres)
     for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
@@ -81,10 +78,7 @@ def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.flo
 def clear(item: bpy.types.Object) -> str:
     """Keep EEVEE from drawing a volume object by itself while there is water.
 
-    Returns
-    -------
-    str
-        What to say if it could not be done.
+    Returns what to say if it could not be done.
     """
     if not item.is_editable:
         return f"cloud {item.name!r} is linked and drawn twice by EEVEE; make it local"
@@ -99,12 +93,7 @@ def clear(item: bpy.types.Object) -> str:
 def leave_out(scene: bpy.types.Scene) -> list[str]:
     """Keep EEVEE from drawing volume objects that are no clouds and that it has a material for.
 
-    Those that have one of their own are left out with it.
-
-    Returns
-    -------
-    list of str
-        Which, one line each.
+    Those that have one of their own are left out with it. Returns which, one line each.
     """
     notes, depsgraph = [], bpy.context.evaluated_depsgraph_get()
     for item in contents.objects(scene):

@@ -40,11 +40,6 @@ def notes(plan: RenderPlan, around: Surroundings | None) -> list[str]:
     """Say where the floor lies if it is much lower than the ground that it continues.
 
     And where it is a close decision whether there is such a ground.
-
-    Parameters
-    ----------
-    around : Surroundings, optional
-        What stands about the cameras, if anything was looked at.
     """
     if around is None or not plan.settings.scene_floor or math.isfinite(plan.column.floor_depth):
         return []

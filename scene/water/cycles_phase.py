@@ -39,19 +39,13 @@ LARGEST_ERROR = 0.25
 
 @dataclass(frozen=True, eq=False)
 class CyclesPhase:
-    """A phase function as Cycles scatters it.
+    """A phase function as Cycles scatters it: by at most two lobes, for which it has room.
 
-    Attributes
-    ----------
-    lobes : tuple of ScatteringLobe
-        As many as Cycles has room for, two.
-    fractions : tuple of array, shape (n,)
-        Fraction of each lobe in the scattering of each band; where the forward peak is bounded
-        they add up to less than 1, see :class:`.BoundedPhase`. Cycles picks among lobes by the
-        average over its three channels, so bands share a pass only where they share
-        the phase function, see :mod:`.shared_phase`.
-    shapes : tuple of (array, array), shape (n,)
-        Anisotropy and alpha of each lobe that has its own in each band; else none.
+    The fractions, shape (n,), are those of each lobe in the scattering of each band; where the
+    forward peak is bounded they add up to less than 1, see :class:`.BoundedPhase`. Cycles picks
+    among lobes by the average over its three channels, so bands share a pass only where they share
+    the phase function, see :mod:`.shared_phase`. The shapes are anisotropy and alpha, shape (n,),
+    of each lobe that has its own in each band; else none.
     """
 
     lobes: tuple[ScatteringLobe, ...]
@@ -63,16 +57,9 @@ class CyclesPhase:
 def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:
     """Split a phase function into lobes.
 
-    Parameters
-    ----------
-    bounded : bool
-        Bound the forward peak of sea particles, see :func:`.bound_forward_peak`; a peak
-        that lobes cannot follow stays exact, and a note says so.
-
-    Raises
-    ------
-    InputError
-        If Cycles has nothing for one of its components.
+    ``bounded`` is whether to bound the forward peak of sea particles, see
+    :func:`.bound_forward_peak`; a peak that lobes cannot follow stays exact, and a note says so.
+    InputError if Cycles has nothing for one of its components.
     """
     notes = []
     peaked = [c for c in phase.components if isinstance(c, FournierForand | PetzoldAverage)]

@@ -65,25 +65,17 @@ def add_water(
     raised: bool = False,
     foam: bool = False,
 ) -> list[str]:
-    """Put water into a scene.
+    """Put water into a scene; returns what could not be treated, one line each.
 
-    Adds the water box, the sun, and, where the column has them, the surface and
-    the floor; replaces the world by the sky; hides the scene's own lamps; routes
-    the colours of materials through the bands. :func:`.scene_water.remove` takes
-    it out.
+    Adds the water box, the sun, and, where the column has them, the surface and the floor; replaces
+    the world by the sky; hides the scene's own lamps; routes the colours of materials through the
+    bands. :func:`.scene_water.remove` takes it out. InputError if the scene has water already, or
+    is linked from another file.
 
     Parameters
     ----------
     scene : Scene
-        The scene; its z = 0 is the mean water surface.
-    column : WaterColumn
-        The water, the light and the floor.
-    phases : sequence of CyclesPhase
-        Phase function of each layer, from the surface down.
-    extent : WaterExtent
-        Size of the water.
-    lamps : SceneLamps, optional
-        In the water.
+        Its z = 0 is the mean water surface.
     above : bool
         Whether the camera may be in the air, and sees the sky of the air.
     dry : bool
@@ -96,16 +88,6 @@ def add_water(
         Whether waves have heights.
     foam : bool
         Whether these leave foam.
-
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
-
-    Raises
-    ------
-    InputError
-        If the scene has water already, or is linked from another file.
     """
     scene_water.prepare(scene)
     _, bare = bare_surfaces.dress(scene)

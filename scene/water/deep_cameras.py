@@ -14,14 +14,7 @@ _MOST = 15.0
 
 
 def notes(column: WaterColumn, depths: Sequence[float]) -> list[str]:
-    """Say if cameras are so deep that rays find the surface only by very many samples.
-
-    Parameters
-    ----------
-    column : WaterColumn
-    depths : sequence of float
-        Of the cameras, m.
-    """
+    """Say if cameras are so deep, m, that rays find the surface only by very many samples."""
     deepest = max([0.0, *depths])
     if not (np.any(column.sun_irradiance > 0) or np.any(column.sky_radiance > 0)):
         return []

@@ -25,13 +25,7 @@ from . import refraction_displacement
 
 
 def let_go() -> list[str]:
-    """Give back, dry and delete what no wet scene holds.
-
-    Returns
-    -------
-    list of str
-        What could not be given back, one line each.
-    """
+    """Give back, dry and delete what no wet scene holds; returns what could not be given back."""
     waters = marks.waters()
     lamps = {item for scene in waters for item in contents.objects(scene)}
     held = set(waters.values())
@@ -63,10 +57,7 @@ def let_go() -> list[str]:
 def dry_but(wet: Collection[bpy.types.Material]) -> list[str]:
     """Take water out of all materials but some, and the groups in these.
 
-    Returns
-    -------
-    list of str
-        What could not be given back, one line each.
+    Returns what could not be given back, one line each.
     """
     # Colours go home before the nodes that they are led through are taken away.
     band_colors.remove(wet)

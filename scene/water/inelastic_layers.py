@@ -91,23 +91,8 @@ def bring(
 ) -> dict[str, NDArray[np.float64]]:
     """Put the emitting layers of a frame into the water of a scene; they leave with it.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its water is there already.
-    light : Emission or None
-        Without it there are none.
-    floor_depth : float
-        Of the column that it is emitted in, m.
-    extent : WaterExtent
-        Size of the water.
-    depth : float
-        Of the camera, m.
-
-    Returns
-    -------
-    dict
-        Radiance per metre of every layer and band, by view-layer property.
+    ``floor_depth`` is that of the column that it is emitted in, ``depth`` the camera's, m. Returns
+    the radiance per metre of every layer and band, by view-layer property.
     """
     for item in [item for item in marks.objects(scene) if _LAYER in item]:
         bpy.data.batch_remove([item, item.data, *item.data.materials])

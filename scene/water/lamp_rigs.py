@@ -15,22 +15,10 @@ from ..stored_lamps import PROPERTY, ROV
 
 @dataclass(frozen=True)
 class Rig:
-    """Lamps of one kind around a camera.
+    """Lamps of one kind around a camera, at places in its axes, m: right, up, back.
 
-    Parameters
-    ----------
-    label : str
-        What it is called.
-    places : tuple of three floats
-        In the camera's axes, m: right, up, back.
-    aim : float
-        Distance before the camera at which the beams meet, m.
-    lumens : float
-        Of each lamp.
-    profile : str
-        As lamps store it; empty for a spot.
-    cone : float
-        Full angle of a spot, degrees.
+    The beams meet at the distance ``aim`` before the camera, m; each lamp has the lumens, and a
+    profile as lamps store it, or a spot's cone, degrees.
     """
 
     label: str
@@ -61,19 +49,9 @@ _BLEND = 0.35
 def add_rig(
     scene: bpy.types.Scene, name: str, camera: bpy.types.Object | None = None
 ) -> list[bpy.types.Object]:
-    """Hang lamps on a camera; they move with it.
+    """Hang the lamps of one of :data:`RIGS` on a camera, the scene's by default; they move with it.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`RIGS`.
-    camera : Object, optional
-        The scene's by default.
-
-    Raises
-    ------
-    InputError
-        If there is no such rig, or no camera.
+    InputError if there is no such rig, or no camera.
     """
     if name not in RIGS:
         raise unknown_name("lamps", name, RIGS)
@@ -96,13 +74,7 @@ def add_rig(
 
 
 def add_lamp(scene: bpy.types.Scene, name: str, lumens: float, profile: str) -> bpy.types.Object:
-    """Add an LED lamp at the origin that shines down.
-
-    Parameters
-    ----------
-    profile : str
-        As lamps store it; empty for light to all sides.
-    """
+    """Add an LED lamp at the origin that shines down, or without a profile to all sides."""
     light = bpy.data.lights.new(name, "POINT")
     light.energy, light.shadow_soft_size = lumens, _RADIUS
     chosen = getattr(light, PROPERTY)

@@ -27,17 +27,10 @@ def metered(
     depth: float,
     lit: NDArray[np.float64] | None,
 ) -> float | None:
-    """Return the stops that the picture asks for at the current frame.
+    """Return the stops that the picture asks for at the current frame; the camera's depth is in m.
 
-    None if the settings expose otherwise or nothing is lit: the exposure is then that of the
-    light at the camera.
-
-    Parameters
-    ----------
-    depth : float
-        Of the camera, m.
-    lit : array, shape (n,), optional
-        Irradiance of lamps before the camera.
+    None if the settings expose otherwise or nothing is lit: the exposure is then that of the light
+    at the camera. ``lit``, shape (n,), is the irradiance of lamps before it.
     """
     chosen = plan.settings
     if chosen.exposure != BY_PICTURE:

@@ -30,17 +30,7 @@ def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:
 
 
 def patterns(scene: bpy.types.Scene, plan: RenderPlan, *, sun_disc: bool = True) -> WavePatterns:
-    """Compute the waves of the current frame.
-
-    Parameters
-    ----------
-    scene : Scene
-        At the frame.
-    plan : RenderPlan
-        Its settings and water.
-    sun_disc : bool
-        Whether the patterns are blurred by the disc of the sun.
-    """
+    """Compute the waves of the current frame, blurred by the disc of the sun or not."""
     column = plan.column
     return sea_of(plan.settings).at(
         wave_time(scene, plan.settings),
@@ -85,12 +75,8 @@ def limits(
 ) -> list[str]:
     """Return what is not drawn right of a surface with heights, a line each; none of a plane.
 
-    Parameters
-    ----------
-    eyes : sequence of tuple
-        Where it is at the frames of a job; the third number of each is its height, m.
-    eevee, live : bool
-        As of :func:`.raised_limits`.
+    The third number of each eye at the frames of a job is its height, m; see
+    :func:`.raised_limits`.
     """
     if not has_heights(settings):
         return []
@@ -121,10 +107,7 @@ def move_surface(
 ) -> None:
     """Bring the surface of the Cycles reference to the current frame; nothing without waves.
 
-    Parameters
-    ----------
-    middle : two floats
-        About which a surface with heights is finest, x and y, m.
+    With heights it is finest about a middle, x and y, m.
     """
     if plan.settings.surface != WAVES:
         return

@@ -16,13 +16,7 @@ _AMOUNTS = {BUBBLES: 3.0}
 
 
 def add_blob(scene: bpy.types.Scene, constituent: str = MINERALS) -> bpy.types.Object:
-    """Add a blob to a scene, before its camera if it has one.
-
-    Parameters
-    ----------
-    constituent : str
-        One of :data:`.matter.UNITS`.
-    """
+    """Add a blob of one of :data:`.matter.UNITS` to a scene, before its camera if it has one."""
     item = bpy.data.objects.new(_NAMES[constituent], None)
     item.empty_display_type, item.empty_display_size = "SPHERE", _SIZE
     camera = scene.camera

@@ -31,24 +31,10 @@ _BEFORE = 0.5  # s in which one comes up
 def add_plumes(
     scene: bpy.types.Scene, settings: SceneSettings, count: int, *, keyed: bool = True
 ) -> list[bpy.types.Object]:
-    """Add plumes below the foam that counts most before the camera at the current frame.
+    """Add at most so many plumes below the foam that counts most before the camera at this frame.
 
-    Parameters
-    ----------
-    scene : Scene
-        With a camera.
-    settings : SceneSettings
-        With waves with height, and whitecaps.
-    count : int
-        How many at most.
-    keyed : bool
-        Whether they come up before this frame, follow the waves and thin out after it, by
-        keyframes; else they stay as they are.
-
-    Raises
-    ------
-    InputError
-        If there is no camera, or no foam near it.
+    ``keyed`` is whether they come up before this frame, follow the waves and thin out after it, by
+    keyframes; else they stay as they are. InputError if there is no camera, or no foam near it.
     """
     camera = scene.camera
     if camera is None:

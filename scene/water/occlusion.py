@@ -81,10 +81,7 @@ class _Inputs:
 class Cache:
     """What was computed for a frame and may serve for the next, which is the same without it.
 
-    Parameters
-    ----------
-    of_job : bool
-        Whether nothing moves within a frame.
+    In a job nothing moves within a frame.
     """
 
     def __init__(self, *, of_job: bool = False) -> None:
@@ -178,18 +175,8 @@ def table_of(
 ) -> OcclusionTable:
     """Return the occlusion in a scene's water, around its cameras.
 
-    Parameters
-    ----------
-    around : Surroundings
-        Of the scene.
-    field : SolvedField
-        Of the water without objects.
-    weights : array, shape (3, n)
-        Linear RGB per unit radiance of each band.
-    depth : float
-        Of the camera, m.
-    cache : Kept, optional
-        What may be used again.
+    The field is that of the water without objects; the weights, shape (3, n), are linear RGB per
+    unit radiance of each band; the camera's depth is in m.
     """
     cache, found = cache or Cache(), around.under_objects()
     if found is None:

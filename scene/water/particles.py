@@ -35,16 +35,9 @@ Wet = Callable[[bpy.types.Material], object]
 
 @dataclass(frozen=True)
 class SceneParticles:
-    """The particles of a frame.
+    """The particles of a frame, a cloud a kind, those without particles left out.
 
-    Parameters
-    ----------
-    clouds : tuple of ParticleCloud
-        One a kind, those without particles left out.
-    drift : tuple of three floats
-        Velocity of the water, m/s.
-    deepest : float
-        Depth of the floor, m.
+    They drift with the water, m/s, and ``deepest`` is the depth of the floor, m.
     """
 
     clouds: tuple[ParticleCloud, ...] = ()
@@ -114,12 +107,7 @@ def is_there(scene: bpy.types.Scene, wanted: SceneParticles) -> bool:
 def bring(scene: bpy.types.Scene, wanted: SceneParticles, wet: Wet) -> None:
     """Give the water of a scene its particles; kinds that it lacks are added.
 
-    Parameters
-    ----------
-    scene : Scene
-        With water.
-    wet : callable
-        Brings a new material into the water.
+    ``wet`` brings a new material into the water.
     """
     there = _objects(scene)
     for cloud in wanted.clouds:
@@ -153,15 +141,7 @@ def _add(scene: bpy.types.Scene, cloud: ParticleCloud, wet: Wet) -> bpy.types.Ob
 
 
 def dress(item: bpy.types.Object, tree: bpy.types.NodeTree, material: bpy.types.Material) -> None:
-    """Let an object show particles of one material.
-
-    Parameters
-    ----------
-    item : Object
-        A mesh.
-    tree : NodeTree
-        Of :func:`.node_groups.particles.build`.
-    """
+    """Let a mesh show particles of one material, by a tree of :mod:`.node_groups.particles`."""
     item.data.materials.append(material)
     item.modifiers.new(tree.name, "NODES").node_group = tree
     # Only the camera sees them: what they keep from each other and from objects is in the water's

@@ -33,15 +33,7 @@ class PassValues:
 
     @classmethod
     def of_column(cls, column: WaterColumn, phases: Sequence[CyclesPhase]) -> PassValues:
-        """Return the values of the water itself.
-
-        Parameters
-        ----------
-        column : WaterColumn
-            The water, its light and its floor.
-        phases : sequence of CyclesPhase
-            Phase function of each layer, from the surface down.
-        """
+        """Return the values of the water itself; the phase of each layer from the surface down."""
         # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
         gain = column.refractive_index**2 if column.reflects else 1.0
         values = {

@@ -25,13 +25,7 @@ def surface(name: str, half_width: float) -> bpy.types.Object:
 
 
 def body(name: str, extent: WaterExtent, gap: float) -> bpy.types.Object:
-    """Make a closed body of water below such a surface.
-
-    Parameters
-    ----------
-    gap : float
-        How far its upper face stays below the surface, m.
-    """
+    """Make a closed body of water whose upper face stays a gap, m, below such a surface."""
     top, faces = _fan(extent.half_width)
     rim = top[-_SECTORS:].copy()
     rim[:, 2] = -extent.bottom
@@ -45,13 +39,7 @@ def body(name: str, extent: WaterExtent, gap: float) -> bpy.types.Object:
 
 
 def follow(scene: bpy.types.Scene, waves: RaisedWaves, middle: Sequence[float]) -> None:
-    """Bring the meshes in a scene's water to the heights of a moment.
-
-    Parameters
-    ----------
-    middle : two floats
-        About which they are finest, x and y, m.
-    """
+    """Bring the meshes in a scene's water to the heights of a moment, finest about a middle, m."""
     for item in marks.objects(scene):
         if _SINKS in item:
             item.location.x, item.location.y = middle[0], middle[1]

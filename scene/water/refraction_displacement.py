@@ -41,19 +41,8 @@ def insert(
 ) -> list[str]:
     """Let the vertices of materials move as a group of :mod:`.realtime_refraction` says.
 
-    Parameters
-    ----------
-    materials : iterable of Material
-        Which are wet.
-    reach : float
-        Farthest that a vertex moves, m.
-    from_air : bool
-        Whether the camera is in the air, not in the water.
-
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
+    A vertex moves by at most the ``reach``, m; ``from_air`` is whether the camera is in the air.
+    Returns what could not be treated, one line each.
     """
     notes = []
     for material in materials:
@@ -90,12 +79,7 @@ def give_back(kept: Iterable[bpy.types.Material]) -> None:
 def subdivide(scene: bpy.types.Scene, camera: Sequence[float], *, from_air: bool = True) -> None:
     """Subdivide meshes beyond the surface whose edges are too long to be bent as refraction asks.
 
-    Parameters
-    ----------
-    camera : three floats
-        Where the camera is, m.
-    from_air : bool
-        Whether that is in the air, and the meshes in the water.
+    ``from_air`` is whether the camera, m, is in the air, and the meshes in the water.
     """
     parts = [
         part

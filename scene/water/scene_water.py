@@ -32,20 +32,10 @@ SUN_DIAMETER_IN_AIR = math.radians(0.53)
 
 @dataclass(frozen=True, eq=False)
 class Filling:
-    """What an engine brings into a scene.
+    """What an engine brings into a scene; the sun is the first of the lamps.
 
     Parameters
     ----------
-    world : World
-        Takes the place of the scene's own.
-    lamps : list of Light
-        The sun first.
-    floor : Material
-        Of the added floor, if the water has one.
-    objects : list of Object
-        The others.
-    images : WaveImages, optional
-        Of a moving surface.
     parts : mapping of str to ID
         Data-blocks that :func:`part` returns.
     followers : sequence of tuples
@@ -71,10 +61,7 @@ class Filling:
 def prepare(scene: bpy.types.Scene) -> None:
     """Ready a scene for :func:`add`; clear up what copies have left in the file.
 
-    Raises
-    ------
-    InputError
-        If the scene has water already, or is linked from another file.
+    InputError if the scene has water already, or is linked from another file.
     """
     if marks.has_water(scene):
         raise InputError(f"scene {scene.name!r} has water already; remove it first")
@@ -111,23 +98,9 @@ def own_materials(
 def add(
     scene: bpy.types.Scene, filling: Filling, column: WaterColumn, extent: WaterExtent
 ) -> list[str]:
-    """Put water into a scene in place of its own world and lamps.
+    """Put water of an engine into a scene that is ready, in place of its own world and lamps.
 
-    Parameters
-    ----------
-    scene : Scene
-        Ready by :func:`prepare`.
-    filling : Filling
-        The water of an engine.
-    column : WaterColumn
-        Its sun and its floor.
-    extent : WaterExtent
-        Its size.
-
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
+    The column tells of sun and floor. Returns what could not be treated, one line each.
     """
     notes = _hide_lamps(scene, from_rays=filling.traced)
     collection = bpy.data.collections.new("Underwater")
@@ -172,12 +145,8 @@ def add(
 def remove(scene: bpy.types.Scene) -> list[str]:
     """Take the water out; the scene is as it was before :func:`add`.
 
-    What the user has deleted meanwhile stays away; what has got other values keeps them.
-
-    Returns
-    -------
-    list of str
-        What could not be given back, one line each.
+    What the user has deleted meanwhile stays away; what has got other values keeps them. Returns
+    what could not be given back, one line each.
     """
     if not marks.has_water(scene):
         return []
@@ -227,12 +196,8 @@ def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:
     """Turn the sun and move the floor of a scene's water to where they are.
 
-    Parameters
-    ----------
-    column : WaterColumn
-        Its sun, and the depth of an added floor.
-    own_seabed : float, optional
-        Depth in m of a floor that continues the scene's own seabed; it is hidden if infinite.
+    ``own_seabed`` is the depth in m of a floor that continues the scene's own seabed; it is hidden
+    if infinite.
     """
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):

@@ -25,13 +25,7 @@ _LEVEL = 0.9  # cosine of the steepest ground
 def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
     """Depth in m of an added floor that is covered by the scene's seabed at the same depth.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its objects are seen as they were last evaluated; instances of collections count,
-        other instances do not.
-    floor_depth : float
-        Depth of the floor, m.
+    Objects are seen as they were last evaluated; instances of collections count, others do not.
     """
     depth = floor_depth
     for item, place in _meshes(rendered_layer(scene)):

@@ -20,14 +20,7 @@ _MOST = 32
 def notes(scene: bpy.types.Scene, eyes: Sequence[Sequence[float]], more: int = 0) -> list[str]:
     """Say if there are more volumes in one place than Cycles can tell apart.
 
-    Parameters
-    ----------
-    scene : Scene
-        With its water.
-    eyes : sequence of three floats and more
-        Where cameras are, m.
-    more : int
-        Volumes above these that are not there yet.
+    Eyes are where cameras are, m; ``more`` volumes above these are not there yet.
     """
     bpy.context.view_layer.update()
     items = [item for item in ever_rendered(scene) if _is_volume(item)]
