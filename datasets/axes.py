@@ -19,14 +19,12 @@ _RIGID = 1e-6
 
 
 def rigid(pose: ArrayLike, what: str) -> Array:
-    """Return a pose as an array that cannot be written to.
+    """Return a pose as an array that cannot be written to; ``what`` names it in messages.
 
     Parameters
     ----------
     pose : array_like, shape (4, 4)
         Rotation and translation (m) to the world.
-    what : str
-        Whose, for messages.
 
     Raises
     ------
@@ -52,10 +50,7 @@ def rigid(pose: ArrayLike, what: str) -> Array:
 def world_to_opencv(camera_to_world: ArrayLike) -> Array:
     """Return the matrix from the world to a camera in OpenCV's axes, shape (4, 4).
 
-    Parameters
-    ----------
-    camera_to_world : array_like, shape (4, 4)
-        Pose of the camera in Blender's axes.
+    The pose, shape (4, 4), is in Blender's axes.
 
     Examples
     --------
@@ -73,13 +68,7 @@ def blender_from_opencv(world_to_camera: ArrayLike) -> Array:
 
 
 def turned(pose: ArrayLike) -> Array:
-    """Return a pose to the world of a camera in OpenCV's axes for one in Blender's, and back.
-
-    Examples
-    --------
-    >>> turned(np.eye(4)).diagonal().tolist()
-    [1.0, -1.0, -1.0, 1.0]
-    """
+    """Return a pose to the world of a camera in OpenCV's axes for one in Blender's, and back."""
     return np.asarray(pose, dtype=np.float64) @ _TURN
 
 
@@ -96,11 +85,6 @@ def quaternion(turn: ArrayLike) -> Array:
 
     It is the eigenvector of the largest eigenvalue of Bar-Itzhack's matrix, which has no
     special cases (I. Y. Bar-Itzhack, J. Guid. Control Dyn. 23, 1085 (2000)).
-
-    Examples
-    --------
-    >>> quaternion(np.diag([1.0, -1.0, -1.0])).round(12).tolist()
-    [0.0, 1.0, 0.0, 0.0]
     """
     m = np.asarray(turn, dtype=np.float64)
     K = np.empty((4, 4))
@@ -114,13 +98,7 @@ def quaternion(turn: ArrayLike) -> Array:
 
 
 def rotation(quaternion: ArrayLike) -> Array:
-    """Return the rotation matrix of a quaternion (w, x, y, z) of any length, shape (3, 3).
-
-    Examples
-    --------
-    >>> rotation([0.0, 2.0, 0.0, 0.0]).tolist()
-    [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
-    """
+    """Return the rotation matrix of a quaternion (w, x, y, z) of any length, shape (3, 3)."""
     q = np.asarray(quaternion, dtype=np.float64)
     w, axis = q[0], q[1:]
     across = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
@@ -149,11 +127,6 @@ def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> Array:
     ------
     InputError
         If the two points coincide.
-
-    Examples
-    --------
-    >>> looking_at((0, -2, 0), (0, 0, 0))[:3, :3].round(12).tolist()
-    [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
     """
     start = np.asarray(eye, dtype=np.float64)
     back = start - np.asarray(target, dtype=np.float64)

@@ -121,13 +121,7 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
 
 
 def write_bop_models(folder: Path, shapes: Mapping[int, Shape]) -> None:
-    """Write the models of a set as PLY in mm, and their sizes.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be written.
-    """
+    """Write the models of a set as PLY in mm, and their sizes."""
     make_folder(folder)
     infos = {}
     for number, shape in sorted(shapes.items()):
@@ -161,11 +155,6 @@ def diameter(vertices: NDArray[np.float64]) -> float:
     """Return the largest distance between two vertices.
 
     Of many, those that lie outermost in some directions count, which is within 0.1 % of it.
-
-    Examples
-    --------
-    >>> diameter(np.array([[0.0, 0, 0], [3, 4, 0], [1, 1, 1]]))
-    5.0
     """
     outer = vertices
     if len(outer) > _MANY:

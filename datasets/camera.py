@@ -18,15 +18,13 @@ Array = NDArray[np.float64]
 class PinholeCamera:
     """Intrinsics of a camera.
 
-    Image coordinates are pixels from the upper left corner of the picture, x to the right and
-    y down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio.
+    Image coordinates are pixels from the upper left corner of the picture, x to the right and y
+    down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio.
 
     Parameters
     ----------
-    width, height : int
-        Of the picture, pixels.
-    fx, fy : float
-        Focal lengths, pixels.
+    width, height, fx, fy : number
+        Size of the picture and focal lengths, pixels.
     cx, cy : float
         Principal point, image coordinates.
     distortion : tuple of 5 floats

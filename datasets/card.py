@@ -30,7 +30,7 @@ class Source:
 
 @dataclass(frozen=True)
 class DataCard:
-    """What a set says of itself.
+    """What a set says of itself; ``version`` is that of the set.
 
     Parameters
     ----------
@@ -38,8 +38,6 @@ class DataCard:
         Of the pictures, as SPDX writes it.
     versions : mapping
         Of the software that made it, by name.
-    version : str
-        Of the set.
     conventions : sequence of str
         Of the poses in its formats, a line each.
 
@@ -69,10 +67,7 @@ def write_card(
 ) -> None:
     """Write a card as Markdown, with what can be counted in the views.
 
-    Parameters
-    ----------
-    notes : sequence of str
-        What the set could not hold, a line each.
+    ``notes`` tell what the set could not hold, a line each.
 
     Raises
     ------

@@ -41,8 +41,6 @@ def write_coco(
     ----------
     path : Path
         The file; names of pictures are relative to its folder.
-    card : DataCard
-        Its title, version and licence.
     categories : mapping, optional
         Numbers of the categories, such as :func:`category_ids` of a whole set of which the views
         are a split; by default those of the views.

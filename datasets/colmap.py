@@ -18,16 +18,9 @@ from .view import DataSetView, check_views
 
 @dataclass(frozen=True)
 class SparsePoint:
-    """A point of the scene, and where it is seen.
+    """A point of the scene, and where it is seen: image coordinates by the name of the view.
 
-    Parameters
-    ----------
-    position : three floats
-        World coordinates, m.
-    colour : three ints
-        0 to 255.
-    seen : mapping
-        Image coordinates by the name of the view.
+    ``position`` is in world coordinates, m; ``colour`` 0 to 255.
     """
 
     position: tuple[float, float, float]
@@ -41,14 +34,12 @@ def write_colmap(
     points: Sequence[SparsePoint] = (),
     images: Path | None = None,
 ) -> None:
-    """Write a model as text.
+    """Write a model as text; without points, an empty ``points3D.txt``.
 
     Parameters
     ----------
     folder : Path
         Of the three files; made if it is not there.
-    points : sequence of SparsePoint
-        None make an empty ``points3D.txt``.
     images : Path, optional
         Folder that the pictures' names are relative to; by default the one above ``folder``.
 

@@ -42,13 +42,7 @@ def murmur3(name: str) -> int:
 
 
 def identifier(name: str) -> int:
-    """Return the bits that stand for a name: its hash, made a normal float.
-
-    Examples
-    --------
-    >>> hex(identifier("hello"))
-    '0x248bfa47'
-    """
+    """Return the bits that stand for a name: its hash, made a normal float."""
     bits = murmur3(name)
     exponent = (bits >> 23) & 255
     return bits ^ (1 << 23) if exponent in {0, 255} else bits
@@ -67,13 +61,7 @@ def attributes(typename: str, names: Iterable[str]) -> dict[str, str]:
 
 
 def read_manifest(texts: Mapping[str, str], typename: str) -> dict[str, int]:
-    """Return identifiers by name, of the attributes of a file.
-
-    Raises
-    ------
-    InputError
-        If there are none of that type.
-    """
+    """Return identifiers by name, of attributes of a file; raise InputError without that type."""
     for name, value in texts.items():
         if name.startswith(_PREFIX) and name.endswith("/name") and value == typename:
             manifest = json.loads(texts[name.removesuffix("name") + "manifest"])
@@ -99,10 +87,7 @@ def coverage(ranks: ArrayLike, bits: int) -> NDArray[np.float32]:
 def numbers(first_rank: ArrayLike, names: Iterable[str]) -> NDArray[np.float32]:
     """Return pictures of numbers: the place of a name in the list, from 1; 0 for none of them.
 
-    Parameters
-    ----------
-    first_rank : array_like, shape (height, width)
-        Identifiers.
+    ``first_rank`` holds identifiers, shape (height, width).
     """
     found = np.ascontiguousarray(first_rank, dtype=np.float32).view(np.uint32)
     known = np.array([identifier(name) for name in names], dtype=np.uint32)

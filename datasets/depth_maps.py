@@ -27,14 +27,7 @@ DEEPEST = np.iinfo(np.uint16).max * MILLIMETRE
 
 
 def planar_depth(distances: ArrayLike, camera: PinholeCamera) -> Array:
-    """Return the planar depth of Euclidean ranges, shape (height, width), m.
-
-    Examples
-    --------
-    >>> camera = PinholeCamera.from_field_of_view(3, 1, 90.0)
-    >>> planar_depth([[5.0, 5.0, 5.0]], camera).round(3).tolist()
-    [[4.16, 5.0, 4.16]]
-    """
+    """Return the planar depth of Euclidean ranges, shape (height, width), m."""
     return _of_picture(distances, camera) * camera.rays()[..., 2]
 
 
@@ -71,15 +64,8 @@ def world_positions(
 def write_depth_png(path: Path, depth: ArrayLike) -> int:
     """Write planar depth as 16-bit PNG in mm, 0 where nothing is seen.
 
-    Parameters
-    ----------
-    depth : array_like, shape (height, width)
-        m; infinite or 0 where nothing is seen.
-
-    Returns
-    -------
-    int
-        Pixels that are farther than :data:`DEEPEST` and were written as 0.
+    ``depth`` is in m, shape (height, width), infinite or 0 where nothing is seen. Returns how many
+    pixels are farther than :data:`DEEPEST` and were written as 0.
 
     Raises
     ------
@@ -104,10 +90,7 @@ def read_depth_png(path: Path) -> Array:
 def write_depth_exr(path: Path, distances: ArrayLike, camera: PinholeCamera) -> None:
     """Write Euclidean range and planar depth, both in m, as the channels of an EXR.
 
-    Parameters
-    ----------
-    distances : array_like, shape (height, width)
-        Euclidean range, m; infinite where nothing is seen.
+    Ranges, shape (height, width), are infinite where nothing is seen.
     """
     pixels = np.stack([_of_picture(distances, camera), planar_depth(distances, camera)], axis=-1)
     header = {

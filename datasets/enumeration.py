@@ -46,8 +46,6 @@ class PlannedView:
         Its place among all poses; views of one pose differ by water, light, camera and noise.
     camera_to_world : array, shape (4, 4)
         In Blender's axes, in the lowered scene.
-    settings : mapping
-        Of the scene, by name.
     lowered : float
         Metres that the scene is lowered by.
     split : str
@@ -98,10 +96,7 @@ class PlannedView:
 def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> list[PlannedView]:
     """Return the views of a specification; the same for the same one.
 
-    Parameters
-    ----------
-    scene : RoomForPoses, optional
-        For poses that must fit into it.
+    ``scene`` is for poses that must fit into it.
 
     Raises
     ------
@@ -135,13 +130,7 @@ def unfinished(views: Sequence[PlannedView], done: Container[str]) -> list[Plann
 
 
 def write_plan(path: Path, views: Sequence[PlannedView]) -> None:
-    """Write views as JSON, one a line; whole under its name, or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write views as JSON, one a line; whole under its name, or not at all."""
     with replacing(path) as temporary:
         lines = (json.dumps(view.record()) + "\n" for view in views)
         temporary.write_text("".join(lines), encoding="utf-8")

@@ -60,16 +60,8 @@ def export_set(
 ) -> list[DataSetView]:
     """Write the files of the views that are rendered, and return these.
 
-    Parameters
-    ----------
-    rendered : callable
-        Returns where the files of a view lie.
-    versions : mapping
-        Of the software.
-    silhouettes, shapes : callable
-        For BOP.
-    report_note : callable
-        Receives what a format could not hold; the data card says it too.
+    ``rendered`` returns where the files of a view lie; ``silhouettes`` and ``shapes`` are for BOP;
+    ``report_note`` receives what a format could not hold, which the data card says too.
 
     Raises
     ------

@@ -24,25 +24,13 @@ _PLAIN_LIST = re.compile(r"\[\n\s*([^\[\]{}\"]*?)\n\s*\]")
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file; whole under its name, or not at all.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Write a text file; whole under its name, or not at all. Raises InputError if it cannot."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_json(path: Path, content: Any) -> None:  # noqa: ANN401 - what JSON holds
-    """Write a JSON file, lists of numbers on a line; numbers that are not finite are refused.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written, or holds what JSON does not.
-    """
+    """Write a JSON file, lists of numbers on a line; refuse what JSON does not hold: NaN."""
     try:
         text = json.dumps(content, indent=1, allow_nan=False)
     except (TypeError, ValueError) as error:
@@ -88,13 +76,7 @@ def _is_elsewhere(path: Path | str) -> bool:
 
 
 def make_folder(path: Path) -> Path:
-    """Make a folder and those above it, and return it.
-
-    Raises
-    ------
-    InputError
-        If a file is in the way, or it is not allowed.
-    """
+    """Make a folder and those above it, and return it; raise InputError where that cannot be."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -105,13 +87,7 @@ def make_folder(path: Path) -> Path:
 
 
 def place_file(source: Path, target: Path) -> None:
-    """Put a file under a second name; a copy where the disk knows no links.
-
-    Raises
-    ------
-    InputError
-        If it is not there, or cannot be written.
-    """
+    """Put a file under a second name; a copy where the disk knows no links."""
     if not source.is_file():
         raise InputError(f"cannot read {source}: there is no such file; render it first")
     with replacing(target) as temporary:
@@ -149,14 +125,8 @@ def plain_names(
 ) -> dict[str, str]:
     """Return a name of a file for each of several, no two alike, in large letters or small.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Earlier ones keep theirs, so that more can be added at the end.
-    plain : callable
-        Makes such a name of one.
-    taken : iterable of str
-        Names that there are already.
+    Earlier ones keep theirs, so that more can be added at the end. ``plain`` makes such a name of
+    one; ``taken`` are there already.
 
     Examples
     --------
@@ -183,10 +153,7 @@ def _projected(name: str) -> str:
 def read_codes(path: Path) -> NDArray[np.uint16]:
     """Read a picture of one channel as whole numbers, shape (height, width).
 
-    Raises
-    ------
-    InputError
-        If there is no such picture, or it has more channels.
+    Raises InputError if there is no such picture, or it has more channels.
     """
     import OpenImageIO as oiio  # noqa: N813
 

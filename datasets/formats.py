@@ -48,12 +48,10 @@ _FLOW = (
 
 @dataclass(frozen=True)
 class Format:
-    """A format of data sets.
+    """A format of data sets: ``write`` writes its files into a set.
 
     Attributes
     ----------
-    write : callable
-        Writes its files into a set.
     convention : str
         Of its poses, for the card; empty where it has none.
     silhouettes : bool
@@ -89,19 +87,9 @@ class Format:
     default: bool = False
 
     def require_lens(self, name: str, camera: str, coefficients: int) -> None:
-        """Refuse a lens that the format has no place for.
+        """Refuse a lens that the format, of this name, has no place for.
 
-        Parameters
-        ----------
-        name : str
-            Of the format.
-        coefficients : int
-            Up to the last one that is not 0; 5 for a camera behind a port.
-
-        Raises
-        ------
-        InputError
-            If it holds fewer.
+        ``coefficients`` are up to the last one that is not 0; 5 for a camera behind a port.
         """
         if coefficients > self.distortion:
             held = "k1, k2, p1 and p2 alone" if self.distortion else "none"
@@ -112,13 +100,7 @@ class Format:
             )
 
     def require(self, name: str) -> None:
-        """Refuse a format whose package is not there.
-
-        Raises
-        ------
-        InputError
-            If it is not.
-        """
+        """Refuse a format whose package is not there."""
         if self.package and importlib.util.find_spec(self.package) is None:
             raise InputError(
                 f"format {name!r} is written by the Python package {self.package}, which is not "

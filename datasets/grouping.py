@@ -26,12 +26,8 @@ class ViewJob:
 
     Parameters
     ----------
-    name : str
-        Of its folder.
     group : str
         Of its water, light and rig, whose views show one scene.
-    settings : mapping
-        Of all frames.
     seed : int
         Of the noise.
     frames : mapping of int to PlannedView
@@ -66,14 +62,8 @@ def group_views(
 ) -> tuple[list[ViewJob], dict[str, GroupPlace]]:
     """Return the jobs of views, and where the picture of each view will be.
 
-    Parameters
-    ----------
-    views : iterable of PlannedView
-        In the order of :func:`.enumerate_views`.
-    seeded : bool
-        Whether the noise of the engine has a seed, so that repeats are rendered each.
-    taken : iterable of str
-        Names that other jobs have.
+    ``views`` are in the order of :func:`.enumerate_views`; ``seeded`` is whether the noise of the
+    engine has a seed, so that repeats are rendered each; ``taken`` are names of other jobs.
     """
     drawn = {name for name, quantity in spec.settings.items() if quantity.drawn}
     lowered = spec.lowered.values

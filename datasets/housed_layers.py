@@ -36,14 +36,9 @@ TYPICAL_WAVELENGTH = 550.0
 
 @dataclass(frozen=True, eq=False)
 class PortView:
-    """What a port makes of a frame.
+    """What a port makes of a frame, by the pinhole ``view`` that rendered it.
 
-    Parameters
-    ----------
-    view : PinholeView
-        The pinhole that rendered.
-    depth : array, shape (rows, columns)
-        Planar depth of its picture, m; infinite in open water.
+    ``depth`` is the planar depth of its picture, m, shape (rows, columns); infinite in open water.
     """
 
     housing: Housing

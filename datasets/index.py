@@ -76,16 +76,8 @@ class SceneObject:
 class Index:
     """A data set, planned.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the set.
-    rendered : mapping
-        What all jobs share besides the views: engine, mode, settings.
-    jobs : tuple of str
-        Folders of the jobs below ``jobs``.
-    views : mapping of str to IndexedView
-        In order.
+    ``rendered`` is what all jobs share besides the views: engine, mode, settings; ``jobs`` are
+    their folders below ``jobs``; the views are in order.
     """
 
     folder: Path
@@ -119,13 +111,7 @@ def indexed(view: PlannedView, place: GroupPlace) -> IndexedView:
 
 
 def write_index(path: Path, index: Index) -> None:
-    """Write an index, a view a line; whole under its name, or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write an index, a view a line; whole under its name, or not at all."""
     head = {
         "kind": KIND,
         "format": FORMAT,
@@ -146,13 +132,7 @@ def write_index(path: Path, index: Index) -> None:
 
 
 def read_index(path: Path) -> Index:
-    """Read an index.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or of another format.
-    """
+    """Read an index; raise InputError if the file is missing, damaged, or of another format."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

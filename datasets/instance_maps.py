@@ -59,13 +59,7 @@ def visible_masks(view: DataSetView) -> dict[int, NDArray[np.bool_]]:
 
 
 def box(mask: NDArray[np.bool_]) -> list[int]:
-    """Return the box around a mask: left, top, width, height; -1 each if it is empty.
-
-    Examples
-    --------
-    >>> box(np.array([[False, False], [False, True]]))
-    [1, 1, 1, 1]
-    """
+    """Return the box around a mask: left, top, width, height; -1 each if it is empty."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     if not rows.size:
         return [-1, -1, -1, -1]

@@ -73,16 +73,10 @@ class LayerImage:
 
 @dataclass(frozen=True, eq=False)
 class FrameLayers:
-    """The layers of one picture.
+    """The layers of one picture, by name; those of bands are called ``D_bands``.
 
-    Parameters
-    ----------
-    layers : mapping of str to LayerImage
-        By name; those of bands are called ``D_bands``.
-    header : mapping
-        What else is known, as JSON holds it: frame, camera, instances, bands.
-    attributes : mapping
-        Other attributes of the file, such as those of Cryptomatte.
+    ``header`` is what else is known, as JSON holds it: frame, camera, instances, bands;
+    ``attributes`` are others of the file, such as those of Cryptomatte.
     """
 
     layers: Mapping[str, LayerImage]
@@ -102,10 +96,7 @@ class FrameLayers:
     def __getitem__(self, name: str) -> Image:
         """Return the values of a layer, shape (h, w, k), or (h, w) where it has one channel.
 
-        Raises
-        ------
-        InputError
-            If it is not there.
+        Raises InputError if it is not there.
         """
         found = self.layers.get(name)
         if found is None:
@@ -173,13 +164,7 @@ def side_by_side(parts: Sequence[FrameLayers]) -> FrameLayers:
 
 
 def bands_name(name: str) -> str:
-    """Return the name of a layer in bands.
-
-    Examples
-    --------
-    >>> bands_name("D")
-    'D_bands'
-    """
+    """Return the name of a layer in bands, such as ``D_bands``."""
     return f"{name}{_BANDS}"
 
 

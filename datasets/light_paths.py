@@ -16,7 +16,9 @@ Array = NDArray[np.float64]
 def extinction_to(
     optics: ResolvedOptics, camera: PinholeCamera, camera_to_world: ArrayLike, distances: ArrayLike
 ) -> tuple[Array, Array]:
-    """Return the extinction of the water before what is seen, and how much of it there is.
+    """Return mean extinction c before what is seen, 1/m, and the length of the water there, m.
+
+    Their shapes are (height, width, n) and (height, width).
 
     Parameters
     ----------
@@ -24,13 +26,6 @@ def extinction_to(
         Its pose in Blender's axes.
     distances : array_like, shape (height, width)
         Euclidean range, m; where it is infinite, the way ends at surface or floor.
-
-    Returns
-    -------
-    array, shape (height, width, n)
-        Mean extinction c, 1/m.
-    array, shape (height, width)
-        Length of the way, m.
     """
     pose = inverse(world_to_opencv(camera_to_world))
     down = -(camera.rays() @ pose[2, :3])

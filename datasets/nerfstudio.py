@@ -17,12 +17,7 @@ from .view import SPLITS, DataSetView, check_views
 
 
 def write_nerfstudio(path: Path, views: Sequence[DataSetView]) -> None:
-    """Write ``transforms.json``.
-
-    Parameters
-    ----------
-    path : Path
-        The file; paths in it are relative to its folder.
+    """Write ``transforms.json``; paths in it are relative to its folder.
 
     Raises
     ------

@@ -30,15 +30,9 @@ _SAME = 0.01  # of the depth, within which the next picture shows the same and n
 def optical_flow(view: DataSetView, depth: ArrayLike, following: DataSetView) -> Array:
     """Return where each pixel's content is in another picture, less where it is in this one.
 
-    Parameters
-    ----------
-    depth : array_like, shape (height, width)
-        Planar depth of the first, m; infinite where nothing is seen.
-
-    Returns
-    -------
-    array, shape (height, width, 2)
-        Pixels to the right and down; NaN where nothing is seen, and behind the other camera.
+    ``depth`` is the planar depth of the first, m, shape (height, width), infinite where nothing is
+    seen. The flow, shape (height, width, 2), is pixels to the right and down; NaN where nothing is
+    seen, and behind the other camera.
     """
     there = following.project(_points(view, depth))
     return np.where(np.isfinite(np.asarray(depth))[..., None], there - _pixels(view), np.nan)
@@ -49,10 +43,7 @@ def flow_mask(
 ) -> NDArray[np.uint8]:
     """Return whether the other picture shows the same: 0, 1 if it is hidden, 100 if outside.
 
-    Parameters
-    ----------
-    depth, next_depth : array_like, shape (height, width)
-        Planar depths of both, m.
+    Planar depths of both have the shape (height, width), m.
     """
     points, flow = _points(view, depth), optical_flow(view, depth, following)
     at = np.floor(_pixels(view) + np.nan_to_num(flow, nan=-1e9)).astype(np.int64)
@@ -67,11 +58,6 @@ def flow_mask(
 
 def write_flo(path: Path, flow: ArrayLike) -> None:
     """Write a flow, NaN where there is none; whole under its name, or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
 
     References
     ----------

@@ -15,11 +15,6 @@ def outline(mask: NDArray[np.bool_]) -> Points:
 
     Parts and holes are joined by lines that are gone along twice, so that what lies inside by the
     even-odd rule is the mask exactly.
-
-    Examples
-    --------
-    >>> outline(np.array([[False, True, True]])).tolist()
-    [[1, 0], [3, 0], [3, 1], [1, 1]]
     """
     loops = _loops(mask)
     if not loops:

@@ -22,7 +22,7 @@ RAW_FILES = ("dng", "tiff")
 
 @dataclass(frozen=True)
 class Outputs:
-    """Files of a set.
+    """Files of a set, as the table ``[output]`` has them.
 
     Parameters
     ----------
@@ -38,8 +38,6 @@ class Outputs:
         That COLMAP is given of each view.
     leave_out : tuple of str
         Categories that are no instances, such as the ground.
-    version : str
-        Of the set.
     """
 
     picture: str = "png"
@@ -79,12 +77,7 @@ class RawOutputs:
     def settings(self, white_response: float, seed: int) -> RawSettings:
         """Return how a picture is taken.
 
-        Parameters
-        ----------
-        white_response : float
-            Largest response of a channel to what is developed to white.
-        seed : int
-            Of the noise.
+        ``white_response`` is the largest response of a channel to what is developed to white.
         """
         base = self.detector.base_iso
         full = self.white * (1.0 if self.iso is None else base / self.iso)
@@ -103,10 +96,7 @@ class RawOutputs:
     ) -> tuple[NDArray[np.uint16], dict[str, Any]]:
         """Return the counts of a picture's linear responses, and what to record of them.
 
-        Parameters
-        ----------
-        channels : array_like, shape (height, width, 3)
-            Responses before white balance and exposure.
+        ``channels``, shape (height, width, 3), are before white balance and exposure.
         """
         chosen = self.settings(white_response, seed)
         focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)
@@ -134,13 +124,7 @@ def read_render(table: SpecTable) -> tuple[str, ...]:
 
 
 def read_outputs(table: SpecTable) -> Outputs:
-    """Read the table ``[output]``.
-
-    Raises
-    ------
-    InputError
-        If a format is unknown.
-    """
+    """Read the table ``[output]``; raise InputError for an unknown format."""
     defaults = Outputs()
     picture = table.text("picture", defaults.picture)
     if picture not in PICTURES:
@@ -166,13 +150,7 @@ def read_outputs(table: SpecTable) -> Outputs:
 
 
 def read_raw(table: SpecTable | None) -> RawOutputs | None:
-    """Read the table ``[detector]``; None without one.
-
-    Raises
-    ------
-    InputError
-        If a value is out of its domain.
-    """
+    """Read the table ``[detector]``; None without one. Raises InputError outside of its domain."""
     if table is None:
         return None
     defaults = RawOutputs()

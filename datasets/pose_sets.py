@@ -123,17 +123,9 @@ class RandomPoses:
     def pose(
         self, seed: int, number: int, camera: PinholeCamera, scene: RoomForPoses | None
     ) -> Array:
-        """Return one of its poses; the same for the same seed and number.
+        """Return one of its poses for a camera's picture; the same for the same seed and number.
 
-        Parameters
-        ----------
-        camera : PinholeCamera
-            Whose picture counts.
-
-        Raises
-        ------
-        InputError
-            If no pose fits, or there are constraints and no scene.
+        Raises InputError if no pose fits, or there are constraints and no scene.
         """
         if self.needs_scene and scene is None:
             raise InputError(
@@ -211,13 +203,7 @@ def timed_poses(poses: WayPoses) -> Iterator[tuple[Fraction, Array]]:
 
 
 def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0) -> Array:
-    """Return the pose of a camera of a heading and a pitch.
-
-    Examples
-    --------
-    >>> heading_pose((0, 0, -1), heading=90.0, pitch=-90.0)[:3, 1].round(12).tolist()
-    [0.0, 1.0, 0.0]
-    """
+    """Return the pose of a camera of a heading and a pitch."""
     turn, up = np.radians(heading), np.radians(pitch)
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
     high = np.array([0.0, 0.0, 1.0])
@@ -233,10 +219,8 @@ def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0
 def read_pose_set(table: SpecTable, folder: Path) -> PoseSet:
     """Read one of the tables ``[[poses]]``; files that it names are sought from a folder.
 
-    Raises
-    ------
-    InputError
-        If a key is unknown or missing, or a value out of its domain, or a file cannot be read.
+    Raises InputError if a key is unknown or missing, or a value out of its domain, or a file cannot
+    be read.
     """
     kind = table.text("kind")
     name = table.text("name", f"{kind} of {table.where}")

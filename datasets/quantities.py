@@ -21,14 +21,8 @@ _RANGE = {"from", "to", "steps", "log"}
 class Quantity:
     """Values that are all taken, or a range from which every pose draws one.
 
-    Parameters
-    ----------
-    values : tuple
-        Taken in turn, each with everything else; one if it is drawn.
-    drawn : tuple of two floats, optional
-        Bounds of the range.
-    log : bool
-        Whether it is drawn evenly in its logarithm.
+    ``values`` are taken in turn, each with everything else; one if it is drawn. ``drawn`` are the
+    bounds of the range, ``log`` is whether it is drawn evenly in its logarithm.
     """
 
     values: tuple[Value, ...]
@@ -50,24 +44,16 @@ class Quantity:
 
 
 def generator(*key: object) -> np.random.Generator:
-    """Return a generator of random numbers that depends on the content of a key alone.
-
-    Examples
-    --------
-    >>> bool(generator(1, "sun").random() == generator(1, "sun").random())
-    True
-    """
+    """Return a generator of random numbers that depends on the content of a key alone."""
     digest = hashlib.sha256(repr(key).encode()).digest()
     return np.random.Generator(np.random.PCG64(int.from_bytes(digest[:16], "big")))
 
 
 def read_quantity(where: str, given: object, *, text: bool = False) -> Quantity:
-    """Read a quantity of a specification.
+    """Read a quantity of a specification, whose place ``where`` messages name.
 
     Parameters
     ----------
-    where : str
-        Its place, for messages.
     given : number, text, list of them, or table
         ``{from = 1, to = 5}`` is drawn, ``{from = 1, to = 5, steps = 3}`` are three values;
         ``log = true`` spaces or draws them evenly in the logarithm.
@@ -96,13 +82,7 @@ def read_quantity(where: str, given: object, *, text: bool = False) -> Quantity:
 
 
 def number(where: str, given: object) -> float:
-    """Return a finite number.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a finite number; raise InputError where it is none."""
     if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         raise InputError(f"{where}: {given!r} is not a finite number")
     return float(given)

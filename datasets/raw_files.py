@@ -19,21 +19,10 @@ from .outputs import RawOutputs
 def write_raw(
     path: Path, view: IndexedView, raw: RawOutputs, channels: ArrayLike, to_rec709: Array
 ) -> dict[str, Any]:
-    """Write the counts of a view, and return how they were taken.
+    """Write the counts of a view with the noise of its seed, and return how they were taken.
 
-    Parameters
-    ----------
-    view : IndexedView
-        Whose noise seed counts.
-    channels : array_like, shape (height, width, 3)
-        Linear responses of the sensor before white balance and exposure.
-    to_rec709 : array, shape (3, 3)
-        From these to the developed picture.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    ``channels``, shape (height, width, 3), are linear responses of the sensor before white balance
+    and exposure; ``to_rec709``, shape (3, 3), leads from these to the developed picture.
     """
     white = np.linalg.solve(to_rec709, np.ones(3))
     counts, record = raw.counts(channels, view.camera, float(white.max()), view.noise_seed)
@@ -44,20 +33,8 @@ def write_raw(
 def write_counts(
     path: Path, raw: RawOutputs, counts: NDArray[np.uint16], to_rec709: Array, sensor: str
 ) -> None:
-    """Write counts, as DNG if there is a mosaic, else as TIFF.
-
-    Parameters
-    ----------
-    counts : array of uint16
-    to_rec709 : array, shape (3, 3)
-        As of :func:`write_raw`.
-    sensor : str
-        The camera's name.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    """Write counts, as DNG if there is a mosaic, else as TIFF; ``to_rec709`` as of
+    :func:`write_raw`.
     """
     if raw.file != "dng" or raw.pattern is None:
         write_codes(path, counts, {"black_level": raw.detector.black_level})

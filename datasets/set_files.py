@@ -23,12 +23,9 @@ from .view import DataSetView
 class Development:
     """How the sensor's channels became a picture.
 
-    Parameters
-    ----------
-    to_rec709 : array, shape (3, 3)
-        From the channels to the picture, white balance and exposure included.
-    white : float
-        Luminance in the picture of white in the surface light, which tells exposures apart.
+    ``to_rec709``, shape (3, 3), leads from the channels to the picture, white balance and exposure
+    included; ``white`` is the luminance in the picture of white in the surface light, which tells
+    exposures apart.
     """
 
     to_rec709: Array
@@ -37,16 +34,10 @@ class Development:
 
 @dataclass(frozen=True)
 class RenderedView:
-    """What was rendered of a view.
+    """What was rendered of a view: scene-linear picture, its layers, and JSON of its truth.
 
-    Parameters
-    ----------
-    picture, layers, truth : Path
-        Scene-linear picture, its layers, and JSON.
-    record : Path, optional
-        JSON, written last; None if the view is not rendered as its job now has it.
-    development : callable
-        Returns how it was developed.
+    ``record`` is JSON, written last; None if the view is not rendered as its job now has it.
+    ``development`` returns how it was developed.
     """
 
     picture: Path
@@ -81,19 +72,10 @@ def no_note(_: str) -> None:
 class SetFiles:
     """A set whose views are written, for the files that describe them.
 
-    Attributes
-    ----------
-    points : int
-        Known points of each view, where a format has these.
-    rendered : mapping
-        What was rendered of the views, by name.
-    shapes : callable
-        Of the models.
-    report_note : callable
-        Receives what a format could not hold, a line each.
-    cameras, pose_sets : tuple of str
-        Names of the specification, in its order: those in paths follow from it, whatever is
-        rendered.
+    ``points`` are the known points of each view, where a format has these; ``rendered`` is by the
+    names of views; ``shapes`` are those of the models; ``report_note`` receives what a format could
+    not hold, a line each. Cameras and pose sets are named in the order of the specification: names
+    in paths follow from it, whatever is rendered.
     """
 
     folder: Path

@@ -23,18 +23,11 @@ def sparse_points(
     count: int,
     seed: int = 0,
 ) -> list[SparsePoint]:
-    """Return points at the centres of pixels, and the views that see each.
+    """Return ``count`` points at the centres of pixels of each view, and the views that see each.
 
-    Parameters
-    ----------
-    views : sequence of DataSetView
-        Of one scene that does not move.
-    depth_of : callable
-        Planar depth of a view, shape (height, width), m; infinite where nothing is seen.
-    picture_of : callable
-        Its picture, shape (height, width, 3).
-    count : int
-        Points of each view.
+    ``views`` show one scene that does not move. ``depth_of`` returns the planar depth of a view,
+    shape (height, width), m, infinite where nothing is seen; ``picture_of`` its picture, shape
+    (height, width, 3).
     """
     depths = {view.name: depth_of(view) for view in views}
     found = []

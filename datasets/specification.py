@@ -112,10 +112,8 @@ class DataSetSpec:
         Of train, val and test.
     most : int
         Views that are not exceeded by mistake.
-    scene : Path, optional
-        The .blend.
     frame : int, optional
-        At which its animation is held; its current one by default.
+        At which the scene's animation is held; its current one by default.
     render : tuple of str
         Options of the render, as on the command line.
     raw : RawOutputs, optional
@@ -162,19 +160,10 @@ def read_spec(path: Path) -> DataSetSpec:
 
 
 def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
-    """Return the specification of a parsed file.
+    """Return the specification of what tomllib has read; ``folder`` is where files lie that it
+    names.
 
-    Parameters
-    ----------
-    content : mapping
-        As tomllib reads it.
-    folder : Path
-        Where files lie that it names.
-
-    Raises
-    ------
-    InputError
-        As of :func:`read_spec`.
+    Raises InputError as :func:`read_spec` does.
     """
     top = SpecTable(dict(content), "")
     settings = {

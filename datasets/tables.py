@@ -7,17 +7,9 @@ from .quantities import Quantity, number, read_quantity
 
 
 class SpecTable:
-    """A table of a specification and its place in the file.
+    """A table of a specification and its place in the file, for messages.
 
-    Parameters
-    ----------
-    where : str
-        For messages.
-
-    Raises
-    ------
-    InputError
-        If it is no table.
+    Raises InputError if it is no table.
     """
 
     def __init__(self, content: object, where: str) -> None:

@@ -22,18 +22,10 @@ _LEVEL = 1e-6  # m, and of a rotation: what two cameras side by side may differ 
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A way that one or more cameras went together.
+    """A way that one or more cameras went together, named as a folder.
 
-    Parameters
-    ----------
-    name : str
-        Of a folder.
-    poses : tuple of int
-        Numbers of the poses; those that are not rendered are missing.
-    times : tuple of int
-        ns.
-    cameras : mapping
-        The views of each camera, one a pose.
+    ``poses`` are their numbers, without those that are not rendered; ``times`` are ns; ``cameras``
+    are the views of each camera, one a pose.
     """
 
     name: str
@@ -51,15 +43,8 @@ class Trajectory:
     def pair(self, wanted: str) -> tuple[tuple[DataSetView, ...], tuple[DataSetView, ...] | None]:
         """Return the views of the left camera, and of the right one if there are two.
 
-        Parameters
-        ----------
-        wanted : str
-            The format, for messages.
-
-        Raises
-        ------
-        InputError
-            If there are more, the two do not stand side by side, or a lens distorts.
+        Raises InputError, which names the format ``wanted``, if there are more, the two do not
+        stand side by side, or a lens distorts.
         """
         both = list(self.cameras.items())
         if any(any(views[0].camera.distortion) for _, views in both):
@@ -94,19 +79,9 @@ def between_cameras(one: DataSetView, two: DataSetView) -> Array:
 
 
 def trajectories(files: SetFiles, wanted: str) -> list[Trajectory]:
-    """Return the ways of a set, in order.
+    """Return the ways of a set, in order; views of random poses are on no way.
 
-    Parameters
-    ----------
-    files : SetFiles
-        Its views of random poses are on no way.
-    wanted : str
-        The format that needs them, for messages.
-
-    Raises
-    ------
-    InputError
-        If views were planned without times.
+    Raises InputError, which names the format ``wanted``, if views were planned without times.
     """
     found: dict[tuple[object, ...], dict[str, dict[int, DataSetView]]] = {}
     for view in files.views:

@@ -98,13 +98,7 @@ def read_kitti(path: Path) -> TimedPoses:
 
 
 def read_nerfstudio(path: Path) -> TimedPoses:
-    """Read the poses of ``transforms.json`` in its order; their ``time`` where all have one.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or a frame has no pose.
-    """
+    """Read the poses of ``transforms.json`` in its order; their ``time`` where all have one."""
     try:
         frames = json.loads(_text(path))["frames"]
         poses = [np.array(frame["transform_matrix"], dtype=np.float64)[:3] for frame in frames]
@@ -162,13 +156,7 @@ def nanoseconds(time: Fraction) -> int:
 
 
 def seconds(time: int) -> str:
-    """Return nanoseconds as seconds in decimals, all there are and six at least.
-
-    Examples
-    --------
-    >>> seconds(1403636579763555584), seconds(80_000_000)
-    ('1403636579.763555584', '0.080000')
-    """
+    """Return nanoseconds as seconds in decimals, all there are and six at least."""
     whole, point, decimals = f"{Decimal(time).scaleb(-9):f}".partition(".")
     return whole + point + decimals.rstrip("0").ljust(_DECIMALS, "0")
 

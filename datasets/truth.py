@@ -138,13 +138,7 @@ def image_truth(
 
 
 def write_truth(path: Path, truth: Mapping[str, Any]) -> None:
-    """Write what :func:`image_truth` returned, numbers to nine digits.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write what :func:`image_truth` returned, numbers to nine digits."""
     write_json(path, _to_digits(dict(truth)))
 
 
@@ -157,14 +151,8 @@ def _to_digits(content: Any) -> Any:  # noqa: ANN401 - what JSON holds
 
 
 def read_formation(path: Path, direction: str = LEVEL) -> FormationCurves:
-    """Read the coefficients of the sensor's channels.
-
-    Parameters
-    ----------
-    path : Path
-        File of :func:`write_truth`.
-    direction : str
-        Which of its directions.
+    """Read the coefficients of the sensor's channels in a direction of a file of
+    :func:`write_truth`.
 
     Raises
     ------

@@ -29,8 +29,6 @@ class SeenInstance:
     ----------
     number : int
         Its value in the picture of instances; 1 or more, 0 being none.
-    category : str
-        What it is.
     object_to_world : array, shape (4, 4)
         Its pose, m.
     model : int
@@ -67,7 +65,6 @@ class DataSetView:
         Unlike that of every other view of the set.
     camera_to_world : array, shape (4, 4)
         Pose in Blender's axes: the camera looks along its -z, y is up; m, world z up.
-    split : {"train", "val", "test"}
     depth : Path, optional
         Planar depth, 16-bit PNG in mm (:func:`.write_depth_png`).
     mask : Path, optional
@@ -118,13 +115,7 @@ class DataSetView:
 
 
 def check_views(views: Sequence[DataSetView]) -> None:
-    """Refuse an empty set, and views of the same name.
-
-    Raises
-    ------
-    InputError
-        If it is one.
-    """
+    """Refuse an empty set, and views of the same name."""
     if not views:
         raise InputError("data set: there is no view to write; render some first")
     seen = set[str]()

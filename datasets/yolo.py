@@ -39,13 +39,7 @@ def write_yolo_segments(files: SetFiles) -> None:
 
 
 def box_label(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return centre and size of the box around a mask, as fractions of width and height.
-
-    Examples
-    --------
-    >>> box_label(np.array([[False, True], [False, True]])).tolist()
-    [0.75, 0.5, 0.5, 1.0]
-    """
+    """Return centre and size of the box around a mask, as fractions of width and height."""
     left, top, wide, high = box(mask)
     size = np.array(mask.shape[::-1], dtype=np.float64)
     return np.concatenate([(left + wide / 2, top + high / 2) / size, (wide, high) / size])

@@ -56,30 +56,12 @@ class RenderedPass:
 def render_pass(
     render: RenderPass, bands: tuple[int, ...], path: Path, key: str = "", notes: Sequence[str] = ()
 ) -> float:
-    """Render a pass under another name, and put it in place with its stamp.
+    """Render a pass under another name, put it in place with its stamp, and return the seconds it
+    took.
 
-    Parameters
-    ----------
-    render : callable
-        Renders one pass, see :data:`.band_engine.RenderPass`.
-    path : Path
-        The file; its folder is there.
-    key : str
-        Tells the pass from every other.
-    notes : sequence of str
-        What could not be treated.
-
-    Returns
-    -------
-    float
-        Seconds that it took.
-
-    Raises
-    ------
-    InputError
-        If it cannot be rendered or written.
-    KeyboardInterrupt
-        Once it is written, if it was asked for meanwhile.
+    The folder of ``path`` is there; ``key`` tells the pass from every other; ``notes`` say what
+    could not be treated. Raises KeyboardInterrupt once the pass is written, if it was asked for
+    meanwhile.
     """
     with interrupted_afterwards():
         return _render_pass(render, bands, path, key, notes)
@@ -115,13 +97,7 @@ def layers_path(path: Path) -> Path:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder for passes.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made.
-    """
+    """Make a folder for passes, or raise InputError."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -135,14 +111,8 @@ def look_at(
 ) -> tuple[State, Stamp | None]:
     """Return the state of a pass by its header, and its stamp.
 
-    Parameters
-    ----------
-    key : str
-        Which pass it should be.
-    size : tuple of int
-        Width and height in pixels.
-    layers : bool
-        Whether its layers have to be there too.
+    ``key`` is what it should have, ``size`` width and height in pixels; with ``layers``, these have
+    to be there too.
     """
     if layers:
         found, _ = look_at(layers_path(path), key, size)

@@ -39,19 +39,7 @@ def main(
 ) -> int:
     """Run a batch and report errors in one line each.
 
-    Parameters
-    ----------
-    arguments : sequence of str
-        The command line, without the program's name.
-    inside_blender : bool
-        Whether Blender has opened the scene already.
-    program : str
-        The program's name, for messages.
-
-    Returns
-    -------
-    int
-        0 if everything was written, 2 if the input cannot be used, 130 if it was stopped.
+    Returns 0 if everything was written, 2 if the input cannot be used, 130 if it was stopped.
     """
     try:
         with _notes_to_stderr():
@@ -75,12 +63,8 @@ def main(
 
 
 def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
-    """Render what the options ask for.
-
-    Raises
-    ------
-    InputError
-        If the scene, the settings or the output folder cannot be used.
+    """Render what the options ask for; raise InputError if scene, settings or folder cannot be
+    used.
     """
     if options.list_sensors:
         print("\n".join(list_sensors()))

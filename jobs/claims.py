@@ -46,24 +46,10 @@ def claim_path(path: Path) -> Path:
 
 @contextlib.contextmanager
 def claimed(path: Path, *, force: bool = False) -> Iterator[bool]:
-    """Claim a file while the block runs.
+    """Claim a file while the block runs, and say whether it is ours; if not, another worker has it.
 
-    Parameters
-    ----------
-    path : Path
-        What is to be written.
-    force : bool
-        Take the claim of a living worker over too.
-
-    Yields
-    ------
-    bool
-        Whether it is ours; if not, another worker has it.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
+    With ``force``, the claim of a living worker is taken over too. Raises InputError if the folder
+    cannot be written to.
     """
     place = claim_path(path)
     mine = Claim(

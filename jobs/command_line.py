@@ -238,17 +238,7 @@ def _help(setting: Setting) -> str:
 
 
 def parse_numbers(text: str, option: str = "--frames") -> tuple[int, ...]:
-    """Read a list of frames or passes.
-
-    Examples
-    --------
-    >>> parse_numbers("1-3,8")
-    (1, 2, 3, 8)
-    >>> parse_numbers("-5--3")
-    (-5, -4, -3)
-    >>> parse_numbers("1-9:4")
-    (1, 5, 9)
-    """
+    """Read a list of frames or passes such as "1-3,8", "-5--3" or "1-9:4"."""
     numbers: list[int] = []
     for part in filter(None, (p.strip() for p in text.split(","))):
         found = _SPAN.fullmatch(part)
@@ -320,13 +310,7 @@ def job(options: argparse.Namespace) -> Job:
 
 
 def split(options: argparse.Namespace) -> SplitRequest | None:
-    """Return what the options ask for with a manifest; None if nothing.
-
-    Raises
-    ------
-    InputError
-        If an option is given without the one that it belongs to.
-    """
+    """Return what the options ask for with a manifest; None if nothing."""
     source = options.manifest
     for name, needed, there in (
         ("--passes", "--from", not options.passes or source),
@@ -390,13 +374,7 @@ def _path(text: str) -> Path:
 
 
 def auto(options: argparse.Namespace) -> AutoRequest | None:
-    """Return what the options leave to be chosen; None if nothing.
-
-    Raises
-    ------
-    InputError
-        If there is something to explain but nothing to choose, or a number is not positive.
-    """
+    """Return what the options leave to be chosen; None if nothing."""
     given = vars(options)
     quality, budget = given.get("quality"), given.get("time_budget")
     target = given.get("target_delta_e")
@@ -414,13 +392,7 @@ def auto(options: argparse.Namespace) -> AutoRequest | None:
 
 
 def parse(arguments: Sequence[str], program: str | None = None) -> argparse.Namespace:
-    """Parse a command line.
-
-    Raises
-    ------
-    InputError
-        If an option is unknown or has a value that is not acceptable.
-    """
+    """Parse a command line; raise InputError where it is not acceptable."""
     whole: list[str] = []
     for argument in arguments:
         # argparse would take frames below 0 for an option.

@@ -54,13 +54,7 @@ class DataSetRequest:
 
 
 def request_of(options: argparse.Namespace) -> DataSetRequest | None:
-    """Return what the options ask for of a data set; None if nothing.
-
-    Raises
-    ------
-    InputError
-        If an option does not go with it.
-    """
+    """Return what the options ask for of a data set; None if nothing."""
     spec, export = options.dataset, options.dataset_export
     if spec is None and export is None:
         if options.dataset_plan:
@@ -109,12 +103,8 @@ def run(
     *,
     inside_blender: bool,
 ) -> None:
-    """Do what is asked for of a data set.
-
-    Raises
-    ------
-    InputError
-        If specification, scene or folder cannot be used.
+    """Do what is asked for of a data set; raise InputError if its files or the scene cannot be
+    used.
     """
     if request.spec is None:
         assert request.export is not None
@@ -149,10 +139,8 @@ def run(
 def render(index: Index, progress: Progress, *, insist: bool) -> None:
     """Render the passes of a set that are not done; the scene is open.
 
-    Parameters
-    ----------
-    insist : bool
-        Answer for all of them and develop; else leave to others what they are rendering.
+    Those who insist answer for all of them and develop; else what others are rendering is left to
+    them.
     """
     done, passes = 0, 0
     left = {name: tasks for name in index.jobs if (tasks := _left(index, name))}

@@ -29,17 +29,8 @@ def export(
 ) -> str:
     """Write the files of a set, and return a line that says how many.
 
-    Parameters
-    ----------
-    scene : callable
-        Opens the scene, where silhouettes are needed.
-    report_note : callable
-        Receives what a format could not hold.
-
-    Raises
-    ------
-    InputError
-        If nothing is rendered, or a file cannot be read or written.
+    ``scene`` opens the scene, where silhouettes are needed; ``report_note`` receives what a format
+    could not hold. Raises InputError if nothing is rendered, or a file cannot be read or written.
     """
     jobs = {name: read_manifest(index.manifest(name)) for name in index.jobs}
     plans = {name: FramePlans(manifest) for name, manifest in jobs.items()}

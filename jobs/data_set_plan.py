@@ -75,20 +75,8 @@ def plan_data_set(
     """Plan a data set into a folder, or go on with one; nothing is rendered.
 
     Views that a plan in the folder has already keep their jobs; jobs are added for the others.
-
-    Parameters
-    ----------
-    scene : Scene
-        Saved.
-    settings_now : callable
-        Returns the settings of the scene, of which the views change some.
-    job : Job
-        Engine, seed and folder.
-
-    Raises
-    ------
-    InputError
-        If the specification, the scene or the folder cannot be used.
+    ``settings_now`` returns the settings of the scene, of which the views change some. Raises
+    InputError if the specification, the scene (which must be saved) or the folder cannot be used.
     """
     blend = job_files.open_blend()
     if blend is None:
@@ -178,13 +166,7 @@ def _require_formats(spec: DataSetSpec, camera: DataSetCamera, manifest: Manifes
 
 
 def with_scene_paths(spec: DataSetSpec, scene: bpy.types.Scene) -> DataSetSpec:
-    """Return a specification with the ways of the scene's cameras, pose by pose.
-
-    Raises
-    ------
-    InputError
-        If the scene lacks a camera, or one is mirrored.
-    """
+    """Return a specification with the ways of the scene's cameras, pose by pose."""
     poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
     return replace(spec, poses=tuple(poses))
 

@@ -32,27 +32,11 @@ def develop(
     guides: Guides | None = None,
     region: Region | None = None,
 ) -> NDArray[np.float32]:
-    """Combine band images into a scene-linear RGB image.
+    """Combine band images into a scene-linear RGB image of the region, shape (height, width, 3).
 
-    Parameters
-    ----------
-    images : sequence of Path
-        One float EXR per pass, in the order of ``passes``.
-    weights : array, shape (3, n)
-        Linear RGB per unit radiance of each band.
-    passes : sequence of tuples
-        The bands that each image carries.
-    denoise : bool
-        Denoise the RGB image.
-    guides : Guides, optional
-        What guides the denoiser.
-    region : Region, optional
-        What there is of the images.
-
-    Returns
-    -------
-    array, shape (height, width, 3)
-        Of the region.
+    ``images`` are float EXRs, one for each of the ``passes``, which are the bands that it carries;
+    ``weights``, shape (3, n), linear RGB per unit radiance of each band; ``region`` what there is
+    of the images.
     """
     with _Tree(images, passes, region) as tree:
         if not denoise:

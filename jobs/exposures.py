@@ -19,14 +19,9 @@ def developments(
 ) -> Iterator[Development]:
     """Yield how each camera of a frame is developed; they share the exposure of the first.
 
-    Parameters
-    ----------
-    depths : sequence of float
-        Of the cameras, m.
-    lamplight : sequence of array or None
-        Irradiance of lamps that each exposes by, shape (n,).
-    stops : float or None
-        That the first camera's picture asks for; None for those of the light at it.
+    ``depths`` are those of the cameras, m; ``lamplight`` the irradiance of lamps that each exposes
+    by, shape (n,); ``stops`` what the first camera's picture asks for, None for those of the light
+    at it.
     """
     for depth, lit in zip(depths, lamplight, strict=True):
         view = plan.viewpoint(depth, stops, None if lit is None else np.asarray(lit, np.float64))

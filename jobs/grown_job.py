@@ -11,13 +11,9 @@ from .manifest import Development, Exposed, Manifest, View
 def with_earlier(earlier: Manifest, now: Manifest) -> Manifest:
     """Return a job with the frames of an earlier one beside its own, in order.
 
-    The water is as wide as the wider one. Frames of both are as they are planned now. Jobs of
-    other cameras or passes have no frames in common; then this is the job as it is now.
-
-    Parameters
-    ----------
-    earlier, now : Manifest
-        Without :func:`.manifest.differences`.
+    The water is as wide as the wider one. Frames of both are as they are planned now. Jobs of other
+    cameras or passes have no frames in common; then this is the job as it is now. The jobs have no
+    :func:`.manifest.differences`.
     """
     extents = zip(earlier.output.extent, now.output.extent, strict=True)
     wide, deep = (max(pair) for pair in extents)

@@ -24,13 +24,7 @@ class Guides:
 
 
 def read_guides(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Guides | None:
-    """Return the guides of a view; None unless each of its passes has its own.
-
-    Raises
-    ------
-    InputError
-        If those of a pass are damaged.
-    """
+    """Return the guides of a view; None unless each of its passes has its own."""
     found = []
     for item in rendered:
         path = band_passes.layers_path(item.file.path)
@@ -47,14 +41,9 @@ def read_guides(manifest: Manifest, view: View, rendered: Sequence[Rendered]) ->
 def mean_guides(
     found: Sequence[tuple[FrameLayers, tuple[int, ...], int]], weights: NDArray[np.float64]
 ) -> Guides:
-    """Return the guides of a picture.
+    """Return the guides of a picture, of layers, bands and samples of every pass.
 
-    Parameters
-    ----------
-    found : sequence of (layers, bands, samples)
-        Of every pass.
-    weights : array, shape (3, n)
-        Of the bands in the picture; an albedo counts by their size.
+    An albedo counts by the size of the ``weights``, shape (3, n), of its bands in the picture.
     """
     height, width = found[0][0][NORMAL].shape[:2]
     albedo, normal = np.zeros((height, width, weights.shape[1])), np.zeros((height, width, 3))

@@ -119,13 +119,7 @@ def open_blend() -> Path | None:
 
 
 def require_all(files: Iterable[ExternalFile]) -> None:
-    """Refuse files that are missing.
-
-    Raises
-    ------
-    InputError
-        If one is; other machines could not render what this one does.
-    """
+    """Refuse files that are missing: other machines could not render what this one does."""
     missing = [item.what for item in files if not item.sha256]
     if missing:
         raise InputError(

@@ -158,34 +158,13 @@ class Output:
 class Manifest:
     """A job, planned.
 
-    Parameters
-    ----------
-    scene : Path or None
-        The .blend; None if it was never saved.
-    out : Path
-        The folder of the results.
-    scene_sha256 : str
-        Content of the .blend; ``"unsaved"`` without one.
-    versions : mapping
-        Of Blender, of the extension and of its source.
-    settings : mapping
-        Of the first frame; ``changes`` holds what differs in other frames.
-    passes : tuple of Pass
-        Of every frame and camera.
-    bands_nm, widths_nm : tuple of float
-        Centres and widths of the bands.
-    views : tuple of View
-        Cameras in turn, the frames of each in order.
-    lamps : mapping
-        Those of the scene by frame, where they are others than at the frame before.
-    clouds : mapping
-        Likewise.
-    stage : Stage, optional
-        What is added to the scene.
-    exposed : mapping
-        What frames are exposed by, where it is not as at the frame before.
-    rendered_in : Path or None
-        The folder of the passes, if they are another job's; nothing is rendered then.
+    ``scene`` is the .blend, None if it was never saved; ``scene_sha256`` its content, ``"unsaved"``
+    without one. ``versions`` are those of Blender, of the extension and of its source. ``settings``
+    are those of the first frame; ``changes`` what differs in other frames. ``passes`` are of every
+    frame and camera, ``bands_nm`` and ``widths_nm`` centres and widths of the bands; ``views`` are
+    cameras in turn, the frames of each in order. ``lamps``, ``clouds`` and ``exposed`` hold, by
+    frame, what is not as at the frame before. ``stage`` is added to the scene. ``rendered_in`` is
+    the folder of the passes, if they are another job's; nothing is rendered then.
     """
 
     scene: Path | None
@@ -401,15 +380,7 @@ def table_name(path: object, setting: str) -> str:
 
 
 def folders(cameras: Sequence[str]) -> tuple[CameraOutput, ...]:
-    """Return where the files of cameras go: those of a single one into the output folder itself.
-
-    Examples
-    --------
-    >>> [camera.folder for camera in folders(["Left/eye", "Left eye"])]
-    ['Left_eye', 'Left_eye_2']
-    >>> folders(["Camera"])[0].folder
-    ''
-    """
+    """Return where the files of cameras go: those of a single one into the output folder itself."""
     if len(cameras) == 1:
         return (CameraOutput(cameras[0], ""),)
 

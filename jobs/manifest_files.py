@@ -30,13 +30,7 @@ _KIND = "underwater-spectral job"
 
 
 def write_manifest(path: Path, manifest: Manifest) -> None:
-    """Write a manifest; whole under its name, or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a manifest; whole under its name, or not at all."""
     path = path.absolute()
     content = {
         "kind": _KIND,
@@ -71,13 +65,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
 
 
 def read_manifest(path: Path) -> Manifest:
-    """Read a manifest.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, is no manifest, or of a newer format.
-    """
+    """Read a manifest; raise InputError if it cannot be read, is damaged or of another format."""
     path = path.absolute()
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

@@ -84,17 +84,10 @@ class PathMapping:
 
 
 def read_path_mapping(path: Path) -> PathMapping:
-    """Read the rules that Open Job Description gives a session (``pathmapping-1.0``).
+    """Read the rules that Open Job Description gives a session (``pathmapping-1.0``), as JSON.
 
-    Parameters
-    ----------
-    path : Path
-        A file of JSON; without rules it holds ``{}``.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it holds something else.
+    Without rules, the file holds ``{}``. Raises InputError if there is none, or it holds something
+    else.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

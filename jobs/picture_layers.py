@@ -67,22 +67,9 @@ def develop_layers(
 ) -> list[str]:
     """Write the layers of a view, if any are wanted, and the truth of its colours.
 
-    Parameters
-    ----------
-    passes : sequence of Rendered
-        Of the view, in order; their layers lie beside them.
-    plan : RenderPlan
-        Of the frame.
-
-    Returns
-    -------
-    list of str
-        What could not be done, one line each.
-
-    Raises
-    ------
-    InputError
-        If layers of a pass are missing or damaged, or a file cannot be written.
+    ``passes`` are those of the view, in order, with their layers beside them; ``plan`` that of the
+    frame. Returns what could not be done, a line each; raises InputError if layers of a pass are
+    missing or damaged, or a file cannot be written.
     """
     wanted = parse_layers(manifest.settings_of(view.frame).layers)
     if not wanted:

@@ -104,23 +104,8 @@ def develop(
     """Write the pictures of a view, and its record last.
 
     Spectra, layers and truth are as rendered; a manifest may have the picture denoised.
-
-    Parameters
-    ----------
-    rendered : sequence of Rendered
-        All passes of the view, in order.
-    plans : FramePlans
-        Of the manifest.
-
-    Returns
-    -------
-    list of str
-        What could not be done, one line each; the record has it too.
-
-    Raises
-    ------
-    InputError
-        If a pass is damaged, or a file cannot be written.
+    ``rendered`` are all passes of the view, in order. Returns what could not be done, a line each,
+    which the record has too; raises InputError if a pass is damaged, or a file cannot be written.
     """
     plan, picture, output = plans.of(view.frame), picture_path(manifest, view), manifest.output
     _require_own(manifest, rendered)
@@ -234,17 +219,8 @@ def mean_of_parts(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the mean of renders of different noise, and its variance, by pixel.
 
-    Parameters
-    ----------
-    images : array, shape (parts, h, w, k)
-    samples : array, shape (parts,)
-        A render counts by its samples, and its variance is taken to fall with them.
-
-    Examples
-    --------
-    >>> mean, variance = mean_of_parts(np.array([1.0, 3.0]).reshape(2, 1, 1, 1), np.ones(2))
-    >>> float(mean.squeeze()), float(variance.squeeze())
-    (2.0, 1.0)
+    ``images`` have the shape (parts, h, w, k). A render counts by its ``samples``, shape (parts,),
+    and its variance is taken to fall with them.
     """
     fraction = (samples / samples.sum()).reshape(-1, 1, 1, 1)
     mean = (images * fraction).sum(axis=0)
@@ -324,13 +300,7 @@ def _relative(manifest: Manifest, path: Path) -> str:
 
 
 def require(missing: Sequence[str]) -> None:
-    """Refuse to end well while passes are missing.
-
-    Raises
-    ------
-    InputError
-        Names the first of them.
-    """
+    """Refuse to end well while passes are missing; name the first of them."""
     if missing:
         raise InputError(
             f"not developed, passes are missing: {first_of(missing, between='; ')}; render them "

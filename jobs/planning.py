@@ -62,21 +62,10 @@ class _Frame:
 def plan_job(
     scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job
 ) -> Manifest:
-    """Plan a job.
+    """Plan a job; the current frame of the scene moves.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its current frame moves.
-    settings_now : callable
-        Returns the settings at the scene's current frame.
-    job : Job
-        Frames, engine, cameras and folder.
-
-    Raises
-    ------
-    InputError
-        If the scene or the settings cannot be used.
+    ``settings_now`` returns the settings at the scene's current frame. Raises InputError if the
+    scene or the settings cannot be used.
     """
     require_no_water(scene)
     if not bpy.app.background:  # a worker in the background makes it local
@@ -165,13 +154,7 @@ def _plan(
 
 
 def find_cameras(scene: bpy.types.Scene, job: Job) -> list[bpy.types.Object]:
-    """Return the cameras of a job.
-
-    Raises
-    ------
-    InputError
-        If there is no such camera.
-    """
+    """Return the cameras of a job; raise InputError if there is no such camera."""
     return [cameras.find_camera(scene, name) for name in job.cameras or (job.camera,)]
 
 
@@ -333,11 +316,6 @@ def part_seed(seed: int, part: int) -> int:
     """Return the seed of a part; that of the job for the first.
 
     Parts of jobs with neighbouring seeds share none.
-
-    Examples
-    --------
-    >>> part_seed(7, 0)
-    7
     """
     if part == 0:
         return seed

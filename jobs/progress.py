@@ -16,13 +16,7 @@ _CLEAR = "\r\x1b[K"
 
 
 def time_left(seconds: float, done: int, left: int) -> str:
-    """Say how long a render will still take, by the mean time of its passes.
-
-    Examples
-    --------
-    >>> time_left(30.0, 3, 14)
-    '0:02:20 left'
-    """
+    """Say how long a render will still take, by the mean time of its passes."""
     minutes, rest = divmod(round(seconds / max(done, 1) * left), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours:d}:{minutes:02d}:{rest:02d} left"
@@ -30,16 +24,11 @@ def time_left(seconds: float, done: int, left: int) -> str:
 
 @dataclass
 class Progress:
-    """Prints how far a batch is, and the time that is left.
+    """Prints how far a batch is, and the time that is left; if ``quiet``, notes only.
 
-    A terminal has one line that is written anew for each pass; a log gets the first pass, the
-    last, and one each ten seconds. With the format ``openjd``, every pass has the lines of Open
-    Job Description.
-
-    Parameters
-    ----------
-    quiet : bool
-        Print notes only.
+    A terminal has one line that is written anew for each pass; a log gets the first pass, the last,
+    and one each ten seconds. With the format ``openjd``, every pass has the lines of Open Job
+    Description.
     """
 
     format: str = "text"

@@ -24,13 +24,7 @@ _SUFFIX = {"dng": ".dng", "tiff": ".tiff"}
 
 
 def require_raw(plan: RenderPlan) -> None:
-    """Refuse a mosaic of what has none.
-
-    Raises
-    ------
-    InputError
-        If a DNG is wanted of an observer or a film.
-    """
+    """Refuse a mosaic of what has none: a DNG of an observer or a film."""
     sensor = plan.sensor
     if plan.settings.raw == "dng" and sensor.kind != "camera":
         raise InputError(
@@ -49,19 +43,8 @@ def write_raw_picture(
 ) -> dict[str, Any]:
     """Write the raw picture of a view, if one is wanted, and return how it was taken.
 
-    Parameters
-    ----------
-    plan : RenderPlan
-        Of the frame.
-    linear : array, shape (height, width, 3)
-        The developed picture, linear Rec.709.
-    picture : Path
-        Its file; the raw one lies beside it.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    ``plan`` is that of the frame; ``linear`` the developed picture, linear Rec.709, shape (height,
+    width, 3), whose file is ``picture``; the raw one lies beside it.
     """
     chosen = plan.settings
     if chosen.raw == NO_RAW:

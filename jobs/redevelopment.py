@@ -24,21 +24,10 @@ def redeveloped(
 ) -> Manifest:
     """Return a job whose passes are another's, and whose pictures are its own.
 
-    Parameters
-    ----------
-    manifest : Manifest
-        The job that rendered the passes, or developed them already.
-    changed : mapping
-        Of :data:`.manifest.CHANGEABLE`; in all frames, keyframed or not.
-    denoise : bool or None
-        None as it was.
-    out : Path
-        Of the pictures.
-
-    Raises
-    ------
-    InputError
-        If the passes do not allow it, or the folder is that of the passes.
+    ``manifest`` is the job that rendered the passes, or developed them already; ``changed`` are of
+    :data:`.manifest.CHANGEABLE`, in all frames, keyframed or not; ``denoise`` is None as it was;
+    the pictures go to ``out``. Raises InputError if the passes do not allow it, or the folder is
+    theirs.
     """
     output, rendered_in = manifest.output, manifest.rendered_in or manifest.out
     flags = ", ".join(map(flag, changed))
@@ -114,13 +103,7 @@ def _stops(before: Manifest, made: Manifest, frame: int, lit: Exposed) -> float 
 
 
 def take_folder(manifest: Manifest, views: Sequence[View]) -> None:
-    """Make the output folder that of a job that only develops.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written to, or holds anything else's pictures.
-    """
+    """Make the output folder that of a job that only develops; refuse one of other pictures."""
     place = manifest.out / JOB_FILE
     if place.exists():
         earlier = read_manifest(place)

@@ -50,31 +50,12 @@ def render(
     job: Job,
     report_note: Callable[[str], None],
 ) -> Generator[Step]:
-    """Render a job; each step of the iteration renders one pass.
+    """Render a job; yield each pass that was just written, or found when resuming.
 
-    The scene holds water only while the iteration lasts; closing it early
-    takes the water out and keeps the passes that are done.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    settings_now : callable
-        Returns the settings at the scene's current frame.
-    job : Job
-        Frames, engine, cameras and folder.
-    report_note : callable
-        Receives what could not be treated, a line each.
-
-    Yields
-    ------
-    Step
-        The pass that was just written, or found when resuming.
-
-    Raises
-    ------
-    InputError
-        If the scene, the settings or the output folder cannot be used.
+    The scene holds water only while the iteration lasts; closing it early takes the water out and
+    keeps the passes that are done. ``settings_now`` returns the settings at the scene's current
+    frame; ``report_note`` receives what could not be treated, a line each. Raises InputError if the
+    scene, the settings or the output folder cannot be used.
     """
     planned = plan_job(scene, settings_now, job)
     with _alone(planned.out):
@@ -126,22 +107,9 @@ def _render(
 def begin(manifest: Manifest, *, resume: bool) -> Manifest:
     """Make the output folder a job's own, from its beginning or to go on.
 
-    Parameters
-    ----------
-    resume : bool
-        Go on with the passes that are there, if the same job made them; else they
-        are rendered again.
-
-    Returns
-    -------
-    Manifest
-        The job, with the frames that are there; its water is as wide as theirs.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to, another job's passes are there, or workers render
-        some.
+    To resume is to go on with the passes that are there, if the same job made them. Returns the
+    job, with the frames that are there; its water is as wide as theirs. Raises InputError if the
+    folder cannot be written to, another job's passes are there, or workers render some.
     """
     band_passes.make_folder(manifest.out)
     place = manifest.out / JOB_FILE
@@ -178,10 +146,7 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
 def join(manifest: Manifest) -> None:
     """Begin to work at a job in its output folder, maybe beside other workers.
 
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to, or holds another job.
+    Raises InputError if the folder cannot be written to, or holds another job.
     """
     band_passes.make_folder(manifest.out)
     place = manifest.out / JOB_FILE
@@ -211,22 +176,10 @@ def _read(place: Path) -> Manifest:
 def develop(
     manifest: Manifest, views: Sequence[View], report_note: Callable[[str], None]
 ) -> Iterator[View]:
-    """Develop the views whose passes are all done, one at each step of the iteration.
+    """Develop the views whose passes are all done; yield each that was just written.
 
-    Parameters
-    ----------
-    report_note : callable
-        Receives what could not be done, a line each.
-
-    Yields
-    ------
-    View
-        Whose pictures and record were just written.
-
-    Raises
-    ------
-    InputError
-        In the end, if passes of other views are missing.
+    ``report_note`` receives what could not be done, a line each. Raises InputError in the end, if
+    passes of other views are missing.
     """
     plans, rounds, missing = FramePlans(manifest), Rounds(manifest), []
     for view in views:

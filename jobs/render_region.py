@@ -18,12 +18,8 @@ _INSIDE = 1e-3  # of a pixel: Blender cuts off a fraction, by which Cycles moves
 
 @dataclass(frozen=True)
 class Region:
-    """Pixels of a picture, from its upper left corner.
-
-    Parameters
-    ----------
-    left, top, right, bottom : int
-        Those before ``right`` and ``bottom`` are the last.
+    """Pixels of a picture, from its upper left corner; ``right`` and ``bottom`` are the first
+    beyond.
     """
 
     left: int
@@ -45,10 +41,7 @@ class Region:
 def region_of(scene: bpy.types.Scene) -> Region | None:
     """Return the region that a scene asks for, with Blender's own rounding; None for all.
 
-    Raises
-    ------
-    InputError
-        If there is no pixel in it.
+    Raises InputError if there is no pixel in it.
     """
     render = scene.render
     if not render.use_border:

@@ -60,13 +60,7 @@ class Reached:
 
 
 def require_fixed(manifest: Manifest, option: str) -> None:
-    """Refuse a job whose passes are decided as it renders.
-
-    Raises
-    ------
-    InputError
-        Names the option that needs them before.
-    """
+    """Refuse, for an option that needs passes before, a job that decides them as it renders."""
     if manifest.noise:
         raise InputError(
             f"{option}: with --noise (in the panel: Noise), samples are decided as one process "
@@ -75,13 +69,7 @@ def require_fixed(manifest: Manifest, option: str) -> None:
 
 
 def reached(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Reached:
-    """Return the noise of a picture of parts.
-
-    Parameters
-    ----------
-    rendered : sequence of Rendered
-        Its parts: of each pass the first ones, an even number.
-    """
+    """Return the noise of a picture of parts: of each pass the first ones, an even number."""
     weights = np.array(manifest.developments[view.development].weights)
     by_pass: dict[int, list[Rendered]] = {}
     for item in rendered:
@@ -128,10 +116,7 @@ class Rounds:
     def tasks(self) -> Iterator[Task]:
         """Yield the passes of every picture; a round is rendered before the next is asked for.
 
-        Raises
-        ------
-        InputError
-            If one was not: another process works at the same job.
+        Raises InputError if one was not: another process works at the same job.
         """
         for view in self._views:
             given: set[Task] = set()

@@ -15,30 +15,14 @@ from .manifest import Manifest
 
 
 def check_programs(manifest: Manifest) -> None:
-    """Refuse a job that was planned by other programs, or whose tables have changed.
-
-    Raises
-    ------
-    InputError
-        Names everything that differs, and what to do.
-    """
+    """Refuse a job that was planned by other programs, or whose tables have changed."""
     _refuse(_programs(manifest) + _tables(manifest))
 
 
 def check_scene(manifest: Manifest, blend: Path | None, placed: Callable[[str], str] = str) -> None:
     """Refuse to render if anything differs from what was planned; the scene is open.
 
-    Parameters
-    ----------
-    blend : Path or None
-        The .blend that is open.
-    placed : callable
-        Returns where a file of the scene lies here.
-
-    Raises
-    ------
-    InputError
-        Names everything that differs, and what to do.
+    ``blend`` is the .blend that is open; ``placed`` returns where a file of the scene lies here.
     """
     found = _programs(manifest) + _tables(manifest)
     if job_files.scene_digest(blend) != manifest.scene_sha256:

@@ -68,31 +68,13 @@ def choose(
 ) -> Choice:
     """Decide what a job needs.
 
-    From above the water, what rays meet in it is weighed as it is seen from just below the
-    surface, by the fraction that is let out; sky, objects in the air and waves are not weighed.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its current frame moves and comes back.
-    settings_now : callable
-        Returns the settings at the scene's current frame; those of the
-        first frame that is looked at count.
-    job : Job
-        Engine, mode and frames.
-    target : float
-        Mean ΔE2000 of what the camera sees: objects, floor and open water count equally.
-    budget : float, optional
-        CPU time in s.
-    keep : set of str
-        Settings that must stay as they are.
-    others : sequence of Object
-        Further cameras, for which the choice is made too.
-
-    Raises
-    ------
-    InputError
-        If the settings cannot be used, no camera sees the water, or it is night.
+    From above the water, what rays meet in it is weighed as it is seen from just below the surface,
+    by the fraction that is let out; sky, objects in the air and waves are not weighed.
+    ``settings_now`` returns the settings at the scene's current frame, which moves and comes back;
+    those of the first frame that is looked at count. ``target`` is the mean ΔE2000 of what the
+    camera sees, objects, floor and open water counting equally; ``budget`` CPU time in s; settings
+    in ``keep`` must stay; the choice is made for ``others`` too. Raises InputError if the settings
+    cannot be used, no camera sees the water, or it is night.
     """
     forget_files()
     before, method = scene.frame_current, method_of(job.engine, job.mode)

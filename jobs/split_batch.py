@@ -37,13 +37,7 @@ def plan(
     path: Path,
     progress: Progress,
 ) -> None:
-    """Plan a job and write its manifest; nothing is rendered.
-
-    Raises
-    ------
-    InputError
-        If the scene or the settings cannot be used, or a file that they name is missing.
-    """
+    """Plan a job and write its manifest; nothing is rendered."""
     manifest = plan_job(scene, settings_now, job)
     require_fixed(manifest, "--plan")
     if manifest.scene is None:
@@ -69,17 +63,8 @@ def run(
 ) -> None:
     """Do what is asked for with a manifest.
 
-    Parameters
-    ----------
-    blend : Path or None
-        The scene, if it is not where the manifest says.
-    inside_blender : bool
-        Whether Blender may have opened the scene already.
-
-    Raises
-    ------
-    InputError
-        If the manifest cannot be used here, or passes are missing or cannot be written.
+    ``blend`` is the scene, if it is not where the manifest says. Raises InputError if the manifest
+    cannot be used here, or passes are missing or cannot be written.
     """
     path = request.status or request.develop or request.work
     assert path is not None

@@ -95,14 +95,7 @@ def _fixed(stage: Stage) -> dict[str, Any]:
 
 
 def stage_of(content: Mapping[str, Any]) -> Stage:
-    """Return the stage of what :meth:`Stage.record` returned.
-
-    Examples
-    --------
-    >>> stage = Stage(StageCamera("a", 8, 6, 9.0, 9.0, 4.0, 3.0), 1, (), {1: Place(((1.0,),))})
-    >>> stage_of(stage.record()) == stage
-    True
-    """
+    """Return the stage of what :meth:`Stage.record` returned."""
     lamps = tuple(
         StageLamp(**{**lamp, "position": tuple(lamp["position"]), "axis": tuple(lamp["axis"])})
         for lamp in content["lamps"]

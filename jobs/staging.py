@@ -28,13 +28,9 @@ _BLEND = 0.35
 def staged(scene: bpy.types.Scene, stage: Stage | None) -> Iterator[None]:
     """Give a scene the camera and lamps of a stage while the block runs; none change nothing.
 
-    Its frames are then those of the stage; what was animated stands still as it is at the
-    frame where the stage holds it.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be lowered, or a lamp's table has changed.
+    Its frames are then those of the stage; what was animated stands still as it is at the frame
+    where the stage holds it. Raises InputError if the scene cannot be lowered, or a lamp's table
+    has changed.
     """
     if stage is None:
         yield

@@ -66,12 +66,8 @@ class Part:
         return bool(self.passes or self.frames or self.cameras)
 
     def tasks(self, manifest: Manifest) -> list[Task]:
-        """Return the passes of a manifest that are meant.
-
-        Raises
-        ------
-        InputError
-            If the job has no such passes.
+        """Return the passes of a manifest that are meant; raise InputError if the job has no such
+        passes.
         """
         _require(self.frames, manifest.frames, "--frames", "frames")
         _require(self.passes, range(len(manifest.passes)), "--passes", "passes")
@@ -87,12 +83,8 @@ class Part:
 
 
 def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered | None:
-    """Return a pass if it is on disk.
-
-    Parameters
-    ----------
-    thorough : bool
-        Read all its pixels; else its header and length count.
+    """Return a pass if it is on disk: all its pixels if ``thorough``, else by its header and
+    length.
     """
     path = manifest.pass_path(task.view, task.number)
     size = manifest.output.size
@@ -117,32 +109,15 @@ def render(
 ) -> Iterator[tuple[Rendered, bool]]:
     """Render the passes that are not done, one at each step of the iteration.
 
-    The scene holds water only while the iteration lasts; closing it early
-    takes the water out and keeps the passes that are done.
+    The scene holds water only while the iteration lasts; closing it early takes the water out and
+    keeps the passes that are done. Yields a pass that is on disk, and whether it was rendered here;
+    those of other workers that are not finished are left out. ``report_note`` receives what could
+    not be treated, a line each.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the job.
-    plans : FramePlans
-        Of the manifest.
-    report_note : callable
-        Receives what could not be treated, a line each.
-    insist : bool
-        Answer for every task: read the pixels of passes that are there, and in the end
-        render those too that another worker has claimed and not finished, since it may be
-        on a machine that died. A doubled pass is the same pass.
-
-    Yields
-    ------
-    Rendered, bool
-        A pass that is on disk, and whether it was rendered here. Those of
-        other workers that are not finished are left out.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be used, or a pass cannot be written.
+    Who insists answers for every task: the pixels of passes that are there are read, and in the end
+    those are rendered too that another worker has claimed and not finished, since it may be on a
+    machine that died. A doubled pass is the same pass. Raises InputError if the scene cannot be
+    used, or a pass cannot be written.
     """
     require_no_water(scene)
     with own_water.hidden(scene, manifest.output.hidden):

@@ -1,10 +1,9 @@
 """Colour error and cost of every combination of bands and options of the water.
 
-A few rays of the camera are coloured once with everything, and once without each thing
-that can be left out; every choice of bands is coloured with everything elastic. These
-differences of colour are added, ray by ray and with their signs, for every combination of
-options, so that the error of a combination is one ΔE2000 per ray and no rule for adding up
-ΔE is needed.
+A few rays of the camera are coloured once with everything, and once without each thing that can be
+left out; every choice of bands is coloured with everything elastic. These differences of colour are
+added, ray by ray and with their signs, so that the error of a combination of options is one ΔE2000
+per ray and no rule for adding up ΔE is needed.
 """
 
 from __future__ import annotations
@@ -64,14 +63,8 @@ class BandChoice:
 class Workload:
     """What a picture takes besides its water.
 
-    Parameters
-    ----------
-    megapixels : float
-        Of a frame.
-    samples : int, optional
-        Per pixel; None leaves them to :func:`decide`.
-    shaft_end : float
-        How far the renderer draws shafts, m.
+    ``samples`` are per pixel, None leaves them to :func:`decide`; ``shaft_end`` is how far the
+    renderer draws shafts, m.
     """
 
     method: Method = REALTIME
@@ -213,14 +206,7 @@ class ErrorEstimate:
 
 
 def cheapest_within(errors: NDArray[np.float64], target: float) -> int:
-    """Index of the first error within a target; without one, of the first that is hardly worse.
-
-    Examples
-    --------
-    >>> errors = np.array([3.0, 1.0, 2.0, 0.99])
-    >>> cheapest_within(errors, 2.5), cheapest_within(errors, 0.5)
-    (1, 1)
-    """
+    """Index of the first error within a target; without one, of the first that is hardly worse."""
     allowed = max(target, _HARDLY * float(errors.min()) + _UNSEEN)
     return int(np.argmax(errors <= allowed))
 

@@ -26,15 +26,15 @@ _TABLE = DATA_DIRECTORY / "costs.csv"
 class Costs:
     """Costs relative to a sample of the scene without water; how many bands there are is free.
 
-    Parameters
+    Attributes
     ----------
     passes : mapping
         Of a sample of one pass with the :data:`TYPICAL` terms, by the name of the method.
     adds : mapping
         What each of :data:`COSTED` adds to a pass, by method and name; nothing in Cycles.
     seconds, shadow_seconds : float
-        CPU time of a megapixel of one sample without water where the table was
-        measured, and what EEVEE's shadow maps, which the ratios leave out, add.
+        CPU time of a megapixel of one sample without water where the table was measured, and what
+        EEVEE's shadow maps, which the ratios leave out, add.
     """
 
     passes: Mapping[str, float]
@@ -45,19 +45,8 @@ class Costs:
     def sample(self, method: Method, passes: int, options: Options) -> float:
         """Cost of one sample of every pass of a frame.
 
-        Parameters
-        ----------
-        passes : int
-            Of a frame.
-        options : Options
-            Of EEVEE; that Cycles saves time by leaving something out was not measured.
-
-        Examples
-        --------
-        >>> costs = read_costs()
-        >>> one, three = (costs.sample(METHODS["bands"], n, TYPICAL) for n in (1, 3))
-        >>> three == 3 * one > 3
-        True
+        ``options`` are those of EEVEE; that Cycles saves time by leaving something out was not
+        measured.
         """
         adds = self.adds.get(method.name, {})
         changed = ((name, (name in options) - (name in TYPICAL)) for name in adds)

@@ -28,14 +28,10 @@ def clip_to_display(rgb: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def visible_distance(view: Viewpoint, delta_e: float) -> float:
-    """Distance from which on an object changes its pixel by less than a ΔE2000.
+    """Distance (m) from which on an object changes its pixel by less than a ΔE2000.
 
-    The object is white or black, lit from above, seen level before the open water.
-
-    Returns
-    -------
-    float
-        m; infinite if 500 m are not enough.
+    The object is white or black, lit from above, seen level before the open water. Infinite if 500
+    m are not enough.
     """
     P = _DISTANCES[:, None]
     water = view.reduction.apply(view.background)
@@ -66,33 +62,13 @@ def shaft_range(view: Viewpoint, delta_e: float) -> float:
 def lost_beyond(view: Viewpoint, bounces: Sequence[int] = BOUNCES) -> NDArray[np.float64]:
     """Upper bound of the fraction of diffuse light that was scattered more than k times.
 
-    With every scattering and every reflection of the floor counted s times
-    (b → s b at the same extinction, r → s r), the light field is the
-    generating function Σ Eₙ sⁿ of its orders. For any s > 1 where it is
-    finite, Σ_{n>k} Eₙ ≤ E(s)/s^{k+1}; the least of a few s is taken.
-    Reflections of the surface are not counted.
+    With every scattering and every reflection of the floor counted s times (b → s b at the same
+    extinction, r → s r), the light field is the generating function Σ Eₙ sⁿ of its orders. For any
+    s > 1 where it is finite, Σ_{n>k} Eₙ ≤ E(s)/s^{k+1}; the least of a few s is taken. Reflections
+    of the surface are not counted.
 
-    Parameters
-    ----------
-    bounces : sequence of int
-        The k.
-
-    Returns
-    -------
-    array, shape (k,)
-        Mean over the bands, weighted with the luminance of the diffuse light.
-
-    Examples
-    --------
-    >>> from ..uw_spectral.imaging.optics import make_viewpoint
-    >>> from ..uw_spectral.spectra.bands import Bands
-    >>> from ..uw_spectral.spectra.illuminant import parse_illuminant
-    >>> from ..uw_spectral.spectra.sensor import parse_sensor
-    >>> from ..uw_spectral.water.optical_properties import Water
-    >>> view = make_viewpoint(Water.uniform(0.1, 0.1), parse_illuminant("d65"),
-    ...                       parse_sensor("cie1931"), 5.0, Bands.uniform(20))
-    >>> bool(lost_beyond(view, [16])[0] < 1e-3)
-    True
+    ``bounces`` are the k; the fraction, shape (k,), is the mean over the bands, weighted with the
+    luminance of the diffuse light.
     """
     column, k = view.column, np.asarray(bounces)[:, None]
     light = _scattered(column, view)
@@ -138,14 +114,9 @@ def first_within[T](
 
 @dataclass(frozen=True)
 class CyclesSample:
-    """A sample of Cycles.
+    """A sample of Cycles: noise of a pixel in ΔE2000, which falls with the root of the samples.
 
-    Attributes
-    ----------
-    delta_e : float
-        Noise of a pixel at one sample, ΔE2000; it falls with the root of their number.
-    seconds : float
-        CPU time of a pass of a megapixel, on the machine of the cost table.
+    ``seconds`` is the CPU time of a pass of a megapixel, on the machine of the cost table.
     """
 
     delta_e: float

@@ -28,18 +28,8 @@ def picture_stops(
     """Stops by which a camera that meters its picture exposes, from those of the optics on.
 
     Light that lamps put on objects counts; what they scatter into the water between does not.
-
-    Parameters
-    ----------
-    optics : Optics
-        Without sunlight, only lamps count.
-    water : LampWater
-        Where there are lamps.
-
-    Raises
-    ------
-    InputError
-        If nothing in the picture is lit.
+    Without sunlight, only lamps count; where there are any, ``water`` is needed. Raises InputError
+    if nothing in the picture is lit.
     """
     colours = _colours(optics, seen, lamps, water)
     return metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
@@ -66,12 +56,7 @@ def stops_from_above(
     seen : SeenPoints
         What the rays that go down meet in the water, in their order; None without any.
     lamps, water
-        As of :func:`picture_stops`.
-
-    Raises
-    ------
-    InputError
-        If nothing in the picture is lit.
+        As of :func:`picture_stops`, as are errors.
     """
     sky, develop = optics.view.column.skylight, optics.view.reduction.apply
     colours = develop(sky.radiance(tuple(directions.T[..., None])))

@@ -14,21 +14,11 @@ Device = Literal["cpu", "gpu"]
 class Method:
     """A way to render.
 
-    Attributes
-    ----------
-    name : str
-        As panels and qualities know it.
-    engine, mode : str
-        As options name them.
-    label, text : str
-        What a panel says of it.
-    default_bands : int
-        Bands, where the settings leave their number open.
-    draws_colours : bool
-        Whether it draws the picture, all bands in one pass; else bands, which are developed.
-    traced : bool
-        Whether light is traced: then noise and bounces are what cost, objects cast their own
-        occlusion, and nothing of the water is left out.
+    ``name`` is as panels and qualities know it, ``engine`` and ``mode`` as options name them,
+    ``label`` and ``text`` what a panel says of it. ``default_bands`` are for settings that leave
+    their number open. A method that ``draws_colours`` draws the picture, all bands in one pass;
+    others draw bands, which are developed. Where light is ``traced``, noise and bounces are what
+    cost, objects cast their own occlusion, and nothing of the water is left out.
     """
 
     name: str
@@ -63,18 +53,7 @@ DRAWN = (REALTIME, BANDS)
 
 
 def method_of(engine: str, mode: str) -> Method:
-    """Return the method of an engine's mode.
-
-    Raises
-    ------
-    KeyError
-        If there is none.
-
-    Examples
-    --------
-    >>> method_of("cycles", "bands").traced
-    True
-    """
+    """Return the method of an engine's mode; raise KeyError if there is none."""
     for method in METHODS.values():
         if (method.engine, method.mode) == (engine, mode):
             return method

@@ -55,18 +55,9 @@ _PLAIN, _OCCLUDED, _CHANGED = "plain", "shaded", "changed wavelength"
 class Optics:
     """Water and camera on some bands.
 
-    Parameters
-    ----------
-    view : Viewpoint
-        Its depth is replaced by that of the rays.
-    excitation : Excitation, optional
-        What changes the wavelength of light.
-    waves : WavePatterns, optional
-        The moving surface, where the column has waves.
-    caustics : float
-        Strength of the sunlight's pattern under them.
-    clouds : tuple of Cloud
-        On the same bands.
+    The depth of ``view`` is replaced by that of the rays; ``excitation`` changes the wavelength of
+    light; ``waves`` are the moving surface, where the column has waves; ``caustics`` is the
+    strength of the sunlight's pattern under them; ``clouds`` are on the same bands.
     """
 
     view: Viewpoint
@@ -224,12 +215,8 @@ class _Rays:
     def radiance(self, water: _Water, *, occluded: bool = False, sunlit: bool = False) -> Array:
         """Colours of the rays, shape (m, 3).
 
-        Parameters
-        ----------
-        occluded : bool
-            Whether objects occlude light from all sides.
-        sunlit : bool
-            Whether the sun shines on all of them.
+        ``occluded`` is whether objects occlude light from all sides, ``sunlit`` whether the sun
+        shines on all of them.
         """
         seen, w, y_o, y, P = self.seen, self.w, self.y_o, self.y, self.P
         ray = along_rays(water.light, water.field.sun, w)
@@ -267,10 +254,7 @@ class _Rays:
     def single_scattering(self, water: _Water, P: Array | None = None) -> Array:
         """Sunlight that is scattered once on the way, nothing in its way, (m, 3) or (m, k, 3).
 
-        Parameters
-        ----------
-        P : array, shape (m, k), optional
-            Up to distances, m; all of the way by default.
+        It is that up to distances P, m, shape (m, k); that of all the way by default.
         """
         ends = np.where(self.hit, self.P, self.boundary) if P is None else P
         ends, w = np.minimum(ends, self.boundary)[..., None], [x[..., None] for x in self.w]

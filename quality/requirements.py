@@ -1,8 +1,7 @@
 """What a scene requires: the cheapest water whose colours are right enough, and why.
 
-All combinations of :mod:`.combinations` are looked at, from the cheapest on:
-the first that is right enough is the cheapest. Ranges, bounces and samples
-follow from how far light and its scattering reach.
+All combinations of :mod:`.combinations` are looked at, from the cheapest on. Ranges, bounces and
+samples follow from how far light and its scattering reach.
 """
 
 from __future__ import annotations
@@ -45,20 +44,9 @@ _FEW_SAMPLES, _MANY_SAMPLES, _COARSE = 16, 64, 2.0
 class Decision:
     """One choice, in numbers and in a line.
 
-    Parameters
-    ----------
-    name : str
-        What is chosen.
-    value : str
-        The choice.
-    effect_delta_e : float
-        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) that the object is
-        worth: of leaving it out, or that the choice leaves.
-    cost_ratio : float
-        Cost of the picture with the object to that without, or with the choice
-        to that with the best one.
-    reason : str
-        Why, in a few words.
+    ``effect_delta_e`` is the estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) that the object is
+    worth: of leaving it out, or that the choice leaves. ``cost_ratio`` is the cost of the picture
+    with the object to that without, or with the choice to that with the best one.
     """
 
     name: str
@@ -79,17 +67,10 @@ class Decision:
 class Requirements:
     """What was decided.
 
-    Parameters
-    ----------
-    options : Options
-        What the water has.
-    delta_e : float
-        Estimated mean ΔE2000 (:attr:`.SeenPoints.weight`) of bands and options, against
-        everything with many bands.
-    cost : float
-        Per sample, against the scene without water.
-    seconds : float
-        CPU time of all frames on the machine of the cost table.
+    ``options`` are what the water has. ``delta_e`` is the estimated mean ΔE2000
+    (:attr:`.SeenPoints.weight`) of bands and options, against everything with many bands; ``cost``
+    is per sample, against the scene without water; ``seconds`` the CPU time of all frames on the
+    machine of the cost table.
     """
 
     bands: BandChoice
@@ -130,10 +111,8 @@ def decide(
         Mean ΔE2000 of what is seen: objects, floor and open water count equally.
     budget : float, optional
         CPU time of all frames in s, on the machine of the cost table; goes before the target.
-    keep : collection of str
-        Those of :data:`.TERMS`, by name, that must stay on.
-    off : collection of str
-        Those that must stay off.
+    keep, off : collection of str
+        Those of :data:`.TERMS`, by name, that must stay on or off.
     denoise : bool
         Whether pictures of Cycles are denoised.
     costs : Costs, optional

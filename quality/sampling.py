@@ -31,12 +31,7 @@ class PictureNoise:
 
 
 def parts_of(most: int) -> tuple[int, int]:
-    """Return how many parts a pass has at most, and the samples of each.
-
-    Parameters
-    ----------
-    most : int
-        Samples of a pass at most, rounded up to an even number of parts.
+    """Return how many parts a pass has at most, an even number, and the samples of each.
 
     Examples
     --------
@@ -51,10 +46,8 @@ def parts_of(most: int) -> tuple[int, int]:
 def picture_noise(halves: Sequence[NDArray[np.floating]]) -> PictureNoise:
     """Return the noise of a picture.
 
-    Parameters
-    ----------
-    halves : sequence of array, shape (2, h, w, 3)
-        Of each pass, what two halves of its samples add to the scene-linear Rec.709 picture.
+    ``halves`` are, of each pass, what two halves of its samples add to the scene-linear Rec.709
+    picture, shape (2, h, w, 3).
     """
     pixels = halves[0].shape[1] * halves[0].shape[2]
     step = math.ceil(math.sqrt(pixels / _MOST_PIXELS))
@@ -70,23 +63,15 @@ def picture_noise(halves: Sequence[NDArray[np.floating]]) -> PictureNoise:
 
 
 def allot(noise: PictureNoise, samples: Sequence[int], target: float) -> tuple[float, ...]:
-    """Return the samples that passes are to have in the next round.
+    """Return the samples that passes are to have in the next round, by those that they have so far.
 
     The fewest in all for the target: a pass gets samples as its noise in the picture, that of one
     sample (Neyman's allotment). What samples cost does not count, for seconds differ from run to
     run, and pictures would too.
 
-    Parameters
-    ----------
-    samples : sequence of int
-        Of each pass, so far.
-
     Examples
     --------
-    >>> both = PictureNoise(5.0, (4.0, 3.0))
-    >>> [round(x) for x in allot(both, (10, 10), 5.2)]
-    [10, 10]
-    >>> [round(x) for x in allot(both, (10, 10), 2.5)]
+    >>> [round(x) for x in allot(PictureNoise(5.0, (4.0, 3.0)), (10, 10), 2.5)]
     [20, 20]
     >>> [round(x) for x in allot(PictureNoise(5.0, (4.8, 1.4)), (10, 10), 4.0)]
     [18, 10]

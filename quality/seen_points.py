@@ -22,7 +22,7 @@ _SEED = 1
 class SeenPoints:
     """What a camera sees at one moment along m rays; x, y horizontal, z up, z = 0 the surface.
 
-    Parameters
+    Attributes
     ----------
     origin : array, shape (m, 3)
         Where the rays leave the camera, m.
@@ -181,7 +181,9 @@ class SeenPoints:
 def openness(
     normal: NDArray[np.float64], directions: NDArray[np.float64], clear: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Fraction of the light from above that reaches surfaces.
+    """Fraction of the light from above that reaches surfaces, by the cosine, shape (m,).
+
+    It is 1 where none of the light meets the surface at all.
 
     Parameters
     ----------
@@ -191,11 +193,6 @@ def openness(
         Of :func:`.light_from_above`.
     clear : array of bool, shape (m, k)
         Whether nothing stands between a surface and the water's surface in a direction.
-
-    Returns
-    -------
-    array, shape (m,)
-        By the cosine; 1 where none of the light meets the surface at all.
     """
     cosine = np.maximum(normal @ directions.T, 0.0)
     total = cosine.sum(axis=1)

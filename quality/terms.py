@@ -1,7 +1,7 @@
 """The optional terms of the water: what each is for, what switches it, how it costs.
 
-A row says all that Auto, the cost table and the panel need to know; the
-formulas of a term are elsewhere.
+A row says all that Auto, the cost table and the panel need to know; the formulas of a term are
+elsewhere.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def _nearest_floor(seen: Sequence[SeenPoints]) -> str:
 class Term:
     """Something that can be left out of the water.
 
-    Parameters
+    Attributes
     ----------
     name : str
         In :data:`Options`; the column of ``data/costs.csv``, and the part of the picture.
@@ -68,8 +68,6 @@ class Term:
         In decisions.
     purpose : callable
         What it is for in some views, in a few words.
-    setting : str
-        What switches it.
     off, on : object
         The setting's value without the term, and one with it. A term whose setting
         is a boolean may be switched on by Auto, others only left out.
@@ -183,26 +181,12 @@ def with_and_without(term: Term, options: Options) -> tuple[Options, Options]:
 
 
 def switched_on(settings: Mapping[str, object]) -> Options:
-    """Terms that settings ask for.
-
-    Examples
-    --------
-    >>> shown = {term.setting: term.off for term in TERMS} | {"surface": "flat"}
-    >>> sorted(switched_on(shown))
-    ['surface']
-    """
+    """Terms that settings ask for."""
     return _complete({term.name for term in TERMS if settings[term.setting] != term.off})
 
 
 def settings_of(options: Options) -> dict[str, object]:
-    """Settings that ask for terms and for no others.
-
-    Examples
-    --------
-    >>> found = settings_of(frozenset(["surface", "diffuse_shadows"]))
-    >>> found["surface"], found["diffuse_shadows"], found["shafts"]
-    ('flat', True, False)
-    """
+    """Settings that ask for terms and for no others."""
     found = {}
     for term in reversed(TERMS):
         if not term.needs or term.needs in options:

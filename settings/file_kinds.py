@@ -26,18 +26,9 @@ _IES = ".ies"
 class FileKind:
     """One object that a file can be.
 
-    Attributes
-    ----------
-    text : str
-        What such a file holds.
-    columns : tuple of str
-        A table with one of these is meant for it.
-    read : callable
-        Reads the file; raises InputError if it cannot be used.
-    setting : str
-        The setting of the scene that takes it.
-    of_lamp : str
-        The property of a lamp that takes it, where it is no setting.
+    ``text`` says what such a file holds; a table with one of the ``columns`` is meant for it;
+    ``read`` raises InputError if the file cannot be used; ``setting`` is that of the scene which
+    takes it, or ``of_lamp`` the property of a lamp.
     """
 
     label: str
@@ -84,10 +75,7 @@ FILE_KINDS = {
 def kinds_of_file(path: Path) -> tuple[str, ...]:
     """Return what a file can be: the names of kinds whose readers take it, one or more.
 
-    Raises
-    ------
-    InputError
-        If it is none of them, or is not right.
+    Raises InputError if it is none of them, or is not right.
     """
     meant = _meant(path)
     if len(meant) == 1:

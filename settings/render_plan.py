@@ -96,12 +96,7 @@ class RenderPlan(ResolvedOptics):
     def over_ground(self, depth: float, colour: Sequence[float]) -> RenderPlan:
         """Return the plan over a ground of the scene's own, if it is wanted and no floor is added.
 
-        Parameters
-        ----------
-        depth : float
-            Of the ground, m.
-        colour : sequence of three floats
-            Linear RGB that it reflects diffusely.
+        ``depth`` is that of the ground, m; ``colour`` the linear RGB that it reflects diffusely.
         """
         if not self.settings.scene_floor or math.isfinite(self.column.floor_depth):
             return self
@@ -177,11 +172,8 @@ class RenderPlan(ResolvedOptics):
 def make_plan(settings: SceneSettings) -> RenderPlan:
     """Resolve settings; files are read.
 
-    Raises
-    ------
-    InputError
-        If a name is unknown, a file cannot be used, or a table does not
-        reach the bands.
+    Raises InputError if a name is unknown, a file cannot be used, or a table does not reach the
+    bands.
     """
     optics = resolve(description_of(settings))
     for water in optics.waters.layers:
@@ -192,13 +184,8 @@ def make_plan(settings: SceneSettings) -> RenderPlan:
 def plan_of(settings: SceneSettings) -> RenderPlan:
     """Resolve settings as :func:`make_plan` does, for a view that follows them.
 
-    What was resolved is kept, a file's content too, until :func:`forget_files`;
-    caveats of the data are left to the records of renders.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a file cannot be used.
+    What was resolved is kept, a file's content too, until :func:`forget_files`; caveats of the data
+    are left to the records of renders.
     """
     with quiet():
         return _plan(settings, _resolved(description_of(settings)))
@@ -258,10 +245,7 @@ def housing_of(settings: SceneSettings) -> HousingDescription:
 def description_of(settings: SceneSettings) -> Description:
     """Return the description that settings are.
 
-    Raises
-    ------
-    InputError
-        If wavelengths or exposure are no numbers.
+    Raises InputError if wavelengths or exposure are no numbers.
     """
     return Description(
         _described(

@@ -44,12 +44,8 @@ _JERLOV = "jerlov:"
 class SceneSettings(WaterSettings):
     """What a .blend stores and the options of ``render_bands.py`` override.
 
-    Settings that are animatable may differ from frame to frame.
-
-    Raises
-    ------
-    InputError
-        If a word is not one of the choices, or a number outside its limits.
+    Settings that are animatable may differ from frame to frame. Raises InputError if a word is not
+    one of the choices, or a number outside its limits.
     """
 
     irradiance: str = stored(

@@ -45,13 +45,10 @@ class Setting:
         What it does, one sentence without a full stop.
     section : str
         One of :data:`SECTIONS`.
-    unit : str
-        Of a number.
     choices : mapping
         Words that it may be: their labels, and what each means. Empty for any.
     known : str
-        What is suggested where any word may be: ``waters``, ``sensors``, ``filters``,
-        ``illuminants``, ``phases``, ``housings``.
+        What is suggested where any word may be (:func:`.known_words`).
     limits, soft_limits : two floats
         What a number may be, and the range of its slider.
     digits : int
@@ -63,8 +60,6 @@ class Setting:
         is not empty.
     engine : str
         The one engine that it is for; empty for all.
-    who : str
-        Who needs it.
     name, default
         Of the field that it describes.
     """

@@ -27,17 +27,9 @@ _TAKEN = "uw_taken"
 
 
 def take_over(scene: bpy.types.Scene) -> bool:
-    """Give a scene the settings of its world, if that was just dropped.
+    """Give a scene the settings of its world, if that was just dropped; return whether it was.
 
-    Returns
-    -------
-    bool
-        Whether it was.
-
-    Raises
-    ------
-    InputError
-        If its settings cannot be read, or the water cannot be added.
+    Raises InputError if its settings cannot be read, or the water cannot be added.
     """
     world = scene.world
     if world is None or not _has_new_world(scene):
@@ -64,15 +56,7 @@ def take_over(scene: bpy.types.Scene) -> bool:
 def hang_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Put lamps where rigs of the library were dropped into a scene.
 
-    Returns
-    -------
-    list of Object
-        The lamps, which hang on what was dropped.
-
-    Raises
-    ------
-    InputError
-        If a rig is not known.
+    Returns the lamps, which hang on what was dropped; raises InputError if a rig is not known.
     """
     made = []
     for item in [item for item in scene.objects if _is_rig(item)]:

@@ -23,18 +23,10 @@ _SETTINGS: Mapping[str, Any] = {
 
 @dataclass(frozen=True)
 class Example:
-    """A scene to build.
+    """A scene to build; ``text`` says what is to be seen, and ``camera`` is the one that looks.
 
-    Parameters
-    ----------
-    label, text : str
-        What it is called, and what is to be seen.
-    camera : str
-        The one that looks.
-    settings : mapping
-        Of its water, besides those of all examples.
-    rig : str
-        Lamps that hang on the camera; empty for none.
+    ``settings`` are of its water, besides those of all examples; ``rig`` are lamps that hang on the
+    camera, empty for none.
     """
 
     label: str
@@ -74,13 +66,7 @@ EXAMPLES = {
 
 
 def build(context: bpy.types.Context, name: str) -> bpy.types.Scene:
-    """Build an example as a scene of its own, and let the window show it; it is still dry.
-
-    Parameters
-    ----------
-    name : str
-        One of :data:`EXAMPLES`.
-    """
+    """Build one of :data:`EXAMPLES` as a scene that the window shows; it is still dry."""
     from ..examples import scenes
     from ..scene.water import lamp_rigs
 

@@ -90,14 +90,9 @@ def is_newer(scene: bpy.types.Scene) -> bool:
 
 
 def migrate(scene: bpy.types.Scene, steps: Sequence[Step] = STEPS) -> None:
-    """Apply the steps that a scene has not seen; leave newer and unused scenes alone.
+    """Apply the steps that a scene has not seen; leave newer, unused and linked scenes alone.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene; linked ones stay as they are.
-    steps : sequence of callable
-        ``steps[v]`` takes a scene from version v to v + 1.
+    ``steps[v]`` takes a scene from version v to v + 1.
     """
     group = getattr(scene, property_group.PROPERTY)
     if not scene.is_editable or group.version >= len(steps) or not is_used(scene):

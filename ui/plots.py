@@ -85,23 +85,12 @@ def spectrum_colours(wavelengths: ArrayLike) -> NDArray[np.float64]:
 def plot_coefficients(
     coefficients: Mapping[str, Spectrum], bands: Bands, size: tuple[int, int] = SIZE
 ) -> Picture:
-    """Draw coefficients of a water over wavelength, on a logarithmic axis in 1/m.
+    """Draw up to four coefficients of a water by label over wavelength, on a logarithmic axis in
+    1/m.
 
-    Parameters
-    ----------
-    coefficients : mapping of str to Spectrum
-        Up to four curves by label, e.g. ``{"a": water.absorption, "b":
-        water.scattering}``; labels use the characters of the picture's font.
-    bands : Bands
-        Their centres are marked; their range is drawn.
-    size : (int, int)
-        Width and height in pixels.
-
-    Raises
-    ------
-    InputError
-        If the picture is too small, nothing is positive, or a character is
-        not in the font.
+    Labels use the characters of the picture's font; the centres of ``bands`` are marked, and their
+    range is drawn; ``size`` is width and height in pixels. Raises InputError if the picture is too
+    small, nothing is positive, or a character is not in the font.
     """
     if not 1 <= len(coefficients) <= len(_COEFFICIENT_COLOURS):
         raise InputError(f"plot: give 1 to {len(_COEFFICIENT_COLOURS)} curves")
@@ -133,19 +122,10 @@ def plot_coefficients(
 def plot_sensor(
     sensor: Sensor, bands: Bands | None = None, size: tuple[int, int] = SIZE
 ) -> Picture:
-    """Draw the three curves of a sensor, each over its own largest value.
+    """Draw the three curves of a sensor, each over its own largest value; centres of bands are
+    marked.
 
-    Parameters
-    ----------
-    bands : Bands, optional
-        Their centres are marked.
-    size : (int, int)
-        Width and height in pixels.
-
-    Raises
-    ------
-    InputError
-        If the picture is too small.
+    ``size`` is width and height in pixels; raises InputError if it is too small.
     """
     axes = _Axes.new(size, bands, margin_left=16)
     for height in (0.0, 0.25, 0.5, 0.75, 1.0):
@@ -168,21 +148,8 @@ def plot_transmitted_light(
 ) -> Picture:
     """Draw the fraction of light that is left at a depth, filled with the spectrum's colours.
 
-    The axis ends at the next of 0.01, 0.02, 0.05 … 100 % above the largest share.
-
-    Parameters
-    ----------
-    light : Spectrum
-        Shares, 1 for all.
-    bands : Bands, optional
-        Their centres are marked.
-    size : (int, int)
-        Width and height in pixels.
-
-    Raises
-    ------
-    InputError
-        If the picture is too small.
+    The axis ends at the next of 0.01, 0.02, 0.05 … 100 % above the largest share. Centres of bands
+    are marked; ``size`` is width and height in pixels; raises InputError if it is too small.
     """
     axes = _Axes.new(size, bands, margin_left=36)
     fractions = _sampled(light, axes.wavelengths)

@@ -177,10 +177,7 @@ def names(kind: str) -> dict[str, Path]:
 def apply(kind: str, name: str) -> None:
     """Apply a preset to the scene of the context, as the menu does.
 
-    Raises
-    ------
-    InputError
-        If there is no such preset; near names are suggested.
+    Raises InputError if there is no such preset; near names are suggested.
     """
     known = names(kind)
     if name not in known:

@@ -35,22 +35,13 @@ _THUMBNAILS = Path(__file__).resolve().parent / "thumbnails"
 
 @dataclass
 class Pictures:
-    """What the panel shows of one scene.
+    """What the panel shows of one scene; ``key`` is what its contents belong to: settings and
+    depth.
 
-    Parameters
-    ----------
-    key : tuple or None
-        Settings and depth that the contents belong to.
-    readouts : Readouts or None
-        None until computed, or where they cannot be.
-    inelastic : float or None
-        Fraction of inelastic light in the luminance of the open water; None without any.
-    source, error : str
-        Where the water's data come from; why nothing is shown.
-    visibility : str
-        What each publication of a Jerlov type says.
-    sensor : str
-        What is to be known of the sensor.
+    ``readouts`` are None until computed, or where they cannot be. ``inelastic`` is the fraction of
+    inelastic light in the luminance of the open water, None without any; ``source`` where the
+    water's data come from; ``error`` why nothing is shown; ``visibility`` what each publication of
+    a Jerlov type says; ``sensor`` what is to be known of the sensor.
     """
 
     key: tuple[SceneSettings, float] | None = None
@@ -136,10 +127,7 @@ def compute(scene: bpy.types.Scene) -> Pictures:
 def concentration_for(scene: bpy.types.Scene, visibility: float) -> float:
     """Return the concentration at which one sees as far in a scene's water, in m.
 
-    Raises
-    ------
-    InputError
-        If the settings cannot be used, or no light is left at the camera.
+    Raises InputError if the settings cannot be used, or no light is left at the camera.
     """
     from ..settings.render_plan import plan_of, quiet
     from ..uw_spectral.imaging import visibility as seen

@@ -334,13 +334,7 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
 
 
 def require_folder(scene: bpy.types.Scene) -> None:
-    """Refuse a folder beside a .blend that was never saved: it would be anywhere.
-
-    Raises
-    ------
-    InputError
-        If the panel names such a folder.
-    """
+    """Refuse a folder beside a .blend that was never saved: it would be anywhere."""
     output = getattr(scene, PROPERTY).output
     if output.startswith("//") and not bpy.data.filepath:
         raise InputError(
@@ -399,10 +393,7 @@ def before_auto(scene: bpy.types.Scene) -> dict[str, Any]:
 def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice) -> None:
     """Write what was chosen into the settings, and keep what they were.
 
-    Parameters
-    ----------
-    earlier : dict
-        What :func:`before_auto` returned: the choice was made with these values.
+    The choice was made with the ``earlier`` values that :func:`before_auto` returned.
     """
     group, water = getattr(scene, PROPERTY), getattr(scene, stored_settings.PROPERTY)
     stored = stored_settings.stored_settings(scene)

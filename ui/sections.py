@@ -30,12 +30,7 @@ def draw(
 ) -> None:
     """Draw the settings of a section that have an effect now, what only researchers need last.
 
-    Parameters
-    ----------
-    section : str
-        One of :data:`.SECTIONS`.
-    apart : collection of str
-        Settings that are drawn otherwise.
+    ``section`` is one of :data:`.SECTIONS`; those ``apart`` are drawn otherwise.
     """
     group = getattr(scene, stored_settings.PROPERTY)
     panel = getattr(scene, property_group.PROPERTY)

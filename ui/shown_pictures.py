@@ -13,12 +13,8 @@ from ..scene.session import PICTURE
 def load(path: Path, name: str) -> bpy.types.Image:
     """Return a developed picture as an image; one that is there already is read again.
 
-    Parameters
-    ----------
-    path : Path
-        The PNG: tone and contrast are in it, so no view transform of the scene may be added.
-    name : str
-        What it is of: camera and frame.
+    Tone and contrast are in the PNG, so no view transform of the scene may be added. ``name`` says
+    what it is of: camera and frame.
     """
     image = next((i for i in bpy.data.images if i.get(PICTURE) == name), None)
     if image is None:

@@ -48,28 +48,10 @@ Planner = Callable[[Path], FarmJob]
 def bundle_job(
     folder: Path, scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job
 ) -> FarmJob:
-    """Plan a job of the open file and write it as a bundle.
+    """Plan a job of the open file and write it as a bundle; the scene's current frame moves.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder to create.
-    scene : Scene
-        Its current frame moves.
-    settings_now : callable
-        Returns the settings at the scene's current frame.
-    job : Job
-        Frames, engine, cameras and folder of the results.
-
-    Returns
-    -------
-    FarmJob
-        What the farm will render.
-
-    Raises
-    ------
-    InputError
-        As :func:`write_bundle` and :func:`.planning.plan_job`.
+    ``settings_now`` returns the settings at the scene's current frame; the rest is as in
+    :func:`write_bundle` and :func:`.planning.plan_job`.
     """
     job = replace(job, out=job.out.absolute())
 
@@ -105,29 +87,12 @@ def farm_job(planned: Manifest) -> FarmJob:
 
 
 def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJob:
-    """Write the open, saved file as a job of Open Job Description.
+    """Write the open, saved file as a job of Open Job Description, into a folder of its own.
 
-    Nothing is written if anything is amiss; an earlier bundle is replaced as a whole.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder to create.
-    settings : SceneSettings
-        The settings of the scene, whose tables go along.
-    plan : callable
-        Writes the plan of the job to a file, and returns what it holds.
-
-    Returns
-    -------
-    FarmJob
-        What the farm will render.
-
-    Raises
-    ------
-    InputError
-        If the file is not saved, something that it reads is missing, or the folder holds
-        something else or cannot be written.
+    Nothing is written if anything is amiss; an earlier bundle is replaced as a whole. The tables of
+    ``settings`` go along; ``plan`` writes the plan of the job to a file, and returns what it holds.
+    Raises InputError if the file is not saved, something that it reads is missing, or the folder
+    holds something else or cannot be written.
     """
     folder = folder.resolve()
     check_saved()
@@ -156,13 +121,7 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
 
 
 def check_saved() -> None:
-    """Refuse a file that is not on disk as it is.
-
-    Raises
-    ------
-    InputError
-        If it was never saved, or changed since.
-    """
+    """Refuse a file that is not on disk as it is."""
     if not bpy.data.filepath:
         raise InputError("the scene was never saved, and a farm reads it from a file; save it")
     if bpy.data.is_dirty:

@@ -40,26 +40,10 @@ _CORES = 2
 class FarmJob:
     """What a farm renders: a scene that is planned already.
 
-    Parameters
-    ----------
-    scene : Path
-        The .blend.
-    out : Path
-        Folder of passes and pictures.
-    frames : tuple of int
-        Frames of the plan.
-    passes : int
-        Render passes of a frame.
-    memory : float
-        Memory in bytes that a frame takes at least.
-    gpu : bool
-        Whether the engine draws on a graphics card.
-    system : str
-        Operating system of the workers, of :data:`SYSTEMS`.
-    cameras : tuple of str
-        Names of the cameras where there are several, each rendered by tasks of its own.
-    scripts : bool
-        Whether workers let the Python of the .blend run.
+    ``passes`` are those of a frame; ``memory`` in bytes is what a frame takes at least; ``gpu`` is
+    whether the engine draws on a graphics card; ``system`` the workers' operating system, of
+    :data:`SYSTEMS`; ``cameras`` are named where there are several, each rendered by tasks of its
+    own; ``scripts`` is whether workers let the Python of the .blend run.
     """
 
     scene: Path
@@ -74,13 +58,7 @@ class FarmJob:
 
 
 def ranges(numbers: Sequence[int]) -> str:
-    """Write numbers as a range expression, in order and each once.
-
-    Examples
-    --------
-    >>> ranges([1, 2, 3, 7, 9, 10])
-    '1-3,7,9-10'
-    """
+    """Write numbers as a range expression such as 1-3,7,9-10, in order and each once."""
     ordered = sorted(set(numbers))
     starts = [ordered[0], *(b for a, b in pairwise(ordered) if b != a + 1)]
     ends = [*(a for a, b in pairwise(ordered) if b != a + 1), ordered[-1]]

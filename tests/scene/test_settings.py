@@ -152,4 +152,6 @@ def test_bad_frames_are_named(frames):
 
 def test_frames():
     assert command_line.parse_numbers("1-3, 7") == (1, 2, 3, 7)
+    assert command_line.parse_numbers("-5--3") == (-5, -4, -3)
+    assert command_line.parse_numbers("1-9:4") == (1, 5, 9)
     assert command_line.parse_numbers("") == ()

@@ -106,6 +106,11 @@ def _planned(dive: Path, *options: object, out: str = "split") -> Path:
     return path
 
 
+def test_folders_of_cameras_of_like_names_differ():
+    folders = [camera.folder for camera in manifests.folders(["Left/eye", "Left eye"])]
+    assert folders == ["Left_eye", "Left_eye_2"]
+
+
 def test_a_plan_brings_its_own_folder(dive):
     path = dive.with_name("plans") / "of today" / "job.json"
     assert _run(dive, *DIVE, "--out", dive.with_name("results"), "--plan", path) == 0
