@@ -12,13 +12,7 @@ from ..uw_spectral.errors import InputError
 
 
 def rendered_seconds(blend: Path, out: Path, *options: str) -> float:
-    """Render a job into a folder and return its CPU time, s.
-
-    Raises
-    ------
-    InputError
-        If it fails.
-    """
+    """Render a job into a folder and return its CPU time, s."""
     start = time.process_time()
     with contextlib.redirect_stdout(io.StringIO()):
         status = batch.main([str(blend), "--out", str(out), *options], inside_blender=False)

@@ -53,12 +53,8 @@ type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 class LitPlace(Place):
     """A place with lamps, by night unless its settings say otherwise.
 
-    Parameters
-    ----------
-    room : Room, optional
-        The same for photons.
-    photons : int
-        From the lamps, in each of ten batches and bands.
+    ``room`` is the same for photons, of which ``photons`` come from the lamps, in each of ten
+    batches and bands.
     """
 
     settings: Mapping[str, object] = field(default_factory=lambda: {"sunlight": 0.0})
@@ -204,13 +200,7 @@ TURBID = 0.25
 
 
 def places(folder: Path) -> list[LitPlace]:
-    """Return the places.
-
-    Parameters
-    ----------
-    folder : Path
-        For scenes that are built once.
-    """
+    """Return the places; ``folder`` is for scenes that are built once."""
     room = _for_photons()
     found = [
         LitPlace(f"{name}, {water}", build, water, room=room)

@@ -21,20 +21,10 @@ _RECORD = "package.json"
 
 @dataclass(frozen=True)
 class Package:
-    """A package of a registry.
+    """A package of a registry; ``licence`` is that of the models that are taken from it.
 
-    Parameters
-    ----------
-    registry : {"npm", "debian", "pypi"}
-        Where it is.
-    name : str
-        Its name there.
-    version : str
-        Its version; Debian gives the one of the release that is installed, "".
-    licence : str
-        Of the models that are taken from it.
-    archives : str
-        Archives in it that hold the models, a pattern; "" for none.
+    Debian gives the version of the release that is installed, "". ``archives`` is a pattern of
+    archives in it that hold the models, "" for none.
     """
 
     registry: Literal["npm", "debian", "pypi"]
@@ -48,11 +38,6 @@ def unpacked(package: Package, cache: Path) -> Path:
     """Return the folder of a package's files; it is fetched if the cache does not have it.
 
     Beside the files stands ``package.json``: name, version, licence, file and its SHA-256.
-
-    Raises
-    ------
-    InputError
-        If it can be neither found nor fetched.
     """
     folder = cache / f"{package.registry}-{package.name.replace('@', '').replace('/', '-')}"
     if (folder / _RECORD).exists():

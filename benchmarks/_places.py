@@ -33,21 +33,9 @@ Array = NDArray[np.float64]
 class Place:
     """A scene and its water.
 
-    Parameters
-    ----------
-    name : str
-    build : callable
-        Fills an empty file and returns the camera.
-    water : str
-        Jerlov type.
-    sun : float
-        Zenith angle in air, degrees.
-    samples, drawn : int
-        Of Cycles, and of EEVEE.
-    settings : mapping of str to object
-        Others that its water has.
-    size : tuple of int
-        Of the pictures, pixels.
+    ``build`` fills an empty file and returns the camera; ``water`` is a Jerlov type; ``sun`` the
+    zenith angle in air, degrees; ``samples`` and ``drawn`` are those of Cycles, and of EEVEE;
+    ``settings`` others that its water has; ``size`` is that of the pictures, pixels.
     """
 
     name: str

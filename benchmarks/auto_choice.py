@@ -58,16 +58,9 @@ OPTIMISED = (3, 6, 9)
 class Detail:
     """How closely a picture is looked at.
 
-    Parameters
-    ----------
-    width, height : int
-        Rays that are cast.
-    rays : int
-        Those of them that are coloured.
-    steps, skyward : int
-        Looks for shadow along a ray, and towards the light from above.
-    resolution : int
-        Samples a side of the waves.
+    ``width`` by ``height`` rays are cast, of which ``rays`` are coloured; ``steps`` and ``skyward``
+    are looks for shadow along a ray, and towards the light from above; ``resolution`` is samples a
+    side of the waves.
     """
 
     width: int

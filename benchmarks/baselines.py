@@ -43,22 +43,11 @@ def as_rgb(plan: RenderPlan, depth: float, image: NDArray[np.float64]) -> NDArra
 def paper_image(
     plan: RenderPlan, hits: Hits, depth: float, form: PathRadianceForm
 ) -> NDArray[np.float64]:
-    """Band radiances with the paper's path radiance and its surface lighting by Kd.
+    """Band radiances with the paper's path radiance and its surface lighting by Kd, shape (h, w,
+    n).
 
-    Parameters
-    ----------
-    plan : RenderPlan
-        The water, which must have a Kd, and the bands.
-    hits : Hits
-        What the camera's rays meet.
-    depth : float
-        Of the camera, m.
-    form : callable
-        :func:`path_radiance_Monzon2024` or its corrected form.
-
-    Returns
-    -------
-    array, shape (h, w, n)
+    The water must have a Kd; ``hits`` are what the camera's rays meet; ``depth`` is that of the
+    camera, m; ``form`` :func:`path_radiance_Monzon2024` or its corrected form.
     """
     column = plan.column
     Kd = plan.water.Kd(plan.bands.centres)

@@ -36,7 +36,7 @@ class Order(Enum):
 class Costs:
     """Seconds of a worker, and of the farm's machinery.
 
-    Parameters
+    Attributes
     ----------
     start : float
         Blender starts, reads scene and plan, and resolves the water: once a task.
@@ -111,21 +111,10 @@ class _Task:
 
 
 def simulate(shot: Shot, costs: Costs, workers: int, order: Order, seed: int = SEED) -> Outcome:
-    """Render a shot with a number of workers.
+    """Render a shot with a number of workers, each of which takes one task at a time.
 
-    Parameters
-    ----------
-    shot, costs : Shot, Costs
-    workers : int
-        Machines that take one task at a time.
-    order : Order
-        Which tasks there are, and what they wait for.
-    seed : int
-        Of the times of passes, latencies and boots.
-
-    Returns
-    -------
-    Outcome
+    ``order`` is which tasks there are, and what they wait for; ``seed`` that of the times of
+    passes, latencies and boots.
     """
     random = np.random.default_rng(seed)
     # The mean of a lognormal distribution is that of its logarithm plus half the variance.

@@ -91,14 +91,7 @@ class Hits:
 def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) -> Hits:
     """Intersect the camera's rays with sphere and floor.
 
-    Parameters
-    ----------
-    sun : array, shape (3,)
-        Direction the sunlight travels to.
-    width, height : int
-        Pixels.
-    oversampling : int
-        Rays per pixel and axis.
+    ``sun`` is the direction the sunlight travels to; ``oversampling`` rays per pixel and axis.
     """
     columns, rows = width * oversampling, height * oversampling
     scale = 2.0 * math.tan(FIELD_OF_VIEW / 2) / columns

@@ -44,13 +44,7 @@ class Rendered:
 
 
 def render(blend: Path, out: Path, *options: str, layers: str = "all") -> float:
-    """Render a job and return its CPU time, s.
-
-    Raises
-    ------
-    InputError
-        If it fails.
-    """
+    """Render a job and return its CPU time, s."""
     return rendered_seconds(blend, out, *_SHARED, *_asked(layers), *options)
 
 

@@ -186,18 +186,9 @@ def mitsuba_scene(
 ) -> dict:
     """Describe the grey scene in one band, as :func:`.grey_scene.build_scene` builds it.
 
-    Parameters
-    ----------
-    mitsuba : module
-        With a variant chosen.
-    plan : RenderPlan
-        No surface, a floor; Henyey-Greenstein, or sea particles with a bounded peak.
-    band : int
-        Index of the band.
-    depth : float
-        Of the camera, m.
-    half_width : float
-        Of the water, m.
+    ``mitsuba`` has a variant chosen. The plan has no surface, a floor, and Henyey-Greenstein or sea
+    particles with a bounded peak; ``depth`` is that of the camera, ``half_width`` that of the
+    water, m.
     """
     column = plan.column
     if column.reflects:

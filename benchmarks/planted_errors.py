@@ -30,15 +30,9 @@ COLUMNS = ("error", "outside", "others")
 
 @dataclass(frozen=True)
 class Error:
-    """A change of one place.
+    """A change of one place of a file, from ``uw_spectral``.
 
-    Attributes
-    ----------
-    name : str
-    file : str
-        From ``uw_spectral``.
-    right, wrong : str
-        Text that is there once, and what takes its place.
+    ``right`` is text that is there once, ``wrong`` what takes its place.
     """
 
     name: str
@@ -47,12 +41,8 @@ class Error:
     wrong: str
 
     def planted(self, package: Path) -> str:
-        """Text of the file in a package with the error in it.
-
-        Raises
-        ------
-        ValueError
-            If the text to be changed is not there once.
+        """Text of the file in a package with the error in it; ValueError if ``right`` is not there
+        once.
         """
         text = (package / self.file).read_text(encoding="utf-8")
         if text.count(self.right) != 1:
@@ -129,13 +119,7 @@ ERRORS = (
 
 
 def failures(error: Error | None, tests: Sequence[str] = TESTS) -> list[str]:
-    """Plant an error in a copy of the checkout and return the names of the tests that fail.
-
-    Raises
-    ------
-    ValueError
-        If the text to be changed is not there once.
-    """
+    """Plant an error in a copy of the checkout and return the names of the tests that fail."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "checkout"
         listed = subprocess.run(

@@ -110,16 +110,11 @@ def _changed(values: dict[str, Any]) -> Iterator[None]:
 def _render(
     scene: Scene, camera: bpy.types.Object, setting: _Setting, samples: int, *, all_bands: bool
 ) -> tuple[Array, float, int]:
-    """Render seeds of a scene.
+    """Render seeds of a scene; return images, seconds and passes.
 
-    Returns
-    -------
-    images : array, shape (seeds, h, w, n)
-        Of all bands, or of those that share a pass with the one that is compared.
-    seconds : float
-        CPU time of a sample of a megapixel, all of these passes; what a render takes before its
-        first sample is left out.
-    passes : int
+    Images, shape (seeds, h, w, n), are of all bands, or of those that share a pass with the one
+    that is compared. Seconds are CPU time of a sample of a megapixel, all of these passes; what a
+    render takes before its first sample is left out.
     """
     _solved_scenes.place(scene)
     plan = scene.plan(samples)

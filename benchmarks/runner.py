@@ -49,7 +49,7 @@ class Target:
 class Page:
     """A page.
 
-    Parameters
+    Attributes
     ----------
     title, text : str
         Markdown; ``{name}`` is a value as :meth:`str.format` writes it, alone in a line a table.

@@ -16,22 +16,10 @@ SCENES = {"reef": Reef, "wreck": Wreck, "cave": Cave, "pool": Pool}
 
 
 def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
-    """Build an example in the open, empty file.
+    """Build an example in the open, empty file: reef, wreck, cave or pool.
 
-    Metres; z = 0 is the mean water surface. Equal seeds give equal vertices.
-
-    Parameters
-    ----------
-    name : {"reef", "wreck", "cave", "pool"}
-    seed : int
-        Non-negative.
-    detail : {"draft", "panel", "full"}
-        How finely to mesh.
-
-    Raises
-    ------
-    ValueError
-        If the seed is negative, or scene or detail are unknown.
+    Metres; z = 0 is the mean water surface. Equal seeds, not negative, give equal vertices;
+    ``detail``, draft, panel or full, is how finely to mesh. Raises ValueError for what is unknown.
     """
     if name not in SCENES:
         raise ValueError(f"unknown scene {name!r}; known: {', '.join(SCENES)}")
@@ -48,8 +36,7 @@ def build_scene(name: str, seed: int = 1, detail: str = "full") -> None:
 def count_triangles() -> tuple[int, int]:
     """Count the triangles that are rendered, and those that are stored.
 
-    Objects that share a mesh count each time in the first number, once in the
-    second.
+    Objects that share a mesh count each time in the first number, once in the second.
     """
     meshes = [item.data for item in bpy.context.scene.objects if item.type == "MESH"]
     stored = {mesh.name: len(mesh.polygons) for mesh in meshes}

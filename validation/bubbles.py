@@ -32,16 +32,9 @@ _NEAREST, _MIDDLES, _ROUNDS = 1.0, 41, 12
 class Population:
     """What bubbles of many sizes scatter.
 
-    Attributes
-    ----------
-    angles : array, shape (k,)
-        Scattering angles, rad.
-    phase : array, shape (k,)
-        All of it, diffraction included, 1/sr.
-    per_void : float
-        Scattering coefficient over the void fraction, 1/m.
-    asymmetry : float
-        Mean cosine.
+    ``phase`` at scattering ``angles`` (rad), shape (k,), is all of it, diffraction included, 1/sr;
+    ``per_void`` the scattering coefficient over the void fraction, 1/m; ``asymmetry`` the mean
+    cosine.
     """
 
     angles: Array
@@ -84,15 +77,8 @@ def bubbles(
 ) -> Population:
     """Return what a population of bubbles scatters.
 
-    Parameters
-    ----------
-    smallest, largest, slope
-        As of :func:`.sauter_radius`.
-    wavelength : float
-        In air, nm.
-    count : int
-        Sizes that are summed, one at random in each of as many steps.
-    seed : int
+    Sizes are as of :func:`.sauter_radius`, ``wavelength`` is in air, nm; ``count`` sizes are
+    summed, one at random in each of as many steps.
     """
     near = np.geomspace(_FINEST, 1.0, _FINE)
     degrees = np.concatenate([near, np.arange(1.0, 180.0 + _STEP / 2, _STEP)[1:]])

@@ -55,16 +55,10 @@ def phase_of(problem: int) -> str:
 
 @dataclass(frozen=True)
 class Published:
-    """One published number.
+    """One published number: mean of the models that the paper compares, and deviation over it.
 
-    Attributes
-    ----------
-    depth : float
-        m.
-    quantity : str
-        ``Ed``, ``Eu``, ``Eou`` (upwelling scalar irradiance) or ``Lu`` (seen straight down).
-    mean, scatter : float
-        Of the models that the paper compares: mean, and standard deviation over it.
+    ``depth`` is in m; ``quantity`` is ``Ed``, ``Eu``, ``Eou`` (upwelling scalar irradiance) or
+    ``Lu`` (seen straight down).
     """
 
     depth: float

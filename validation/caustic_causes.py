@@ -90,13 +90,7 @@ def saturation_RomeiserAlpers1997(k: Array, wind: float) -> Array:
 
 
 def whitecaps(wind: float) -> float:
-    """Fraction of the sea that foam covers at a wind in m/s: Monahan & O'Muircheartaigh (1980).
-
-    Examples
-    --------
-    >>> round(whitecaps(10.0), 4)
-    0.0099
-    """
+    """Fraction of the sea that foam covers at a wind in m/s: Monahan & O'Muircheartaigh (1980)."""
     return 3.84e-6 * wind**3.41
 
 

@@ -24,13 +24,7 @@ _ANGLES, _PLACES = 4001, 4001
 class GreyBlob:
     """A sphere of Gaussian density in empty space, in one band.
 
-    Parameters
-    ----------
-    sigma : float
-        Standard deviation, m.
-    absorption, scattering : float
-        In the middle, 1/m.
-    phase : PhaseFunction
+    ``sigma`` is the standard deviation, m; absorption and scattering are those in the middle, 1/m.
     """
 
     sigma: float
@@ -56,7 +50,6 @@ def radiance(
 
     Parameters
     ----------
-    blob : GreyBlob
     beam : three floats
         Unit direction that light of the normal irradiance 1 travels to.
     views : mapping of str to three floats
@@ -65,11 +58,8 @@ def radiance(
         Light of the scalar irradiance 1 from all sides instead.
     lamp : three floats, optional
         Place of a lamp of the radiant intensity 1 outside the blob instead, from its middle, m.
-    count : int
-        Photons.
     radius : float
         Of the disc about the middle that is seen, standard deviations.
-    seed : int
     """
     rng = np.random.default_rng(seed)
     blunt = blunt_phase(blob.phase)

@@ -36,15 +36,8 @@ def round_trip_error(
 ) -> RoundTripError:
     """How well diffuse RGB colours come back as the colours they were given as.
 
-    Parameters
-    ----------
-    bands : Bands
-    illuminant : Illuminant
-        The light on the surface.
-    reduction : SensorReduction
-        Balanced for that light.
-    steps : int
-        Colours per axis of the regular grid over the RGB cube.
+    The reduction is balanced for the illuminant, the light on the surface; ``steps`` are colours
+    per axis of the regular grid over the RGB cube.
     """
     axis = np.linspace(0.0, 1.0, steps)
     rgb = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)

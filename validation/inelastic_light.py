@@ -211,14 +211,8 @@ def solve_inelastic(
     excitation_field : LightField, or a sequence of them
         Elastic light of the excitation bands, irradiances per nm; several add
         up, see :func:`excitation_fields`.
-    excitation : Bands
     emission_field : LightField
         Elastic light of the emission bands, in the same water column.
-    emission : Bands
-
-    Returns
-    -------
-    InelasticLight
 
     Raises
     ------
@@ -289,22 +283,10 @@ def solve_inelastic(
 def reduced(light: InelasticLight, count: int = 3, deepest: float = 100.0) -> InelasticLight:
     """Approximate inelastic light by a few exponentials of depth in each band, for shaders.
 
-    The rates are the best of a grid, the coefficients a least-squares fit of
-    emission, E0 and F, each depth weighing by the inverse of the light there.
-
-    Parameters
-    ----------
-    light : InelasticLight
-        Of :func:`solve_inelastic`; it has a few per excitation band.
-    count : int
-        Number of falling exponentials, 1 to 4; over a floor one that rises joins them.
-    deepest : float
-        Depth in m to which the fit reaches, at most to the floor.
-
-    Returns
-    -------
-    InelasticLight
-        With ``count`` terms, or one more; the rates differ by band.
+    The rates are the best of a grid, the coefficients a least-squares fit of emission, E0 and F,
+    each depth weighing by the inverse of the light there. ``count`` exponentials fall, 1 to 4; over
+    a floor one that rises joins them. ``deepest`` is the depth in m to which the fit reaches, at
+    most to the floor. The rates differ by band.
     """
     if not 1 <= count <= 4:
         raise InputError(f"inelastic light: reduce to 1 to 4 exponentials, got {count}")

@@ -16,7 +16,7 @@ from ..uw_spectral.water.optical_properties import Water
 
 
 def Kd_Lee2005(a: ArrayLike, bb: ArrayLike, sun_zenith: float = 30.0) -> NDArray[np.float64]:
-    """Kd between the surface and the depth of 10 % light, from a and bb.
+    """Kd between the surface and the depth of 10 % light, 1/m, from a and bb.
 
     Parameters
     ----------
@@ -24,11 +24,6 @@ def Kd_Lee2005(a: ArrayLike, bb: ArrayLike, sun_zenith: float = 30.0) -> NDArray
         Absorption and backscattering (molecules and particles), 1/m.
     sun_zenith : float
         In air, degrees, 0 to 90.
-
-    Returns
-    -------
-    array
-        Kd in 1/m.
 
     Raises
     ------

@@ -33,16 +33,9 @@ _FACING = np.array([0.0, 0.0, 1.0])
 class Case:
     """A camera ray, or a patch at the origin that faces the lamp.
 
-    Attributes
-    ----------
-    kind : str
-        ``"beside"``: the lamp beside the camera, shining as it looks; ``"in view"``: the lamp
-        faces the camera; ``"across"``: it shines across the view; ``"patch"``.
-    function : BandPhase
-        Phase function of one band.
-    profile : LampProfile
-    position, axis : array, shape (3,)
-    P : float
+    ``kind`` is ``"beside"``: the lamp beside the camera, shining as it looks; ``"in view"``: the
+    lamp faces the camera; ``"across"``: it shines across the view; or ``"patch"``. ``function`` is
+    the phase function of one band.
     """
 
     kind: str

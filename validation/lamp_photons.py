@@ -134,10 +134,6 @@ def orders(
     lamp, axis : array, shape (3,)
     profile : callable
         Of the cosine from the axis.
-    phase : PhaseTables
-    rng : Generator
-    count : int
-        Orders.
     batches : int
         Parts that the rays are divided into, for the error.
     weight : array, shape (n,)

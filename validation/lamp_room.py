@@ -38,16 +38,10 @@ _MOST = 400  # scatterings
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Objects, seen from the camera; z is up.
+    """Objects, seen from the camera; z is up, and the floor at that height, m.
 
-    Attributes
-    ----------
-    floor : float
-        Height, m.
-    ellipsoids, boxes : array, shape (k, 6)
-        Middles and half axes, m.
-    colours : array, shape (1 + k, 3)
-        Of the floor, the ellipsoids and the boxes.
+    ``ellipsoids`` and ``boxes``, shape (k, 6), are middles and half axes, m; ``colours``, shape (1
+    + k, 3), are of the floor, the ellipsoids and the boxes.
     """
 
     floor: float
@@ -60,14 +54,8 @@ class Room:
 class View:
     """The blocks of a picture of a camera at the origin that looks along y.
 
-    Attributes
-    ----------
-    rows, columns : int
-    size : float
-        Of a block, at a distance of 1.
-    blur : tuple of float
-        Distance of a ray from the photons that shine into it: at the camera, m, and more per m of
-        their distance.
+    ``size`` is that of a block, at a distance of 1; ``blur`` the distance of a ray from the photons
+    that shine into it: at the camera, m, and more per m of their distance.
     """
 
     rows: int
@@ -77,13 +65,10 @@ class View:
 
 
 def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
-    """Return a phase function as high up to an angle as there, and its fraction of scattering.
+    """Return a phase function as high up to an angle (rad) as there, and its fraction of
+    scattering.
 
-    Parameters
-    ----------
-    phase : PhaseTables
-    angle : float
-        rad; 0 leaves it as it is.
+    An angle of 0 leaves it as it is.
     """
     s2 = math.sin(angle / 2.0) ** 2
     if s2 == 0.0:
@@ -114,16 +99,12 @@ def traced(
 
     Parameters
     ----------
-    view : View
     lamps : sequence of Lamp
         Spots, of one intensity; places as seen from the camera.
     water : tuple of float
         Absorption and scattering, 1/m.
-    phase : PhaseTables
-    room : Room
     reflectance : array, shape (1 + k,)
-        Of its objects, in the one band.
-    seed : int
+        Of the objects, in the one band.
     photons : tuple of int
         From the lamps, in each batch; rays of each block.
     """

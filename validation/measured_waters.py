@@ -64,15 +64,9 @@ def mean_Kd(field: SolvedField) -> Array:
 
 @dataclass(frozen=True)
 class MeasuredWater:
-    """One Jerlov type as measured, up to 700 nm.
+    """One Jerlov type as measured, up to 700 nm; arrays of shape (n,).
 
-    Attributes
-    ----------
-    name : str
-    wavelengths, a, b : array, shape (n,)
-        nm and 1/m: means over campaigns.
-    a_spread, b_spread : array, shape (n,)
-        Standard deviations among the campaigns, 1/m.
+    ``a`` and ``b`` are means over campaigns, 1/m, the spreads standard deviations among them.
     """
 
     name: str
@@ -115,13 +109,10 @@ def Kd_Jerlov1976(name: str, wavelengths: Array) -> Array:
 
 
 def explaining_suns() -> dict[str, tuple[float, Array, Array]]:
-    """Zenith angle of the sun whose Kd comes closest to the published one, by type.
+    """Zenith angle of the sun whose Kd comes closest to the published one, by type, degrees.
 
-    Returns
-    -------
-    dict
-        Degrees; Kd published over solved at 30° and at that angle, shape (3,) each. Water of
-        Solonenko & Mobley (2015), black sky as in Figure 15 of Monzon et al. (2024).
+    Besides Kd published over solved at 30° and at that angle, shape (3,) each. Water of Solonenko &
+    Mobley (2015), black sky as in Figure 15 of Monzon et al. (2024).
     """
     found = {}
     for name in JERLOV_TYPES:
@@ -144,14 +135,9 @@ def explaining_suns() -> dict[str, tuple[float, Array, Array]]:
 class StationFit:
     """One of Petzold's stations, and phase functions over its own: medians by range of angles.
 
-    Attributes
-    ----------
-    name : str
-    backscatter : float
-        bb/b as printed.
-    fitted, default, average : array, shape (3,)
-        Fournier-Forand of that bb/b, the default particles, the Petzold average; median ratio
-        from 0.5 to 5°, 10 to 90° and 90 to 170°.
+    ``backscatter`` is bb/b as printed. The ratios, shape (3,), are of Fournier-Forand of that bb/b,
+    of the default particles and of the Petzold average; medians from 0.5 to 5°, 10 to 90° and 90 to
+    170°.
     """
 
     name: str

@@ -20,22 +20,10 @@ def scattered_by_sphere(
 ) -> tuple[float, float, float, Array]:
     """Scattering of unpolarised light by a sphere that does not absorb.
 
-    Parameters
-    ----------
-    size : float
-        Circumference over the wavelength in the medium.
-    index : float
-        Of the sphere over that of the medium.
-    cosines : array_like, shape (k,)
-        Of scattering angles.
-
-    Returns
-    -------
-    efficiency, asymmetry, glory : float
-        Cross-section over that of the disc, mean cosine of the angle, and what the phase function
-        is at 180°, 1/sr.
-    phase : array, shape (k,)
-        1/sr; its integral over the sphere is 1.
+    ``size`` is circumference over the wavelength in the medium, ``index`` that of the sphere over
+    the medium's. Returns efficiency (cross-section over that of the disc), asymmetry (mean cosine
+    of the angle), glory (the phase function at 180°, 1/sr) and the phase function at the cosines of
+    scattering angles, shape (k,), 1/sr, whose integral over the sphere is 1.
 
     Examples
     --------

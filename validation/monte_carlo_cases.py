@@ -141,12 +141,9 @@ def _case(water: str, phase_name: str, r: float) -> tuple[WaterColumn, BandPhase
 
 
 def irradiances(photons: int, threads: int = 1) -> list[dict]:
-    """Compare the irradiances of the closed form with the Monte Carlo.
+    """Compare the irradiances of the closed form with the Monte Carlo, one row per number.
 
-    Returns
-    -------
-    list of dict
-        One row per number: truth, value, and the standard error of the truth.
+    A row has truth, value, and the standard error of the truth.
     """
     rows = []
     for water, phase_name, r in itertools.product(WATERS, PHASES, FLOORS):

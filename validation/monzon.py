@@ -59,21 +59,12 @@ def path_radiance_Monzon2024_corrected(
         Scattering, extinction, diffuse attenuation, 1/m.
     E : array_like
         Downwelling irradiance just below the surface.
-    r : array_like
-        Reflectance of the floor.
-    y_o : array_like
-        Depth of the camera, m.
+    y_o, y_f : array_like, float
+        Depths of the camera and of the floor, m, finite.
     w_y : array_like
         Downward component of the view direction.
     P : array_like
         Length of the path, m; ends at the surface or the floor.
-    y_f : float
-        Depth of the floor, m, finite.
-
-    Returns
-    -------
-    array
-        Path radiance, the arguments broadcast.
     """
     b, c, Kd, E, r, y_o, w_y, P = _prepared(b, c, Kd, E, r, y_o, w_y, P, y_f)
     sun = _term(c, Kd, w_y, -Kd * y_o, P)

@@ -59,12 +59,8 @@ class SunOnPath(Protocol):
 class PathOcclusion:
     """What objects leave of the light that a path gathers, and of what surrounds its end.
 
-    Attributes
-    ----------
-    scattered, once : float or array
-        Fraction of M, and of sunlight scattered once.
-    beyond : float or array
-        As of :class:`SolvedPixel`.
+    ``scattered`` and ``once`` are the fraction of M, and of sunlight scattered once; ``beyond`` is
+    as of :class:`SolvedPixel`.
     """
 
     scattered: Operand = 1.0
@@ -145,28 +141,24 @@ class SolvedWater:
     ----------
     beam : SunOnPath
         On the way to the end of the path.
-    near : float or array
-        M at the camera.
-    far : float or array
-        M at an object's depth; of :meth:`surface`.
-    image : float or array
+    near, far : Operand
+        M at the camera, and at an object's depth; the second of :meth:`surface`.
+    image : Operand
         Radiance of the boundary ahead, under the surface at rest or on average; of :meth:`surface`.
     beyond : SunOnPath, optional
         From an object to the boundary, where it is another than ``beam``; of :meth:`surface`.
-    mirrored : float or array
+    mirrored : Operand
         M at the surface along :func:`.radiance_field.mirrored_ray`; of :meth:`open_water`.
     below : SunOnPath, optional
         From the surface along that ray, where it is another than ``beam``.
-    floor : float or array
+    floor : Operand
         Radiance of the floor.
     sky : Sky
-        The sky, in air; black by default.
+        In air; black by default.
     index : float, optional
         Index of the water against air; without one there is no surface that reflects.
-    aureole : float or array
+    aureole : Operand
         Factor of the sun's aureole on sunlight scattered once, at the camera.
-    occlusion : PathOcclusion
-        What objects leave of the light of the path.
     """
 
     beam: SunOnPath
@@ -197,17 +189,15 @@ class SolvedWater:
 
         Parameters
         ----------
-        y_o, y_e : float or array
+        y_o, y_e : Operand
             Depths of the camera and of the surface, m.
-        w : three floats or arrays
+        w : three Operands
             Unit view direction, away from the camera, z up.
-        P : float or array
+        P : Operand
             Distance, m.
-        L_surface : float or array
+        L_surface : Operand
             Radiance of the surface.
-        m : Mathematics
-            Elementary functions.
-        coverage : float or array
+        coverage : Operand
             Fraction of the pixel that the surface fills; its radiance is multiplied by it.
         """
         ahead = SolvedAhead(self.beyond or self.beam, 0.0, self.image, self.aureole)
@@ -254,16 +244,10 @@ class SolvedWater:
 
 @dataclass(frozen=True, eq=False)
 class SolvedAhead:
-    """All that is ahead of a point in unoccluded water.
+    """All that is ahead of a point in unoccluded water: ``near`` is M at the point.
 
-    Attributes
-    ----------
-    beam : SunOnPath
-        From there to the boundary.
-    near : float or array
-        M at the point.
-    image, aureole : float or array
-        As of :class:`SolvedWater`.
+    ``beam`` is from there to the boundary; ``image`` and ``aureole`` are as of
+    :class:`SolvedWater`.
     """
 
     beam: SunOnPath
@@ -304,12 +288,8 @@ class _Mirrored:
 class SolvedPatchLight:
     """Light on a patch: of the direct sun, and the irradiance that was looked up.
 
-    Attributes
-    ----------
-    beam : SunOnPath
-        From the surface to the patch.
-    patch : float or array
-        Irradiance on it without the sun and its forward peak.
+    ``beam`` is from the surface to the patch; ``patch`` the irradiance without the sun and its
+    forward peak.
     """
 
     beam: SunOnPath
@@ -318,19 +298,11 @@ class SolvedPatchLight:
     def surface_irradiance(
         self, y: Operand, sun_cosine: Operand, up: Operand, m: Mathematics = NUMPY
     ) -> tuple[Operand, Operand, Operand]:
-        """Irradiance of the direct sun, its forward peak and the rest.
+        """Irradiance of the direct sun, its forward peak and the rest, at depth y.
 
-        Parameters
-        ----------
-        y : float or array
-            Depth of the patch.
-        sun_cosine : float or array
-            Cosine between its normal and the direction towards the in-water
-            sun; below zero the patch faces away.
-        up : float or array
-            Upward component of its normal, which ``patch`` knows.
-        m : Mathematics
-            Elementary functions.
+        ``sun_cosine`` is between the patch's normal and the direction towards the in-water sun;
+        below zero the patch faces away. ``up`` is the upward component of its normal, which
+        ``patch`` knows.
         """
         del up
         beam = self.beam

@@ -26,19 +26,15 @@ class SunBeam:
 
     Attributes
     ----------
-    b, c : array
-        Scattering and extinction, 1/m.
-    cp : array
-        Extinction without the forward peak of the phase function, 1/m.
+    b, c, cp : array
+        Scattering, extinction, and extinction without the forward peak of the phase function, 1/m.
     E : array
         Downwelling (horizontal) irradiance just below the surface.
     mu_s, y_f : float
         Cosine of the in-water zenith angle; depth of the floor, m.
-    phase : Scattering
-        Phase function.
     sun : sequence of 3
         Unit direction the sunlight travels to in the water.
-    p : float or array, optional
+    p : Operand, optional
         Phase function towards the camera, 1/sr, where it is known; it holds along one ray.
     """
 
@@ -98,17 +94,10 @@ def closed_beam(water: ClosedForm) -> SunBeam:
 
 
 def sun_beam(column: WaterColumn, phase: BandPhase) -> SunBeam:
-    """Return the direct sun of a column of one layer.
+    """Return the direct sun of a column of one layer; :meth:`.mixed_above` makes one of several.
 
-    Parameters
-    ----------
-    phase : BandPhase
-        Of the water, on the same bands; its forward peak χ2 is left out of ``cp``.
-
-    Raises
-    ------
-    InputError
-        If the column has layers; :meth:`.mixed_above` makes one of them.
+    The forward peak χ2 of the phase function, on the same bands, is left out of ``cp``. Raises
+    InputError if the column has layers.
     """
     column.require_one_layer("the beam of the sun knows")
     a, b = column.absorption, column.scattering

@@ -26,16 +26,9 @@ Array = NDArray[np.float64]
 class TabulatedWater:
     """Unoccluded water with its surface and its floor; make it with :func:`tabulated_water`.
 
-    Attributes
-    ----------
-    beam : SunBeam
-        The direct sun; its ``cp`` is that of the solution.
-    floor : array, shape (n,)
-        Radiance of the floor.
-    sky : Sky
-        The sky, in air.
-    index : float, optional
-        Index of the water against air; without one there is no surface that reflects.
+    The ``cp`` of the direct sun is that of the solution; ``floor`` is the radiance of the floor,
+    shape (n,); the sky is in air; ``index`` that of the water against air, without which there is
+    no surface that reflects.
     """
 
     table: RadianceTable
@@ -96,15 +89,7 @@ class TabulatedWater:
 def tabulated_water(
     field: SolvedField, beam: SunBeam, sky: Sky, index: float | None
 ) -> TabulatedWater:
-    """Return the water of a solved field.
-
-    Parameters
-    ----------
-    beam : SunBeam
-        The direct sun in the same water; its ``cp`` gives way to that of the solution.
-    index : float, optional
-        As of :class:`TabulatedWater`.
-    """
+    """Return the water of a solved field, whose cp takes the place of that of the beam."""
     return TabulatedWater(
         tabulate(field), replace(beam, cp=field.extinction), field.floor_radiance, sky, index
     )

@@ -23,15 +23,9 @@ _DIM = 1e-4  # weight of a photon that is given up
 
 
 class TracedSea:
-    """A periodic surface of normal heights with a Gaussian correlation.
+    """A periodic surface of normal heights with a Gaussian correlation; n is the water's index.
 
-    Parameters
-    ----------
-    slope_variance : float
-        Mean square slope.
-    random : Generator
-    n : float
-        Refractive index of the water.
+    ``slope_variance`` is the mean square slope.
     """
 
     def __init__(self, slope_variance: float, random: np.random.Generator, n: float) -> None:
@@ -122,21 +116,9 @@ def photons(
 ) -> Below:
     """Trace photons that set out just below waves, through Henyey-Greenstein water over a floor.
 
-    Parameters
-    ----------
-    sea : TracedSea
-    w : array, shape (3, q)
-        Their directions; together they carry an irradiance of 1.
-    a, b : float
-        1/m.
-    g : float
-        Mean cosine of the phase function.
-    floor : float
-        Depth of the floor, m.
-    reflectance : float
-        Of the floor.
-    y : float
-        Depth of the result, m.
+    ``w``, shape (3, q), are their directions; together they carry an irradiance of 1. ``a`` and
+    ``b`` are in 1/m, ``g`` is the mean cosine of the phase function; ``floor`` and ``y`` are depths
+    of the floor and of the result, m.
     """
     random, total = sea.random, np.zeros(3)
     w, count = w.copy(), w.shape[1]

@@ -175,14 +175,9 @@ def _tube(w: NDArray[np.float64], acceptance: float) -> NDArray[np.float64]:
 class Misfit:
     """Relative errors of modelled radiances; medians and 90th percentiles.
 
-    Attributes
-    ----------
-    median, tail, worst : float
-        With one factor for all depths and directions.
-    shape, shape_tail : float
-        With one factor at each depth: what is wrong with the directions alone.
-    by_depth : array, shape (7,)
-        Median of modelled over measured, one factor for all depths.
+    ``median``, ``tail`` and ``worst`` have one factor for all depths and directions; ``shape`` and
+    ``shape_tail`` one at each depth: what is wrong with the directions alone. ``by_depth``, shape
+    (7,), is the median of modelled over measured, one factor for all depths.
     """
 
     median: float

@@ -120,13 +120,8 @@ def _roughness(points: Array, seed: int) -> Array:
 def rock(seed: int, spacing_factor: float, finer: int) -> Shape:
     """Solid rock; attribute "inside" is 1 on the walls of the cave.
 
-    Parameters
-    ----------
-    seed : int
-    spacing_factor : float
-        On the 0.26 m between the points of the field.
-    finer : int
-        Times that triangles are split in four.
+    ``spacing_factor`` is on the 0.26 m between the points of the field; ``finer`` is how often
+    triangles are split in four.
     """
     spacing = _SPACING * spacing_factor
     axes = [np.arange(low, high, spacing) for low, high in zip(_LOW, _HIGH, strict=True)]

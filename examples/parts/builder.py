@@ -22,15 +22,7 @@ Array = NDArray[np.float64]
 
 
 class Builder:
-    """Builds a scene, part by part.
-
-    Parameters
-    ----------
-    seed : int
-    detail : Detail
-    height : callable
-        z of the sand for arrays x and y, m.
-    """
+    """Builds a scene, part by part; ``height`` is z of the sand for arrays x and y, m."""
 
     def __init__(
         self, seed: int, detail: Detail, height: Callable[[ArrayLike, ArrayLike], Array]

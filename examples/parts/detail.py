@@ -9,18 +9,10 @@ from dataclasses import dataclass
 class Detail:
     """Mesh resolution; the composition is the same in every detail.
 
-    Parameters
-    ----------
-    coarser : int
-        Subdivision levels taken from every sphere.
-    sides : int
-        Sides of a branch; other round objects follow it.
-    floor_spacing : float
-        Factor on the spacing of the seafloor's vertices.
-    density : float
-        Fraction of the twigs, pebbles and small corals that are built.
-    image_size : int
-        Pixels along the edge of a texture.
+    ``coarser`` is subdivision levels taken from every sphere; ``sides`` those of a branch, which
+    other round objects follow; ``floor_spacing`` a factor on the spacing of the seafloor's
+    vertices; ``density`` the fraction of the twigs, pebbles and small corals that are built;
+    ``image_size`` pixels along the edge of a texture.
     """
 
     coarser: int

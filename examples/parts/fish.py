@@ -69,19 +69,9 @@ def _sheet(outline: ArrayLike, color: Rgb) -> Shape:
 
 
 def fish(species: Species, bend: float, detail: Detail) -> Shape:
-    """Return a fish of length 1 with its nose at x = 0.5.
+    """Return a fish of length 1 with its nose at x = 0.5; slot 0 is body and fins, slot 1 eyes.
 
-    Parameters
-    ----------
-    species : Species
-    bend : float
-        Phase of the tail beat, radians.
-    detail : Detail
-
-    Returns
-    -------
-    Shape
-        Attribute "scale_color"; slot 0 body and fins, slot 1 eyes.
+    ``bend`` is the phase of the tail beat, radians; the attribute "scale_color" is its colours.
     """
     s = species
     fine = detail.sides > 4

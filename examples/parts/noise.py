@@ -52,19 +52,8 @@ def fractal_noise(points: Array, rng: np.random.Generator, octaves: int = 4) -> 
 def meander(points: Array, wavelength: float, rng: np.random.Generator, waves: int = 60) -> Array:
     """Random field of one wavelength; its level lines meander like the grooves of brain corals.
 
-    Parameters
-    ----------
-    points : array, shape (n, 3)
-    wavelength : float
-        Distance from groove to groove, in the units of `points`.
-    rng : numpy Generator
-    waves : int
-        Number of plane waves summed.
-
-    Returns
-    -------
-    array, shape (n,)
-        Zero mean, unit variance.
+    ``wavelength`` is the distance from groove to groove, in the units of the points, shape (n, 3);
+    ``waves`` plane waves are summed to zero mean and unit variance, shape (n,).
     """
     directions = rng.normal(size=(waves, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)

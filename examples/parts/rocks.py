@@ -10,17 +10,10 @@ from .shapes import Shape, icosphere
 
 
 def bommie(seed: int, part: str, level: int, size: ArrayLike) -> Shape:
-    """Craggy coral rock with ledges and a broad top.
+    """Craggy coral rock with ledges and a broad top, centred on the origin.
 
-    Parameters
-    ----------
-    seed : int
-    part : str
-        Names the random stream, so every bommie differs.
-    level : int
-        Subdivision; 20·4^level triangles.
-    size : array_like, shape (3,)
-        Half axes, m; the rock is centred on the origin.
+    ``part`` names the random stream, so every bommie differs; ``level`` is the subdivision,
+    20·4^level triangles; ``size`` half axes, m, shape (3,).
     """
     rng = generator(seed, part)
     sphere = icosphere(level)

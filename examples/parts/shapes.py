@@ -15,17 +15,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles with attributes.
+    """Triangles, shape (m, 3), of vertices, shape (n, 3), in metres, with attributes.
 
-    Parameters
-    ----------
-    vertices : array, shape (n, 3)
-        Metres.
-    triangles : int array, shape (m, 3)
-    attributes : mapping of str to array, shape (n,) or (n, 3)
-        Numbers or linear Rec.709 colours per vertex, read by the materials.
-    material : int or int array, shape (m,)
-        Material slot per triangle.
+    ``attributes`` are numbers or linear Rec.709 colours per vertex, shape (n,) or (n, 3), read by
+    the materials; ``material`` is the material slot, or one for each triangle.
     """
 
     vertices: Array
@@ -137,15 +130,9 @@ def subdivided(shape: Shape) -> Shape:
 
 
 def tube(points: ArrayLike, radii: ArrayLike, sides: int = 6, tip: float | None = None) -> Shape:
-    """Tube along a line, closed by a tip at its end.
+    """Tube along a line of points, shape (n, 3), closed by a tip at its end.
 
-    Parameters
-    ----------
-    points : array_like, shape (n, 3)
-    radii : array_like, shape (n,) or scalar
-    sides : int
-    tip : float, optional
-        Length of the tip; by default the last radius, i.e. rounded.
+    ``tip`` is its length; by default the last radius, i.e. rounded.
     """
     points = np.asarray(points, float)
     radii = np.broadcast_to(np.asarray(radii, float), len(points))

@@ -21,14 +21,8 @@ _EDGES = [
 def surface_net(values: Array, origin: ArrayLike, spacing: float) -> Shape:
     """Closed surface around where a field is negative (naive surface nets, Gibson 1998).
 
-    Parameters
-    ----------
-    values : array, shape (nx, ny, nz)
-        Positive on the outermost points, or the surface stays open there.
-    origin : array_like, shape (3,)
-        Where ``values[0, 0, 0]`` is, m.
-    spacing : float
-        Between values, m.
+    ``values``, shape (nx, ny, nz), are positive on the outermost points, or the surface stays open
+    there; ``origin`` is where ``values[0, 0, 0]`` is, ``spacing`` between values, m.
     """
     inside = values < 0
     count = np.zeros(np.array(values.shape) - 1, np.int8)

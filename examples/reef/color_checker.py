@@ -24,12 +24,8 @@ HEIGHT = ROWS * PATCH + (ROWS - 1) * GAP + 2 * MARGIN
 def reflectances() -> tuple[Array, dict[str, Array]]:
     """Measured reflectance of the patches (BabelColor average of 30 charts, 380-730 nm).
 
-    Returns
-    -------
-    wavelengths : array, shape (36,)
-        nm.
-    reflectance : dict of str to array, shape (36,)
-        By patch name, in the chart's order: row by row from the top left.
+    Returns wavelengths in nm, shape (36,), and reflectances of that shape by patch name, in the
+    chart's order: row by row from the top left.
     """
     charts = colour_science().SDS_COLOURCHECKERS["BabelColor Average"]
     wavelengths = np.asarray(next(iter(charts.values())).wavelengths, float)
@@ -62,8 +58,8 @@ def _patch_material(name: str, wavelengths: Array, reflectance: Array) -> bpy.ty
 def color_checker(materials: Materials) -> bpy.types.Mesh:
     """Mesh of the board.
 
-    The board stands in the xz plane with its face towards -y and its lower
-    edge at z = 0; a strut behind it reaches the ground.
+    It stands in the xz plane with its face towards -y and its lower edge at z = 0; a strut behind
+    it reaches the ground.
     """
     wavelengths, spectra = reflectances()
     frame = Painter("ColorChecker frame", (0.012, 0.012, 0.012), Roughness=0.7).material

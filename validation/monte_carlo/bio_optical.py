@@ -23,8 +23,6 @@ def bio_optical_medium(
 
     Parameters
     ----------
-    constituents : Constituents
-        What is in the water.
     bands : Bands
         They carry excitation and emission: let them reach down to 300 nm.
     switched_on : sequence of str
@@ -36,13 +34,6 @@ def bio_optical_medium(
     ------
     InputError
         If a process is unknown or a band lies outside the tables.
-
-    Examples
-    --------
-    >>> parts, processes = bio_optical_medium(Constituents(1.0), Bands.uniform(25, 300, 800))
-    >>> [part.name for part in parts], [process.name for process in processes]
-    (['water', 'phytoplankton', 'cdom', 'detritus', 'minerals'], ['raman light', \
-'chlorophyll light', 'cdom light'])
     """
     nm = bands.centres
     absorption, scattering = constituents.absorptions(nm), constituents.scatterings(nm)

@@ -19,21 +19,10 @@ _ISOTROPIC = Isotropic()
 
 @dataclass(frozen=True, eq=False)
 class Constituent:
-    """One absorbing and scattering part of the water.
+    """One absorbing and scattering part of the water, whose name is that of its events in the
+    tally.
 
-    Parameters
-    ----------
-    name : str
-        ``"phytoplankton"``; names the events in the tally.
-    absorption, scattering : array_like, shape (n,) or a number
-        Coefficients per band, 1/m.
-    phase : PhaseFunction
-        Of its scattering.
-
-    Raises
-    ------
-    InputError
-        If a coefficient is negative or not finite.
+    Coefficients are per band, 1/m, shape (n,) or a number; InputError if negative or not finite.
     """
 
     name: str
@@ -66,12 +55,6 @@ class InelasticInteraction:
     absorber : str, optional
         Constituent whose absorption contains ``coefficient`` already
         (fluorescence). Without it the process adds to the extinction (Raman).
-
-    Raises
-    ------
-    InputError
-        If a number is negative or not finite, a row adds up to more than 1, or
-        the shapes do not fit.
     """
 
     name: str
@@ -101,14 +84,8 @@ class InelasticInteraction:
 class Interactions:
     """The roulette: the event types of a medium and their coefficients.
 
-    Attributes
-    ----------
-    absorption, scattering : dict of str to array, shape (n,)
-        By constituent, 1/m; those that are zero everywhere are left out.
-    phases : dict of str to PhaseFunction
-        Of the scattering constituents.
-    inelastic : tuple of InelasticInteraction
-        The processes.
+    Absorption and scattering are by constituent, 1/m, shape (n,); those that are zero everywhere
+    are left out. ``phases`` are of the scattering constituents.
     """
 
     absorption: dict[str, NDArray[np.float64]]
@@ -144,14 +121,8 @@ def interactions(
 ) -> Interactions:
     """List every event that can happen to a photon.
 
-    Parameters
-    ----------
-    column : WaterColumn
-        Its absorption and scattering are what the constituents add up to.
-    water : BandPhase or sequence of Constituent
-        The constituents, or only the phase function of the column's scattering.
-    inelastic : sequence of InelasticInteraction
-        Processes that change the wavelength.
+    Absorption and scattering of the column are what the constituents add up to; in their place
+    there may be the phase function of its scattering alone.
 
     Raises
     ------

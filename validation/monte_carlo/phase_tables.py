@@ -29,27 +29,10 @@ def s2_grid(phases: Sequence[PhaseFunction]) -> NDArray[np.float64]:
 
 
 def cumulative(phase: PhaseFunction, edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fraction of the light scattered below each edge of s2, from 0 to 1.
+    """Fraction of the light scattered below each edge of s2, from 0 to 1; dΩ = 4π d(s2).
 
-    Parameters
-    ----------
-    phase : PhaseFunction
-        The function; dΩ = 4π d(s2).
-    edges : array, shape (m,)
-        As made by :func:`s2_grid`.
-
-    Raises
-    ------
-    InputError
-        If it is negative or does not integrate to 1.
-
-    Examples
-    --------
-    >>> from ...uw_spectral.water.phase_functions import HenyeyGreenstein
-    >>> phase = HenyeyGreenstein(0.8)
-    >>> edges = s2_grid([phase])
-    >>> round(float(1 - np.interp(0.5, edges, cumulative(phase, edges))), 3)
-    0.051
+    ``edges``, shape (m,), are made by :func:`s2_grid`. Raises InputError if the function is
+    negative or does not integrate to 1.
     """
     logs = np.log(edges[1:])
     half, middle = np.diff(logs) / 2, (logs[1:] + logs[:-1]) / 2
@@ -77,19 +60,8 @@ def on_even_grid(phase: PhaseFunction) -> NDArray[np.float64]:
 def cone_average(phase: PhaseFunction, cone: float) -> NDArray[np.float64]:
     """Phase function averaged over a cone, 1/sr, on an even grid of sin(angle/2).
 
-    A radiance meter that sees a narrow cone has a finite variance also where
-    the forward peak is infinite.
-
-    Parameters
-    ----------
-    phase : PhaseFunction
-        The function.
-    cone : float
-        Half angle ε of the cone, rad.
-
-    Returns
-    -------
-    array, shape (LOOKUP_CELLS + 1,)
+    ``cone`` is its half angle ε, rad; the shape (LOOKUP_CELLS + 1,). A radiance meter that sees a
+    narrow cone has a finite variance also where the forward peak is infinite.
 
     Notes
     -----

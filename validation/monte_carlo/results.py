@@ -32,14 +32,9 @@ class Estimate:
 class Light:
     """Light in the water, in the spectral unit of the column's irradiance.
 
-    Attributes
-    ----------
-    Ed, Eu : Estimate, shape (d, n)
-        Downwelling and upwelling planar irradiance at each depth and band.
-    Eod, Eou, E0 : Estimate, shape (d, n)
-        Downwelling, upwelling and total scalar irradiance.
-    L : Estimate, shape (v, n)
-        Radiance of each view, without the direct sun.
+    ``Ed`` and ``Eu`` are planar irradiance, ``Eod``, ``Eou`` and ``E0`` downwelling, upwelling and
+    total scalar irradiance at each depth and band, shape (d, n); ``L`` the radiance of each view,
+    without the direct sun, shape (v, n).
     """
 
     Ed: Estimate
@@ -52,19 +47,12 @@ class Light:
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """How often one type of event happened, by the band before it.
+    """How often one type of event, such as ``"Raman"``, happened, by the band before it; shape
+    (n,).
 
-    Attributes
-    ----------
-    name : str
-        ``"absorption by phytoplankton"``, ``"Raman"``, …
-    count : array of int, shape (n,)
-        Number of photon packets.
-    power : array, shape (n,)
-        Their power, W/m² of the band (spectral irradiance times width).
-    deposit : array, shape (n,)
-        The power that ended: all of an absorption, none of a scattering, of an
-        inelastic event the part that is not re-emitted.
+    ``count`` is of photon packets, ``power`` theirs, W/m² of the band (spectral irradiance times
+    width); ``deposit`` the power that ended: all of an absorption, none of a scattering, of an
+    inelastic event the part that is not re-emitted.
     """
 
     name: str
@@ -85,8 +73,6 @@ class MonteCarloResult:
         Of the irradiances, m.
     views : tuple of tuple
         Depth, direction, and distance if given, of each radiance.
-    total : Light
-        All the light.
     parts : dict of str to Light
         ``"elastic"``, and by the inelastic process that made it last.
     events : tuple of Event
@@ -95,10 +81,6 @@ class MonteCarloResult:
         Power that entered the water per band, W/m².
     photons : int
         Number of photons traced.
-    engine : str
-        ``"numpy"`` or ``"numba"``.
-    seed : int
-        Of the random numbers.
     """
 
     wavelengths: NDArray[np.float64]

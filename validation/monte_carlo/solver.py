@@ -70,10 +70,6 @@ def simulate(
         (x, y horizontal, z up), not level. With a distance in m, or infinity,
         the path radiance: only the light scattered up to there, at most to the
         surface or floor.
-    inelastic : sequence of InelasticInteraction
-        Processes that change the wavelength.
-    photons : int
-        Number of photons, rounded up to full batches.
     seed : int
         The same seed, engine and inputs give the same numbers.
     engine : str
@@ -87,10 +83,6 @@ def simulate(
         Half angle in degrees over which a radiance is averaged, 0.1 to 10.
     progress : callable, optional
         Called with the photons done and in total.
-
-    Returns
-    -------
-    MonteCarloResult
 
     Raises
     ------
@@ -108,17 +100,6 @@ def simulate(
     also by way of the surface; the water being level, no distance can vanish.
     Standard errors are those of independent batches. 1/cos makes the variance
     of E0 diverge, as the logarithm of the number of photons only.
-
-    Examples
-    --------
-    >>> from ...uw_spectral.spectra.bands import Bands
-    >>> from ...uw_spectral.water.phase_functions import parse_phase
-    >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
-    ...                      math.inf, 0.0, "none", 1.34)
-    >>> phase = parse_phase("hg:0.8").for_bands([0.1])
-    >>> found = simulate(column, phase, [5.0], photons=20_000, engine="numpy").total.Ed
-    >>> bool(abs(found.mean[0, 0] - 0.746) < 5 * found.error[0, 0] < 0.02)
-    True
     """
     trace, engine = _engine(engine)
     count, threads = _whole("photons", photons), _whole("threads", threads)
