@@ -47,13 +47,7 @@ class ComparedByContent:
 
 
 def constant(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[np.float64]:
-    """Return values as an array that cannot be written to; the caller's own still can.
-
-    Examples
-    --------
-    >>> constant([1, 2]).flags.writeable
-    False
-    """
+    """Return values as an array that cannot be written to; the caller's own still can."""
     array = np.asarray(values, dtype=dtype).view()
     array.setflags(write=False)
     return array

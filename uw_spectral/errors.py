@@ -49,11 +49,6 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
         The name as given.
     known : iterable of str
         The catalogue.
-
-    Examples
-    --------
-    >>> print(unknown_name("Jerlov type", "1B", ["I", "IA", "IB"]))
-    unknown Jerlov type '1B'. Near names: IB. Known: I, IA, IB
     """
     names = list(known)
     lowered = {n.lower(): n for n in names}

@@ -43,8 +43,6 @@ def folded(u: Operand, v: Operand, z: Operand, m: Mathematics = NUMPY) -> tuple[
         The first two parts of directions whose parts' sizes add up to 1; or places of the square.
     z : float or array
         The third, or what has its sign.
-    m : Mathematics
-        Elementary functions.
     """
     below = m.less(z, 0.0)
     out = [

@@ -83,8 +83,6 @@ class ClosedForm(PathField):
             Components of the unit view direction, away from the camera, z up.
         P : float or array
             Length of the path, m; ends at the surface or the floor.
-        m : Mathematics
-            Elementary functions.
 
         Returns
         -------

@@ -133,8 +133,6 @@ class LightField:
             sun; below zero the patch faces away.
         up : float or array
             Upward component of its normal (1 for a floor).
-        m : Mathematics
-            Elementary functions.
 
         Returns
         -------

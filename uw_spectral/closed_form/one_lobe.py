@@ -92,19 +92,11 @@ def surface_fractions(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, 
     ----------
     index : float
         Of the water against air; 1 is no surface.
-    m : Mathematics
-        Elementary functions.
 
     Returns
     -------
     let_in, sent_back
         By reciprocity ``let_in = n² (1 - sent_back)``. Interpolated to 0.3 %.
-
-    Examples
-    --------
-    >>> let_in, sent_back = surface_fractions(1.34)
-    >>> round(float(let_in), 3), round(float(sent_back), 3)
-    (0.932, 0.481)
     """
     known = [x * x * (1.0 - diffuse_internal_reflectance(x)) for x in _INDICES]
     let_in = m.interpolate(index, np.array(_INDICES), np.array(known))
@@ -146,8 +138,6 @@ def plain_water(
         Reflectance of the floor.
     index : float
         Of the water against air; 1 is no surface.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------

@@ -61,8 +61,6 @@ class PathField:
             Components of the unit view direction, away from the camera, z up.
         L_surface : float or array
             Radiance that comes down from the surface against w.
-        m : Mathematics
-            Elementary functions.
         """
         P = self.boundary(y, w, m)
         end = self.boundary_radiance(w, L_surface, m)

@@ -46,8 +46,6 @@ class Pixel:
         Radiance of what is seen.
     L_beyond : float or array
         Radiance of the unoccluded water from there on.
-    m : Mathematics
-        Elementary functions.
     coverage : float or array
         Fraction of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
     """
@@ -113,8 +111,6 @@ class SurfaceLight:
             Its reflectance, for the light that comes from many sides.
         sun_cosine : float or array
             Cosine between its normal and the direction towards the in-water sun.
-        m : Mathematics
-            Elementary functions.
         """
         wide = m.maximum(sun_cosine, 0.0) * self.forward + self.diffuse
         return sun_response * self.direct + albedo / math.pi * wide

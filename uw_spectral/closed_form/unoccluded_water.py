@@ -64,8 +64,6 @@ class UnoccludedWater:
             Distance, m.
         L_surface : float or array
             Radiance of the surface.
-        m : Mathematics
-            Elementary functions.
         coverage : float or array
             Fraction of the pixel that the surface fills; its radiances are multiplied by it.
         """

@@ -371,11 +371,6 @@ def node_counts(size: ArrayLike) -> tuple[int, int, int]:
     """Return how many nodes, a margin included, a box of a size gets along each axis.
 
     As many as a block has room for, at about the same distance along each axis.
-
-    Examples
-    --------
-    >>> node_counts((1.0, 1.0, 1.0)), node_counts((4.0, 1.0, 1.0))
-    ((50, 50, 50), (64, 18, 18))
     """
     lengths = np.asarray(size, dtype=np.float64)
     if not (np.all(np.isfinite(lengths)) and np.all(lengths > 0)):

@@ -101,13 +101,6 @@ def parse_layers(text: str) -> tuple[str, ...]:
     ------
     InputError
         If a name is unknown.
-
-    Examples
-    --------
-    >>> parse_layers("range, D")
-    ('D', 'range')
-    >>> parse_layers("none"), len(parse_layers("all")) == len(NAMES)
-    ((), True)
     """
     found = {name for name in (part.strip() for part in text.split(",")) if name}
     if found <= {NONE}:

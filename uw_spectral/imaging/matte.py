@@ -22,15 +22,6 @@ def without_open_water(
         Linear.
     alpha : array, shape (height, width)
         What fraction of a pixel is no open water.
-
-    Examples
-    --------
-    >>> water, surface = np.full((4, 6, 3), 0.2), np.full((4, 6, 3), 0.6)
-    >>> alpha = np.zeros((4, 6))
-    >>> alpha[:, 4:], alpha[:, 3] = 1.0, 0.25
-    >>> seen = alpha[..., None] * surface + (1.0 - alpha[..., None]) * water
-    >>> without_open_water(seen, alpha)[0, 2:5, 0].astype(float).round(3).tolist()
-    [0.0, 0.15, 0.6]
     """
     fraction = np.clip(alpha, 0.0, 1.0)[..., None]
     left = picture - (1.0 - fraction) * _water_behind(picture, fraction)

@@ -42,11 +42,6 @@ class RangeAttenuation:
     References
     ----------
     D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 11.
-
-    Examples
-    --------
-    >>> RangeAttenuation(0.1, -0.2, 0.3, 0.0).at([0.0, 5.0]).round(4)
-    array([0.4   , 0.3368])
     """
 
     a: float
@@ -80,13 +75,6 @@ def fit_range_attenuation(z: ArrayLike, beta: ArrayLike) -> RangeAttenuation:
     ------
     InputError
         If there are too few of them, or a coefficient is not positive.
-
-    Examples
-    --------
-    >>> z = np.linspace(0.5, 20.0, 30)
-    >>> found = fit_range_attenuation(z, 0.2 + 0.1 * np.exp(-0.3 * z))
-    >>> bool(np.abs(found.at(z) / (0.2 + 0.1 * np.exp(-0.3 * z)) - 1).max() < 1e-4)
-    True
     """
     z, beta = np.asarray(z, np.float64), np.asarray(beta, np.float64)
     if z.ndim != 1 or z.shape != beta.shape or len(z) < FEWEST:
@@ -125,12 +113,6 @@ def least_squares(error: Callable[[Array], Array], start: Array) -> Array:
     References
     ----------
     D. W. Marquardt, J. Soc. Ind. Appl. Math. 11, 431 (1963).
-
-    Examples
-    --------
-    >>> x = np.arange(5.0)
-    >>> least_squares(lambda p: p[0] * np.exp(p[1] * x) - 3 * np.exp(-x), np.ones(2)).round(6)
-    array([ 3., -1.])
     """
     p, damping = start.astype(np.float64), 1e-3
     left = error(p)

@@ -59,11 +59,6 @@ def sighting_range(
     ----------
     S. Q. Duntley, J. Opt. Soc. Am. 53, 214 (1963); J. R. V. Zaneveld &
     W. S. Pegau, Opt. Express 11, 2997 (2003), who find 4.8/c for divers' eyes.
-
-    Examples
-    --------
-    >>> round(sighting_range([0.2], [1.0]), 2)
-    19.56
     """
     if not 0 < contrast < 1:
         raise InputError(f"visible contrast must lie between 0 and 1, got {contrast:g}")
@@ -143,11 +138,6 @@ def concentration_for(
     ------
     InputError
         If the range is not positive.
-
-    Examples
-    --------
-    >>> round(concentration_for(5.0, lambda f: 3.91 / (0.06 + 0.2 * f)), 4)
-    3.61
     """
     if not wanted > 0:
         raise InputError(f"visibility: {wanted:g} m; give a distance above 0")

@@ -75,11 +75,6 @@ def dominant_colour_of(XYZ: ArrayLike, white: ArrayLike) -> DominantColour:
     ------
     InputError
         If the colour is black.
-
-    Examples
-    --------
-    >>> dominant_colour_of([0.18, 0.2, 0.6], [1.0, 1.0, 1.0]).name
-    'blue'
     """
     XYZ, white = np.asarray(XYZ, dtype=np.float64), np.asarray(white, dtype=np.float64)
     if not XYZ.sum() > 0:

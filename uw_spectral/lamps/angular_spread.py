@@ -59,25 +59,13 @@ _SMALL = 1e-2
 
 
 def length_place(length: Operand, rows: int, m: Mathematics = NUMPY) -> Operand:
-    """Place of a length in m among the rows of a table, even in its logarithm.
-
-    Examples
-    --------
-    >>> float(length_place(1.0, 7)), float(length_place(1e9, 7))
-    (3.0, 6.0)
-    """
+    """Place of a length in m among the rows of a table, even in its logarithm."""
     scale = (rows - 1.0) / math.log(LONGEST / SHORTEST)
     return (m.log(m.clamp(length, SHORTEST, LONGEST)) - math.log(SHORTEST)) * scale
 
 
 def deflection_place(half: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of half a deflection, rad, among the columns; fine where it is small.
-
-    Examples
-    --------
-    >>> round(float(deflection_place(math.pi / 2)), 6), float(deflection_place(0.0))
-    (63.0, 0.0)
-    """
+    """Place of half a deflection, rad, among the columns; fine where it is small."""
     return m.power(half / (math.pi / 2), _THIRD) * (ANGLES - 1.0)
 
 
@@ -114,13 +102,7 @@ class Spread(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ValueGrid:
-    """Table of n bands, shape (rows, columns, n), between whose entries it is linear.
-
-    Examples
-    --------
-    >>> ValueGrid(np.arange(4.0).reshape(2, 2, 1)).at(np.array([0.5]), np.array([1.0]))
-    array([2.5])
-    """
+    """Table of n bands, shape (rows, columns, n), between whose entries it is linear."""
 
     values: Array
 

@@ -38,14 +38,6 @@ def wide_moments(phase: BandPhase, count: int, angle: float) -> Array:
     -------
     array
         That of degree 0 is the fraction of the scattering that is left.
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import parse_phase
-    >>> phase = parse_phase("fournier-forand:1.10,0.0183").for_bands([0.2])
-    >>> found, whole = wide_moments(phase, 8, 0.125), phase.moments(1)
-    >>> round(float(found[0, 0]), 2), bool(np.isclose(found[0] - found[1], 1.0 - whole[0]).all())
-    (0.53, True)
     """
     return _mixed(phase, [_wide_moments(part, count, angle) for part in phase.components])
 

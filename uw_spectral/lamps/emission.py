@@ -58,11 +58,6 @@ def blackbody(temperature: float) -> Spectrum:
     ------
     InputError
         If it is outside that range.
-
-    Examples
-    --------
-    >>> blackbody(2856).at([450, 560, 700]).round(2)
-    array([0.33, 1.  , 1.98])
     """
     if not _COOLEST <= temperature <= _HOTTEST:
         raise InputError(
@@ -202,12 +197,6 @@ def flux(spectrum: Spectrum, unit: str = WATTS) -> float:
     ------
     InputError
         If the unit is another.
-
-    Examples
-    --------
-    >>> line = Spectrum([554.0, 555.0, 556.0], [0.0, 1.0, 0.0], "line")
-    >>> flux(line), round(flux(line, "lm"))
-    (1.0, 683)
     """
     if unit not in UNITS:
         raise unknown_name("unit of a lamp's power", unit, UNITS)

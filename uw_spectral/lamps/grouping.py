@@ -18,11 +18,6 @@ def grouped(positions: ArrayLike, groups: int) -> list[int]:
         m.
     groups : int
         At most so many.
-
-    Examples
-    --------
-    >>> grouped([(0, 0, 0), (4, 0, 0), (0.1, 0, 0), (4.2, 0, 0)], 2)
-    [0, 1, 0, 1]
     """
     places = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
     clusters = [[index] for index in range(len(places))]

@@ -97,18 +97,6 @@ def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     """Read the text of an IES LM-63 file.
 
     Types A and B, about a vertical and a horizontal pole, are turned into C about the beam (0, 0).
-
-    Examples
-    --------
-    >>> lamp = parse_ies('''IESNA:LM-63-2002
-    ... TILT=NONE
-    ... 1 -1 1 3 1 1 2 0 0 0
-    ... 1 1 50
-    ... 0 45 90
-    ... 0
-    ... 100 50 0''')
-    >>> round(lamp.lumens)
-    249
     """
     lines = text.splitlines()
     at = next((i for i, line in enumerate(lines) if _TILT.match(line)), None)

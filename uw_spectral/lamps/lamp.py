@@ -224,8 +224,6 @@ def ray_past_lamp(
         Its unit direction.
     P : float or array
         Its length, m; finite: 1e6 for one without end.
-    m : Mathematics
-        Elementary functions.
     before_surface : bool
         Whether an object is at the end, which keeps light from beyond it away: light that objects
         throw back counts where it is bent by more than :data:`OBJECT`, what is bent by less is that

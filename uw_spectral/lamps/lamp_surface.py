@@ -88,14 +88,6 @@ def forward_transmittance(P: Operand, water: LampWater) -> Operand:
 
     What is lit by lamps has no unoccluded water about it that shines likewise: only what is near
     it in the picture does.
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import parse_phase
-    >>> from .multiple_scattering import lamp_water
-    >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
-    >>> forward_transmittance(4.0, water).round(2), np.exp(-water.c * 4.0).round(2)
-    (array([0.31]), array([0.14]))
     """
     return forward_fraction(P, water) * np.exp(-water.a * P)
 
@@ -164,8 +156,6 @@ def patch_past_lamp(
         irradiance of a disc is π L R²/(r² + R²), exactly, and so it stays finite at the lamp.
     point, normal : three floats or arrays
         World coordinates, m; unit vector.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------

@@ -253,8 +253,6 @@ def light_along(
     ----------
     lamp : Lamp
         Its intensity is not read.
-    m : Mathematics
-        Elementary functions.
     integrate : callable, optional
         Adds up the terms of the quadratures; a shader has a loop for it.
     transmittance : callable, optional

@@ -53,13 +53,6 @@ def through_surface(lamp: Lamp, surface: Surface) -> Lamp:
     ----------
     lamp : Lamp
         z = 0 is the surface.
-
-    Examples
-    --------
-    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
-    >>> seen = through_surface(lamp, Surface(1.34))
-    >>> seen.position, round(float(seen.dry), 3), round(float(seen.intensity[0]), 2)
-    ((0.0, 0.0, 2.68), 2.68, 1.76)
     """
     height = float(lamp.position[2])
     if height <= 0.0:

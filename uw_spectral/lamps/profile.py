@@ -79,13 +79,6 @@ def sample_place(
     They are even in the sine of half the angle: fine on the axis, where lamps are bright. With the
     cosine of an edge, :data:`NO_EDGE` for none, the last but one is there: a beam of any width has
     them all.
-
-    Examples
-    --------
-    >>> float(sample_place(-1.0, 5)), round(float(sample_place(0.0, 5)), 3)
-    (4.0, 2.828)
-    >>> float(sample_place(0.5, 5, edge=0.5)), float(sample_place(-1.0, 5, edge=NO_EDGE))
-    (3.0, 3.0)
     """
     fraction = m.clamp((0.5 - 0.5 * cosine) / _width(edge, m), 0.0, 1.0)
     return m.sqrt(fraction) * (count - (1.0 if edge is None else 2.0))

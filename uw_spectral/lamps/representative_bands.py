@@ -45,19 +45,6 @@ def representative_bands(values: ArrayLike, light: ArrayLike) -> RepresentativeB
     light : array_like, shape (k, n)
         How much each value counts there, not negative. A place counts by the mean square of both,
         so that all do alike.
-
-    Examples
-    --------
-    >>> x = np.arange(5.0)
-    >>> found = representative_bands([np.ones(5), x, x * x], np.ones((3, 5)))
-    >>> found.indices.tolist(), (found.fractions.T @ (x * x)[found.indices]).round(9).tolist()
-    ([0, 2, 4], [0.0, 1.0, 4.0, 9.0, 16.0])
-
-    Bands without light need none:
-
-    >>> found = representative_bands(np.ones((1, 4)), [[0.0, 1.0, 0.0, 0.0]])
-    >>> found.fractions.round(9)[:, 1].tolist()
-    [1.0, 0.0, 0.0]
     """
     found, weights = np.asarray(values, np.float64), np.asarray(light, np.float64)
     size = np.sqrt((found * weights * found * weights).sum(axis=-1, keepdims=True))

@@ -130,8 +130,6 @@ def arriving_on(
     turned, bent, off_axis : float or array
         Cosines of the angles between the lamp's axis and the radius, the radius and the direction
         into the patch, and the axis and that direction.
-    m : Mathematics
-        Elementary functions.
 
     Returns
     -------

@@ -118,8 +118,6 @@ def source_seen(
     turned, bent, off_axis : float or array
         Cosines of the angles between the lamp's axis and the radius, the radius and the light's
         way to the camera, and the axis and that way.
-    m : Mathematics
-        Elementary functions.
     """
     sines = (1.0 - turned * turned) * (1.0 - bent * bent)
     azimuth = (off_axis - turned * bent) / m.sqrt(m.maximum(sines, _SMALLEST))

@@ -142,14 +142,6 @@ def rays_of(lamp: Lamp) -> LampRays:
     """Return rays in all directions, most of them where a lamp shines.
 
     Each counts by how densely those of both kinds lie about it (the balance heuristic of Veach).
-
-    Examples
-    --------
-    >>> rays = rays_of(Lamp((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), 1.0, LAMBERT))
-    >>> len(rays.directions) == SIDE**2 + IN_BEAM
-    True
-    >>> round(float(rays.solid_angles.sum()) / math.pi, 1)
-    4.0
     """
     widest = math.pi if lamp.profile.edge is None else math.acos(float(lamp.profile.edge))
     theta = np.linspace(0.0, widest, _PLACES)

@@ -89,8 +89,6 @@ class OcclusionBox:
             Normal of a patch, or view direction.
         texel : callable
             Looks a tile up, by its number.
-        m : Mathematics
-            Elementary functions.
         """
         total: Operand = 0.0
         if first == SCATTERED:
@@ -130,8 +128,6 @@ def along_ray(
         At which the light that arrives falls off along the ray, 1/m.
     P, reach : float or array
         Length of the ray, and :attr:`OcclusionBox.reach`, m.
-    m : Mathematics
-        Elementary functions.
     """
     total: Operand = 0.0
     weights: Operand = 0.0

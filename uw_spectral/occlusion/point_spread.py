@@ -98,14 +98,7 @@ def within_outline(phase: BandPhase | Mixture, size: float, distance: float) -> 
 
 
 def fraction_within(phase: PhaseFunction, angle: Array) -> Array:
-    """Fraction F of a phase function within angles of the way ahead, rad.
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import Isotropic
-    >>> fraction_within(Isotropic(), np.array([math.pi / 2, math.pi])).round(4).tolist()
-    [0.5, 1.0]
-    """
+    """Fraction F of a phase function within angles of the way ahead, rad."""
     angles, within = _fractions(phase)
     return np.interp(angle, angles, within)
 

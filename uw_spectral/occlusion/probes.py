@@ -37,13 +37,7 @@ def spiral(count: int) -> Array:
 
 @functools.lru_cache(maxsize=1)
 def directions() -> Array:
-    """Unit vectors spread evenly over the sphere, shape (SETS, RAYS, 3), so that each set is too.
-
-    Examples
-    --------
-    >>> bool(np.abs(directions().mean(axis=1)).max() < 0.02)
-    True
-    """
+    """Unit vectors spread evenly over the sphere, (SETS, RAYS, 3), so that each set is too."""
     w = np.einsum("sij,rj->sri", _turns(SETS), spiral(RAYS))
     w.flags.writeable = False
     return w

@@ -16,11 +16,6 @@ COUNT = SIDE * SIDE
 def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, Operand]]:
     """Return the three points of the lattice around unit vectors, each with its fraction.
 
-    Parameters
-    ----------
-    m : Mathematics
-        Elementary functions.
-
     Returns
     -------
     list of (number, share)

@@ -35,15 +35,6 @@ def hidden_rays(full: Mask) -> NDArray[np.uint8]:
     ----------
     full : array of bool, shape (nx, ny, nz)
         Voxels that are not free; beyond the box all are.
-
-    Examples
-    --------
-    Before a wall as high as the box, almost half are closed:
-
-    >>> full = np.zeros((41, 41, 20), bool)
-    >>> full[21:] = True
-    >>> hidden_rays(full)[20, 20, [0, 10, 19]].tolist()
-    [9, 9, 0]
     """
     count = np.zeros(full.shape, np.uint8)
     for step, between in _STEPS:

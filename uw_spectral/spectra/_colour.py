@@ -17,11 +17,6 @@ def colour_science() -> ModuleType:
     Importing it takes a second and warns about optional packages (matplotlib,
     scipy) that nothing here needs, so it loads when first asked for and those
     warnings stay inside. So does its change of numpy's print options.
-
-    Examples
-    --------
-    >>> colour_science().SpectralShape(400, 700, 10).interval
-    10
     """
     with warnings.catch_warnings(), np.printoptions():
         warnings.simplefilter("ignore")

@@ -35,11 +35,6 @@ def transmittance(text: str, bands: Bands) -> NDArray[np.float64]:
     ------
     InputError
         If it is neither, the cut-off is not between 200 and 1100 nm, or the width not above 0.
-
-    Examples
-    --------
-    >>> transmittance("long-pass:500,15", Bands.uniform(3)).round(2)
-    array([0.02, 0.98, 1.  ])
     """
     known = _parsed(text)
     if known is None:

@@ -321,13 +321,6 @@ def metered_stops(Y: ArrayLike, fraction: ArrayLike) -> float:
     ------
     InputError
         If the picture is black.
-
-    Examples
-    --------
-    >>> metered_stops([0.09, 0.09], [0.5, 0.5])
-    1.0
-    >>> metered_stops([0.001, 0.5], [0.9, 0.1])
-    1.0
     """
     Y, fraction = np.asarray(Y, dtype=np.float64), np.asarray(fraction, dtype=np.float64)
     order = np.argsort(Y)

@@ -132,12 +132,6 @@ def parse_fluorophore(text: str) -> Fluorophore:
     ------
     InputError
         If the name is unknown (near names are suggested) or the file cannot be used.
-
-    Examples
-    --------
-    >>> coral = parse_fluorophore("coral-green")
-    >>> coral.peak, coral.quantum_yield
-    (506.0, 0.63)
     """
     scheme, _, rest = text.strip().partition(":")
     if scheme == "file" and rest:

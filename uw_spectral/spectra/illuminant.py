@@ -92,12 +92,6 @@ def band_mean(spectrum: Spectrum, bands: Bands) -> NDArray[np.float64]:
     ------
     InputError
         If a band centre lies outside the table.
-
-    Examples
-    --------
-    >>> step = Spectrum([400, 500, 501, 600], [0.0, 0.0, 1.0, 1.0], "step")
-    >>> band_mean(step, Bands.uniform(1, 400, 600)).round(4)
-    array([0.4975])
     """
     spectrum.at(bands.centres)
     grid, values = spectrum.wavelengths, spectrum.values
@@ -191,11 +185,6 @@ def full_sun() -> float:
     """Irradiance at 560 nm that a relative sun of 1 stands for where lamps have a power in W.
 
     That of the AM 1.5 sun (ASTM G173) on a plane across its rays, W m⁻² nm⁻¹.
-
-    Examples
-    --------
-    >>> round(full_sun(), 2)
-    1.31
     """
     table = shipped_table("surface_irradiance.csv")
     return float(table.spectrum("g173_direct_normal", "AM 1.5 sun").at([_REFERENCE_WAVELENGTH])[0])

@@ -149,13 +149,7 @@ def write_spectral_exr(
 
 
 def spectral_channels(bands: Bands) -> list[str]:
-    """Channel names of the Fichet 2021 layout.
-
-    Examples
-    --------
-    >>> spectral_channels(Bands.uniform(2))
-    ['S0.475,0nm', 'S0.625,0nm']
-    """
+    """Channel names of the Fichet 2021 layout."""
     return [
         f"S0.{centre!r}nm".replace(".", ",").replace("S0,", "S0.")
         for centre in bands.centres.tolist()

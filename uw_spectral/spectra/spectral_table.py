@@ -22,8 +22,6 @@ def read_spectral_table(
 
     Parameters
     ----------
-    path : str or Path
-        The file.
     columns : tuple of str
         Columns that must be there besides ``wavelength_nm``.
     optional : tuple of str

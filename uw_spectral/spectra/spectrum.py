@@ -201,8 +201,6 @@ def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (U
 
     Parameters
     ----------
-    path : str or Path
-        The file.
     kind : str
         What it should hold, for messages: ``"sensor "``.
     advice : str
@@ -303,8 +301,6 @@ def read_table(
 
     Parameters
     ----------
-    path : str or Path
-        The file.
     required : tuple of str
         Columns that must be there.
     optional : tuple of str, optional
@@ -385,13 +381,7 @@ def _finite(path: Path, name: str, line: int, cell: str) -> float:
 
 @functools.cache
 def shipped_table(name: str) -> Table:
-    """Return one of the project's own tables, by its file name; it is read once.
-
-    Examples
-    --------
-    >>> list(shipped_table("illuminant_d65.csv").columns)
-    ['wavelength_nm', 'd65']
-    """
+    """Return one of the project's own tables, by its file name; it is read once."""
     return read_table(DATA_DIRECTORY / name, required=())
 
 

@@ -155,13 +155,7 @@ def _splat(x: NDArray, y: NDArray, weight: NDArray, resolution: int) -> NDArray[
 
 
 def disc_transfer(x: ArrayLike) -> NDArray[np.float64]:
-    """Transfer function 2 J1(x)/x of a uniform disc, x = wave number × radius.
-
-    Examples
-    --------
-    >>> disc_transfer([0.0, 1.0]).round(3)
-    array([1.  , 0.88])
-    """
+    """Transfer function 2 J1(x)/x of a uniform disc, x = wave number × radius."""
     knots, values = _disc_table()
     return np.interp(np.abs(x), knots, values, right=0.0)
 
@@ -309,13 +303,7 @@ class CausticLayers:
 
 
 def layer_depths(shallowest: float, deepest: float) -> NDArray[np.float64]:
-    """Depths of layers, about an octave apart, m.
-
-    Examples
-    --------
-    >>> layer_depths(1.0, 8.0).round(3).tolist()
-    [1.0, 2.0, 4.0, 8.0]
-    """
+    """Depths of layers, about an octave apart, m."""
     if not 0 < shallowest <= deepest < math.inf:
         raise InputError(
             f"caustics: layers need depths 0 < shallowest ≤ deepest, got {shallowest:g} "

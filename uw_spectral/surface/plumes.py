@@ -135,13 +135,7 @@ def largest(
 
 
 def plume_depth(significant_height: float) -> float:
-    """Half axis down of plumes in waves of a significant height, where density is e^-2, m.
-
-    Examples
-    --------
-    >>> plume_depth(0.2), plume_depth(0.5), plume_depth(3.0)
-    (0.15, 0.25, 0.4)
-    """
+    """Half axis down of plumes in waves of a significant height, where density is e^-2, m."""
     return max(_DEEPEST_FRACTION * min(significant_height, _HIGHEST_BREAKER), _SHALLOWEST)
 
 
@@ -149,11 +143,6 @@ def plume_middle(depth: float, elevation: float) -> float:
     """Height of the middle of a plume of a depth, below a surface of an elevation, m.
 
     It is below the mean level, as nothing is drawn of clouds above it.
-
-    Examples
-    --------
-    >>> plume_middle(0.4, 0.5), round(plume_middle(0.4, -0.5), 2)
-    (-0.05, -0.62)
     """
     return min(elevation - _SUNK * depth, -0.05)
 
@@ -172,12 +161,6 @@ def plume_air(patch: Patch, depth: float, age: float) -> float:
         Of :func:`plume_depth`, m.
     age : float
         s.
-
-    Examples
-    --------
-    >>> foam = Patch(0.0, 0.0, 0.5, 0.8, 0.4)
-    >>> [round(plume_air(foam, 0.4, age), 1) for age in (0.0, 3.0, 6.0, 9.0)]
-    [8.0, 8.0, 4.1, 0.0]
     """
     if not 0.0 <= age < LASTS:
         return 0.0

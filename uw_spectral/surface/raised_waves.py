@@ -51,8 +51,6 @@ def sunk_below_crests(
         Horizontal, from the camera, m.
     highest : float
         Height that hardly any crest exceeds, m.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------
@@ -294,8 +292,6 @@ def surface_ahead(
         1 for a ray that begins in the air, -1 for one in the water.
     first : float
         Distance from the start at which the ray begins to look, m.
-    m : Mathematics
-        Elementary functions.
     iterate : callable
         How steps are repeated, as :func:`repeated` does it.
 
@@ -305,13 +301,6 @@ def surface_ahead(
         1 where the ray meets the surface within :data:`FARTHEST`, else 0.
     distance : float or array
         From the start, m; where nothing is found, the end of the search.
-
-    Examples
-    --------
-    >>> level = lambda x, y: 0.5 + 0.0 * x
-    >>> found, t = surface_ahead((0.0, 0.0, 2.0), (0.6, 0.0, -0.8), level, 1.0, 1.0)
-    >>> float(found), round(float(t), 3)
-    (1.0, 1.875)
     """
     x, y, z = start
 

@@ -47,16 +47,7 @@ class ReflectedView:
     def place(
         self, d: Sequence[Operand], m: Mathematics = NUMPY
     ) -> tuple[Operand, Operand, Operand]:
-        """Column and row of a direction, in texels from the middle of the first, and 1 if inside.
-
-        Examples
-        --------
-        >>> view = ReflectedView((0, 0, 1), (4, 0, -4), (0, 3, -3), (0, 0, -1), 8, 6)
-        >>> [float(x) for x in view.place((0.5, 0.0, -1.0))]
-        [5.5, 2.5, 1.0]
-        >>> float(view.place((0.0, 2.0, -1.0))[2])
-        0.0
-        """
+        """Column and row of a direction, in texels from the first's middle, and 1 if inside."""
         depth = dot(d, self.ahead)
         near = 1.0 / m.maximum(depth, _LEAST)
         h, v = dot(d, self.right) * near, dot(d, self.up) * near
@@ -86,8 +77,6 @@ class ReflectedView:
             Its unit direction from there on.
         nearness : number
             One over the distance of what it meets from there, 1/m.
-        m : Mathematics
-            Elementary functions.
 
         Examples
         --------
@@ -131,8 +120,6 @@ class ReflectedView:
             As of :meth:`found`.
         t : float
             Distance of the point from there, m.
-        m : Mathematics
-            Elementary functions.
         """
         d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
         return d, m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
@@ -189,8 +176,6 @@ def followed(
         Where the ray leaves the surface, m, and its unit direction from there on.
     nearness : callable
         What the picture has at a column and row.
-    m : Mathematics
-        Elementary functions.
     steps : sequence of float
         Distances from the surface, m, at which the ray is looked for, the farthest first.
     """

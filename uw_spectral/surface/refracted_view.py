@@ -47,8 +47,6 @@ class RefractedView:
             Where the ray leaves the surface, m, and its unit direction in the air.
         t : float
             Distance of the point from there, m.
-        m : Mathematics
-            Elementary functions.
         """
         d, air = self._bent(place, up, 1.0 / t, m)
         return d, air * t
@@ -68,8 +66,6 @@ class RefractedView:
             As of :meth:`at`.
         nearness : number
             One over the distance of what it meets from there, 1/m.
-        m : Mathematics
-            Elementary functions.
 
         Examples
         --------

@@ -49,13 +49,6 @@ def refractive_index_QuanFry1995(
     References
     ----------
     X. Quan & E. S. Fry, Appl. Opt. 34, 3477 (1995): within 1.5e-5 of Austin & Halikas (1976).
-
-    Examples
-    --------
-    >>> refractive_index_QuanFry1995([400, 550, 700]).round(4)
-    array([1.3499, 1.3408, 1.3365])
-    >>> refractive_index_QuanFry1995(589.3, salinity=0).round(4).item()
-    1.333
     """
     given = {"wavelength": wavelength, "salinity": salinity, "temperature": temperature}
     values = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}
@@ -147,19 +140,11 @@ def direction_in_air(
         Unit normal of the surface, on the side that w points to.
     relative_index : float
         Of the water against air.
-    m : Mathematics
-        Elementary functions.
 
     Returns
     -------
     three floats or arrays
         Unit direction; finite, but without meaning, where the reflection is total.
-
-    Examples
-    --------
-    >>> x, _, z = direction_in_air(sun_travel_direction(60, 0), (0, 0, -1), REFRACTIVE_INDEX)
-    >>> round(float(x), 3), round(float(z), 3)
-    (0.866, -0.5)
     """
     n = relative_index
     inside = m.maximum(dot(w, normal), 0.0)
@@ -182,8 +167,6 @@ def fresnel_reflectance(
     relative_index : float or array
         Index beyond the interface over the index before it: n from air into
         water, 1/n from water into air (1 where the reflection is total).
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------
@@ -210,8 +193,6 @@ def is_in_window(
         Upward component of the unit direction.
     relative_index : float
         Of the water against air.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------
@@ -250,8 +231,6 @@ def seen_from_air(
         Unit normal of the surface, upwards.
     relative_index : float
         Of the water against air.
-    m : Mathematics
-        Elementary functions.
 
     Returns
     -------
@@ -259,12 +238,6 @@ def seen_from_air(
         Fresnel reflectance.
     refracted, mirrored : three floats or arrays
         Unit directions of the ray in the water, and of the one that is mirrored up.
-
-    Examples
-    --------
-    >>> reflectance, w, _ = seen_from_air((0.6, 0.0, -0.8), (0.0, 0.0, 1.0), 1.34)
-    >>> round(float(reflectance), 4), round(float(w[0]), 4)
-    (0.0239, 0.4478)
     """
     n = relative_index
     cosine = m.maximum(-dot(v, normal), 0.0)
@@ -298,15 +271,6 @@ def apparent_depth(
         Of the camera, m, positive.
     relative_index : float
         Of the water against air.
-    m : Mathematics
-        Elementary functions.
-
-    Examples
-    --------
-    >>> round(float(apparent_depth(0.0, 1.34, 2.0, 1.34)), 4)
-    1.0
-    >>> round(float(apparent_depth(3.0, 1.0, 2.0, 1.34)), 4)
-    0.5911
     """
     fraction = fraction_in_air(distance, depth, height, relative_index, m)
     return height * (1.0 - fraction) / fraction
@@ -335,15 +299,6 @@ def apparent_height(
         Of the camera, m, positive.
     relative_index : float
         Of the water against air.
-    m : Mathematics
-        Elementary functions.
-
-    Examples
-    --------
-    >>> round(float(apparent_height(0.0, 1.0, 2.0, 1.34)), 4)
-    1.34
-    >>> round(float(apparent_height(10.0, 1e-3, 2.0, 1.34)), 2)  # on the rim
-    6.92
     """
     fraction = fraction_in_air(distance, depth, height, relative_index, m)
     return lifted_height(depth, fraction, m)
@@ -380,8 +335,6 @@ def fraction_in_air(
         Of the one in the water and of the one in the air, m, positive.
     relative_index : float
         Of the water against air.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------
@@ -408,11 +361,6 @@ def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> 
     """Fraction R of uniform upward radiance that a flat surface reflects back down.
 
     ``R = 2 ∫ R_F(μ) μ dμ`` from water into air; 0 for an index-matched surface.
-
-    Examples
-    --------
-    >>> round(diffuse_internal_reflectance(1.34), 3)
-    0.481
     """
     critical = np.sqrt(max(1 - refractive_index**-2, 0.0))
     nodes, weights = np.polynomial.legendre.leggauss(64)
@@ -439,8 +387,6 @@ def index_in_water(n: Operand, water: Operand, z: Operand, m: Mathematics = NUMP
         Of the water against air.
     z : float or array
         Height above the water surface, m.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------

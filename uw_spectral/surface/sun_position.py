@@ -22,12 +22,6 @@ def sun_zenith_Spencer1971(time: datetime, latitude: float, longitude: float) ->
     ----------
     J. W. Spencer, Search 2, 172 (1971): declination within 0.04°, equation of time within half
     a minute.
-
-    Examples
-    --------
-    >>> noon_in_june = datetime(2020, 6, 21, 12, 0, tzinfo=UTC)
-    >>> round(sun_zenith_Spencer1971(noon_in_june, 23.44, 0.0))
-    0
     """
     time = time.astimezone(UTC)
     hour = time.hour + time.minute / 60 + time.second / 3600

@@ -361,20 +361,12 @@ def layer_position(
         Natural logarithm of the first layer's depth.
     per_log : float
         Layers per unit of the logarithm.
-    m : Mathematics
-        Elementary functions.
     """
     return (m.log(m.maximum(depth, 1e-6)) - log_first) * per_log
 
 
 def interp(position: Operand, values: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-    """Interpolate values at the positions 0, 1, 2 …, constant beyond the ends.
-
-    Examples
-    --------
-    >>> interp(1.5, [10.0, 20.0, 40.0])
-    np.float64(30.0)
-    """
+    """Interpolate values at the positions 0, 1, 2 …, constant beyond the ends."""
     total = values[0]
     for index, (low, high) in enumerate(itertools.pairwise(values)):
         total = total + (high - low) * m.clamp(position - float(index), 0.0, 1.0)
@@ -395,8 +387,6 @@ def pattern_at(
         As for, and from, :func:`layer_position`.
     layers : sequence of LAYERS
         The patterns where the sunlight of the point meets the surface.
-    m : Mathematics
-        Elementary functions.
     """
     fade = m.minimum(depth * (1.0 / _FADES), 1.0)
     return 1.0 + fade * (interp(position, layers, m) - 1.0)

@@ -290,11 +290,6 @@ def angular_frequency(k: ArrayLike, depth: float = math.inf) -> NDArray[np.float
     -------
     array
         rad/s.
-
-    Examples
-    --------
-    >>> angular_frequency(1.0).round(3)
-    np.float64(3.132)
     """
     k = np.asarray(k, dtype=np.float64)
     shallow = np.tanh(np.minimum(k * depth, 30.0)) if math.isfinite(depth) else 1.0
@@ -317,11 +312,6 @@ def slope_variance_CoxMunk1954(wind_speed: float) -> NDArray[np.float64]:
     -----
     C. Cox & W. Munk, J. Opt. Soc. Am. 44, 838 (1954): 0.00316 U ± 0.004 and
     0.003 + 0.00192 U ± 0.002; their sum has ± 0.004.
-
-    Examples
-    --------
-    >>> slope_variance_CoxMunk1954(10.0)
-    array([0.0316, 0.0222])
     """
     return np.array([0.00316 * wind_speed, 0.003 + 0.00192 * wind_speed])
 

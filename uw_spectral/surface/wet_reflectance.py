@@ -32,11 +32,6 @@ def mean_cosine_of_grains(n: float) -> float:
     Geometric optics without diffraction, which closely packed grains have none of: the momentum
     that a ray leaves in a sphere (A. Ashkin, Biophys. J. 61, 569 (1992), eq. 1) is 1 less the
     mean cosine of all rays that it becomes.
-
-    Examples
-    --------
-    >>> [round(mean_cosine_of_grains(n), 3) for n in (1.0, 1.15, 1.54)]
-    [1.0, 0.907, 0.625]
     """
     # Even steps of the area of the sphere's disc.
     sine = np.sqrt((np.arange(_ANGLES) + 0.5) / _ANGLES)
@@ -59,18 +54,11 @@ def wet_reflectance_TwomeyEtAl1986(
         Mean cosine of its grains in water, :func:`mean_cosine_of_grains`.
     z : float or array
         Height above the water surface, m.
-    m : Mathematics
-        Elementary functions.
 
     Notes
     -----
     A thick layer of two streams reflects (1 - s)/(1 + s), s² = (1 - w0)/(1 - w0 g); water leaves
     the single-scattering albedo w0 of the grains as it is.
-
-    Examples
-    --------
-    >>> wet_reflectance_TwomeyEtAl1986(np.array([0.0, 0.4, 1.0]), 0.907, -1.0).round(3)
-    array([0.   , 0.184, 1.   ])
     """
     g = mean_cosine_of_grains(GRAIN_INDEX)
     root = (1.0 - R) / (1.0 + R)

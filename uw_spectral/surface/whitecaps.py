@@ -47,11 +47,6 @@ def whitecap_cover_Monahan1980(wind_speed: float) -> float:
     Notes
     -----
     E. C. Monahan & I. O'Muircheartaigh, J. Phys. Oceanogr. 10, 2094 (1980): 3.84e-6 U^3.41.
-
-    Examples
-    --------
-    >>> round(whitecap_cover_Monahan1980(10.0), 4)
-    0.0099
     """
     return min(3.84e-6 * wind_speed**3.41, 1.0)
 
@@ -69,11 +64,6 @@ def foam_reflectance(wavelength: ArrayLike) -> NDArray[np.float64]:
     Level: :data:`FRESH_REFLECTANCE`. Fall: R. Frouin, M. Schwindling & P.-Y. Deschamps,
     J. Geophys. Res. 101, 14361 (1996), 1 up to 555 nm, .889 at 670 nm, .760 at 765 nm and .645 at
     865 nm, linear between them.
-
-    Examples
-    --------
-    >>> foam_reflectance([450.0, 670.0]).round(3)
-    array([0.55 , 0.489])
     """
     wavelength = np.asarray(wavelength, dtype=np.float64)
     return FRESH_REFLECTANCE * np.interp(wavelength, _WAVELENGTHS, _FALL)
@@ -101,8 +91,6 @@ class Foam:
         ----------
         crowding : float or array
             Of :meth:`.WaveComponents.crowding`, of all waves that break.
-        m : Mathematics
-            Elementary functions.
 
         Examples
         --------

@@ -27,13 +27,7 @@ _MOST_TURN = 3.0  # factor on the sun's cosine, close to where an object turns a
 
 
 def leaving_fraction(reflectance: Operand, relative_index: Operand) -> Operand:
-    """Fraction (1 - R)/n² of the radiance below the surface that is left above it.
-
-    Examples
-    --------
-    >>> round(leaving_fraction(0.02, 1.34), 3)
-    0.546
-    """
+    """Fraction (1 - R)/n² of the radiance below the surface that is left above it."""
     return (1.0 - reflectance) / (relative_index * relative_index)
 
 
@@ -107,13 +101,6 @@ def facing_mirrored(
         Of the patch.
     sun : three floats or arrays
         Unit direction that sunlight travels to in air.
-    m : Mathematics
-        Elementary functions.
-
-    Examples
-    --------
-    >>> float(facing_mirrored((0.0, 0.0, -1.0), (0.6, 0.0, -0.8)))
-    0.8
     """
     return m.maximum(normal[2] * sun[2] - normal[0] * sun[0] - normal[1] * sun[1], 0.0)
 
@@ -154,15 +141,6 @@ def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightI
     ----------
     field : LightBelow, optional
         The light in it, if what comes up from there is wanted.
-
-    Examples
-    --------
-    >>> from ..spectra.bands import Bands
-    >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 0.9788, 1.0, (0, 0, -1), 0.1,
-    ...                      math.inf, 0.0, "flat", 1.34)
-    >>> light = light_in_air(column)
-    >>> light.sun.round(3), light.sky.round(3), round(light.mirrored, 3)
-    (array([1.]), array([0.314]), 0.068)
     """
     sky, n, high = column.skylight, column.refractive_index, -float(column.skylight.sun[2])
     lets_in, mirrored, leaving = 1.0, 0.0, np.zeros_like(column.sun_irradiance)
@@ -212,8 +190,6 @@ def glitter_from_above(
         Of the water against air.
     sun_disc2 : float
         Mean squared angle of the sun's disc, rad².
-    m : Mathematics
-        Elementary functions.
 
     References
     ----------
@@ -256,11 +232,6 @@ def flattened_sun(
     Returns
     -------
     array, shape (3,)
-
-    Examples
-    --------
-    >>> flattened_sun((0.0, 0.6, -0.8), (0.0, 0.0, -1.0), 4 / 3).round(3).tolist()
-    [0.0, 0.707, -0.707]
     """
     down = float(np.clip(-towards[2], _LOWEST_VIEW, 1.0))
     inside = math.sqrt(1.0 - (1.0 - down * down) / relative_index**2)

@@ -67,8 +67,6 @@ class ChannelWater:
         Whether the water differs with depth.
     fastest : number
         Of :func:`.path_unit`; only for layered water.
-    m : Mathematics
-        Elementary functions.
     """
 
     tables: Tables

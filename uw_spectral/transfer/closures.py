@@ -31,8 +31,6 @@ def whole_closure(colour: Operand, m: Mathematics = NUMPY, *, closed: bool = Fal
     ----------
     colour : float or array
         That light is multiplied by, weights and all walls included.
-    m : Mathematics
-        Elementary functions.
     closed : bool
         Whether it is a body.
 
@@ -51,8 +49,6 @@ def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) ->
     ----------
     cosine : float or array
         Between the normal and the direction, 0 to 1.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------

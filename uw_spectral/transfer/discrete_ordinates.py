@@ -78,13 +78,7 @@ class Emission(ComparedByContent):
         return (self.power * np.exp(-self.rate * y)).sum(axis=1)
 
     def mean(self, upper: ArrayLike, lower: ArrayLike, thickness: float) -> Array:
-        """Mean of :meth:`at` between pairs of depths (d,), shape (d, n).
-
-        Examples
-        --------
-        >>> Emission([[1.0]], [[2.0]]).mean([0.0], [10.0], math.inf).round(3)
-        array([[0.2]])
-        """
+        """Mean of :meth:`at` between pairs of depths (d,), shape (d, n)."""
         upper, lower = (np.asarray(y, np.float64)[:, None, None] for y in (upper, lower))
         zero = np.where(self.rate < 0, min(thickness, FARTHEST), 0.0)
         near, far = (-self.rate * (y - zero) for y in (upper, lower))
@@ -155,15 +149,6 @@ def solve_discrete_ordinates(
     InputError
         If a quantity is negative, not finite or out of its bounds, or the sun of the sky has
         another azimuth.
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import parse_phase
-    >>> phase = parse_phase("hg:0.8").for_bands([0.1])
-    >>> water = [OpticalLayer(9.0, np.array([0.05]), np.array([0.1]), phase)]
-    >>> field = solve_discrete_ordinates(water, [1.0], (0.6, 0.0, -0.8), floor_reflectance=0.2)
-    >>> field.Ed(4.0).round(4), field.Eu(4.0).round(4)
-    (array([0.7427]), array([0.0816]))
     """
     mu_s = max(-float(sun[2]), _SMALLEST_SUN_COSINE)
     light = _checked(layers, E, mu_s, sun, sky, refractive_index, slope_variance, floor_reflectance)

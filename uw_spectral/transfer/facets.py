@@ -48,14 +48,7 @@ class Facets:
     index: Operand = 1.0
 
     def colour(self, cosine: Operand, m: Mathematics = NUMPY) -> list[Operand]:
-        """What they reflect at an angle.
-
-        Examples
-        --------
-        >>> gold = Facets((0.0, 0.0, 1.0), 0.2, (0.9, 0.6, 0.2), (0.1, 0.4, 0.8))
-        >>> [round(float(x), 2) for x in gold.colour(0.0)]
-        [1.0, 1.0, 1.0]
-        """
+        """What they reflect at an angle."""
         away = m.clamp(1.0 - cosine, 0.0, 1.0)
         edge = away * away * away * away * away
         clear = fresnel_reflectance(cosine, m.maximum(self.index, _THINNEST), m)
@@ -79,8 +72,6 @@ class Facets:
         angle2 : float or array
             Mean square angle of the light from its middle, rad². It makes the highlight wider: a
             mirror is as bright in the middle as an even disc is.
-        m : Mathematics
-            Elementary functions.
         """
         width = m.maximum(self.roughness * self.roughness, _SMOOTHEST)
         width2 = m.minimum(width * width + 0.5 * angle2, 1.0)
@@ -114,13 +105,6 @@ def specular_index(index: Operand, level: Operand, m: Mathematics = NUMPY) -> Op
         Against what is around it.
     level : float or array
         *Specular IOR Level* of Blender's Principled BSDF.
-    m : Mathematics
-        Elementary functions.
-
-    Examples
-    --------
-    >>> specular_index(1.5, 0.5).round(4).item(), specular_index(1.5, 0.25).round(4).item()
-    (1.5, 1.3294)
     """
     amplitude = m.absolute((index - 1.0) / (index + 1.0)) * m.sqrt(m.maximum(2.0 * level, 0.0))
     amplitude = m.minimum(amplitude, 0.99)

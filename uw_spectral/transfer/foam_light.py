@@ -90,8 +90,6 @@ def foam_from_above(
         Of the surface, upwards.
     sunlight : three numbers
         Unit direction that sunlight travels to in air.
-    m : Mathematics
-        Elementary functions.
 
     Examples
     --------

@@ -40,8 +40,6 @@ def stretched_highlight(
         The latter from -1 to 1.
     rotation : float or array
         Of the tangent about the normal, in whole turns.
-    m : Mathematics
-        Elementary functions.
 
     Notes
     -----
@@ -87,14 +85,6 @@ def round_highlight(
         Unit vectors; the third from :func:`halfway`.
     width2 : float or array
         Square of the width of slopes: the fourth power of the roughness.
-    m : Mathematics
-        Elementary functions.
-
-    Examples
-    --------
-    >>> up = 0.0, 0.0, 1.0
-    >>> round_highlight(up, up, up, up, 0.25).item()
-    1.0
     """
     vz, lz = (m.maximum(dot(v, n), _LEAST) for v in (to_eye, to_light))
     hz = dot(half, n)
@@ -139,14 +129,6 @@ def toon_highlight(
         Unit vectors.
     size, smooth : float or array
         Of the cone and of its soft border, over a right angle.
-    m : Mathematics
-        Elementary functions.
-
-    Examples
-    --------
-    >>> up = 0.0, 0.0, 1.0
-    >>> toon_highlight(up, up, 1.0, 0.0).item(), toon_highlight(up, (0.8, 0, 0.6), 0.5, 0).item()
-    (0.5, 0.0)
     """
     cosine = m.clamp(dot(n, to_sun), _LEAST, 1.0)
     angle, right = m.arccos(cosine), math.pi / 2.0

@@ -37,20 +37,6 @@ def light_from_above(field: SolvedField, y: float, count: int) -> Array:
     -----
     Importance sampling of the radiance along the streams at the points of a golden-ratio
     sequence, first of the cosine and then of the azimuth.
-
-    Examples
-    --------
-    Under a uniform sky and no surface all directions count alike:
-
-    >>> from ..spectra.bands import Bands
-    >>> from ..water.phase_functions import parse_phase
-    >>> from .water_column import WaterColumn
-    >>> column = WaterColumn(Bands.uniform(1), 0.0, 0.0, 0.0, 1.0, (0, 0, -1), 1.0,
-    ...                      math.inf, 0.0, "none", 1.34)
-    >>> field = column.solved_field(parse_phase("hg:0.8").for_bands([0.1]), 16)
-    >>> w = light_from_above(field, 2.0, 1000)
-    >>> bool(abs(w[:, 2].mean() - 0.5) < 1e-3)
-    True
     """
     turns = (np.arange(_TURNS) + 0.5) * (2.0 * math.pi / _TURNS)
     modes, _ = field.stream_modes([y], 2 * len(field.mu))

@@ -20,12 +20,6 @@ def phi(x: Operand, m: Mathematics = NUMPY) -> Operand:
 
     The series serves up to 0.25 and the exact difference beyond; the two are
     added, not chosen: each is constant where the other is valid.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> phi(np.array([0.0, 1.0])).round(6)
-    array([1.      , 0.632121])
     """
     small, large = m.minimum(x, _NEAR_ZERO), m.maximum(x, _NEAR_ZERO)
     series = 1.0 / 5040.0
@@ -51,8 +45,6 @@ def attenuated_path(
         q P; q may have either sign.
     P : float or array
         Length of the path, m.
-    m : Mathematics
-        Elementary functions.
 
     Notes
     -----

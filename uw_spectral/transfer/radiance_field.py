@@ -110,11 +110,6 @@ def upwelling_irradiance(
     -------
     array, shape (..., n)
         Gauss-Legendre over the cosine, evenly in azimuth.
-
-    Examples
-    --------
-    >>> upwelling_irradiance(lambda y, w: np.array([1.0]) + 0.0 * w[2], 1.0).round(6)
-    array([3.141593])
     """
     nodes, weights = np.polynomial.legendre.leggauss(_ELEVATIONS)
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * (2.0 * math.pi / _AZIMUTHS)
@@ -208,8 +203,6 @@ def under_surface(
         Radiance of the sky, in air, where the refracted ray meets it.
     relative_index : float
         Index of the water against air, n; the radiance gains a factor n².
-    m : Mathematics
-        Elementary functions.
     slopes : two floats or arrays, optional
         Slopes of the surface along x and y where w meets it; flat without.
     """
@@ -241,8 +234,6 @@ def sun_image(
         Index of the water against air.
     ripples : Ripples
         The surface where w meets it.
-    m : Mathematics
-        Elementary functions.
     """
     n, n2 = relative_index, relative_index * relative_index
     normal = surface_normal(*ripples.slopes, m)

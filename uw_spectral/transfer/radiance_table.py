@@ -69,11 +69,6 @@ def tilt(n_z: Operand, m: Mathematics = NUMPY) -> Operand:
     """Position of a normal's upward component among the tilts of patches.
 
     What lies below is dim, and brightens fast as a patch is tilted: tilts are as dense there.
-
-    Examples
-    --------
-    >>> tilt(np.array([-1.0, 0.0, 1.0]))
-    array([ 0. , 11.5, 23. ])
     """
     return _signed(_from_horizon(n_z, m), n_z, TILTS, m)
 

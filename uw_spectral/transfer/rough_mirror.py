@@ -32,8 +32,6 @@ def facet_by_chance(
         As of Blender's closures.
     chance : two numbers
         Even from 0 to 1.
-    m : Mathematics
-        Elementary functions.
 
     Notes
     -----

@@ -74,13 +74,6 @@ class Sky:
         References
         ----------
         CIE S 011/E:2003, Spatial distribution of daylight: CIE standard general sky.
-
-        Examples
-        --------
-        >>> sky = Sky.standard("overcast", [1.0])
-        >>> zenith, horizon = sky.radiance((0.0, 0.0, 1.0)), sky.radiance((1.0, 0.0, 0.0))
-        >>> zenith.round(3), (zenith / horizon).round(2)
-        (array([0.408]), array([2.99]))
         """
         if kind not in _CIE_SKIES:
             raise unknown_name("kind of sky", kind, SKIES)
@@ -98,8 +91,6 @@ class Sky:
         v : three floats or arrays
             Unit direction of view in air, z up; arrays have a last axis of 1. Below the
             horizon the sky is that of the horizon.
-        m : Mathematics
-            Elementary functions.
         """
         return self._relative(v, m) * self.level
 
@@ -137,8 +128,6 @@ class Sky:
             Unit view direction in the water; z > 0.
         relative_index : float
             Of the water against air.
-        m : Mathematics
-            Elementary functions.
         slopes : two floats or arrays, optional
             Slopes of the surface along x and y where w meets it; flat without.
         """
@@ -148,13 +137,7 @@ class Sky:
         return self.radiance(w, m)
 
     def transmittance(self, refractive_index: float, slope_variance: float = 0.0) -> float:
-        """Fraction of the sky's irradiance that a surface, flat or of waves, lets into the water.
-
-        Examples
-        --------
-        >>> round(Sky().transmittance(1.34), 3)
-        0.932
-        """
+        """Fraction of the sky's irradiance that a surface, flat or of waves, lets through."""
         cosine, E = self._rings()
         reflected = beam_reflectance(cosine, refractive_index, slope_variance)
         return float(E @ (1.0 - reflected) / E.sum())

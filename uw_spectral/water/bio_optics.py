@@ -342,11 +342,6 @@ def parse_constituents(text: str) -> Constituents:
     ------
     InputError
         Unknown or repeated key, no number, or a number out of range.
-
-    Examples
-    --------
-    >>> parse_constituents("chl=1, cdom=0.05").cdom
-    0.05
     """
     values: dict[str, float] = {}
     for cell in (part for part in text.split(",") if part.strip()):

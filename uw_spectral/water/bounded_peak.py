@@ -85,14 +85,6 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     -----
     As in W. J. Wiscombe, J. Atmos. Sci. 34, 1408 (1977), the peak counts as unscattered; here
     it is what the lobes do not carry. Lobes: B. T. Draine, Astrophys. J. 598, 1017 (2003).
-
-    Examples
-    --------
-    >>> from .phase_functions import FournierForand
-    >>> phase = FournierForand().for_bands([1.0])
-    >>> bounded = bound_forward_peak(phase)
-    >>> bounded.fractions.sum(axis=0).round(1), (bounded.error < 0.15).all().item()
-    (array([0.7]), True)
     """
     s2 = _angles()
     kept = [1.0 - phase.moments(max(_ORDERS))[order - 1] for order in _ORDERS]

@@ -60,11 +60,6 @@ def bubble_scattering(void_fraction: float) -> float:
     Notes
     -----
     b = 3 Q f / (4 r), r the Sauter radius: areas and volumes of spheres.
-
-    Examples
-    --------
-    >>> round(bubble_scattering(1e-3), 2)
-    2.49
     """
     return 3.0 * EFFICIENCY * void_fraction / (4.0 * sauter_radius())
 
@@ -79,12 +74,6 @@ class BubblePhase(TabulatedPhase):
     slope there, with the light of a step. Diffraction included, g is 0.84 and bb/b 0.015: clean
     spheres have 0.012, and an organic film makes that up to five times as much (X. Zhang,
     M. Lewis & B. Johnson, Appl. Opt. 37, 6525 (1998)).
-
-    Examples
-    --------
-    >>> bubbles = BubblePhase()
-    >>> round(bubbles.g, 2), round(bubbles.backscatter_ratio, 3)
-    (0.68, 0.03)
     """
 
     TABLE = "bubble_phase_function.csv"

@@ -43,11 +43,6 @@ def Kd_Lee2013(
     References
     ----------
     Z.-P. Lee et al., J. Geophys. Res. Oceans 118, 4241 (2013).
-
-    Examples
-    --------
-    >>> Kd_Lee2013([0.05, 0.05], [0.003, 0.003], [0.0, 0.003]).round(4)
-    array([0.0664, 0.064 ])
     """
     a, bb, molecular = checked_coefficients(
         sun_zenith, absorption=a, backscattering=bb, molecular=bb_molecular
@@ -74,13 +69,7 @@ def checked_coefficients(sun_zenith: float, **coefficients: ArrayLike) -> list[N
 
 
 def Kd490_Morel2007(chlorophyll: ArrayLike) -> NDArray[np.float64]:
-    """Kd at 490 nm, 1/m, of a case 1 water with this chlorophyll, mg/m³.
-
-    Examples
-    --------
-    >>> round(float(Kd490_Morel2007(1.0)), 3)
-    0.089
-    """
+    """Kd at 490 nm, 1/m, of a case 1 water with this chlorophyll, mg/m³."""
     chlorophyll = np.asarray(chlorophyll, dtype=np.float64)
     if not np.all(np.isfinite(chlorophyll) & (chlorophyll >= 0)):
         raise InputError("Kd(490): chlorophyll must be finite and not negative")
@@ -100,11 +89,6 @@ def Kd_Morel2001(chlorophyll: float) -> Spectrum:
     References
     ----------
     A. Morel & S. Maritorena, J. Geophys. Res. 106, 7163 (2001), Table 2.
-
-    Examples
-    --------
-    >>> Kd_Morel2001(1.0).at([443, 490]).round(3)
-    array([0.117, 0.089])
     """
     if not (np.isfinite(chlorophyll) and chlorophyll >= 0):
         raise InputError(f"chlorophyll must be finite and not negative, got {chlorophyll:g} mg/m³")
@@ -116,13 +100,7 @@ def Kd_Morel2001(chlorophyll: float) -> Spectrum:
 
 
 def chlorophyll_Morel2007(Kd490: ArrayLike) -> NDArray[np.float64]:
-    """Chlorophyll, mg/m³, of the case 1 water with this Kd at 490 nm, 1/m; 0 for pure water.
-
-    Examples
-    --------
-    >>> float(chlorophyll_Morel2007(Kd490_Morel2007(0.3)).round(6))
-    0.3
-    """
+    """Chlorophyll, mg/m³, of the case 1 water with this Kd at 490 nm, 1/m; 0 for pure water."""
     Kd490 = np.asarray(Kd490, dtype=np.float64)
     if not np.all(np.isfinite(Kd490) & (Kd490 >= 0)):
         raise InputError("Kd(490) must be finite and not negative")

@@ -112,11 +112,6 @@ def raman_coefficient(wavelengths: ArrayLike) -> NDArray[np.float64]:
     """Raman scattering coefficient of water in energy units, 1/m, by excitation wavelength.
 
     ``2.6e-4 (488/λ')^5.5``: the power that comes out per metre and scalar irradiance.
-
-    Examples
-    --------
-    >>> raman_coefficient([400, 488]).round(5)
-    array([0.00078, 0.00026])
     """
     nm = _checked(wavelengths)
     return _RAMAN_488 * (488.0 / nm) ** _RAMAN_EXPONENT
@@ -127,12 +122,6 @@ def raman_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.floa
 
     Walrafen's four Gaussians of the wavenumber shift 1e7/λ' - 1e7/λ, times the
     Jacobian 1e7/λ² of the emission wavelength.
-
-    Examples
-    --------
-    >>> grid = np.arange(500.0, 700.0)
-    >>> float(grid[raman_emission(488.0, grid).argmax()])
-    586.0
     """
     nm = _checked(wavelengths)
     shift = 1e7 / excitation - 1e7 / nm
@@ -149,11 +138,6 @@ def chlorophyll_emission(wavelengths: ArrayLike) -> NDArray[np.float64]:
 
     Three quarters in a Gaussian at 685 nm, full width 25 nm at half of it, and a quarter in its
     shoulder at 730 nm, 50 nm wide.
-
-    Examples
-    --------
-    >>> chlorophyll_emission([685.0, 730.0]).round(4)
-    array([0.0287, 0.0047])
     """
     x = _checked(wavelengths)[:, None]
     fractions, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
@@ -165,11 +149,6 @@ def cdom_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.float
     """Spectral quantum efficiency η(λ', λ) of CDOM, 1/nm (Hawes 1992, sample FA7).
 
     Zero for excitation outside 310 to 550 nm, and at wavelengths shorter than it.
-
-    Examples
-    --------
-    >>> round(float(cdom_emission(450.0, [540.0])[0]), 6)
-    0.000135
     """
     nm = _checked(wavelengths)
     table = shipped_table("cdom_fluorescence_hawes_fa7.csv")
@@ -267,11 +246,6 @@ def parse_processes(text: str) -> tuple[str, ...]:
     ------
     InputError
         If a name is unknown.
-
-    Examples
-    --------
-    >>> parse_processes("cdom, raman")
-    ('raman', 'cdom')
     """
     names = [part.strip().lower() for part in text.split(",") if part.strip()]
     if names == ["all"]:
@@ -304,13 +278,6 @@ def inelastic_processes(
     ------
     InputError
         If a process is unknown or a band lies outside the tables.
-
-    Examples
-    --------
-    >>> bands = Bands.uniform(50, 300, 800)
-    >>> raman, *_ = inelastic_processes(Constituents(chlorophyll=1), bands, bands)
-    >>> raman.photons[20].sum().round(6)
-    np.float64(1.0)
     """
     for name in switched_on:
         if name not in PROCESSES:

@@ -104,12 +104,6 @@ def invert_Kd(
     Z.-P. Lee et al., J. Geophys. Res. Oceans 118, 4241 (2013), solved for a;
     A. Morel et al., Remote Sens. Environ. 111, 69 (2007), for the chlorophyll; H. Loisel &
     A. Morel (1998) for b; A. Morel & S. Maritorena (2001) for bb/b.
-
-    Examples
-    --------
-    >>> Kd = Spectrum([450, 490, 600], [0.032, 0.034, 0.248], "Kd")
-    >>> invert_Kd(Kd).water.a([450]).round(3)
-    array([0.023])
     """
     nm, values = Kd.wavelengths, Kd.values
     if values.ndim != 1 or np.any(values <= 0):
@@ -224,11 +218,6 @@ def water_of_chlorophyll(chlorophyll: float) -> Water:
     ------
     InputError
         If the chlorophyll is outside that.
-
-    Examples
-    --------
-    >>> water_of_chlorophyll(3.0).a([443, 490]).round(2)
-    array([0.18, 0.13])
     """
     low, high = _MEASURED_CHLOROPHYLL
     if not low <= chlorophyll <= high:

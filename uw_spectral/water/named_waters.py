@@ -46,11 +46,6 @@ def named_waters() -> dict[str, NamedWater]:
 
     The concentrations of the figure are not published with it in a form that
     could be used here; the sources of ours are stated one by one.
-
-    Examples
-    --------
-    >>> list(named_waters())
-    ['atlantic', 'mediterranean', 'baltic', 'north-sea', 'cdom-coast']
     """
     coastlooc = "Massicotte et al., Earth Syst. Sci. Data 15, 3529 (2023), COASTLOOC"
     open_med = Constituents.case1(0.1)

@@ -174,11 +174,6 @@ def scattering_fraction(slope: float = TYPICAL_SLOPE) -> float:
     From cross sections alone: n(D) D² from 1 µm to 1 cm. For 3.6 it is 6 %, for 3, as in blooms,
     a half; Davies, Basedow & McKee (2021, doi:10.1038/s41598-021-83610-5) argue that millimetre
     sizes can matter, which bulk measurements miss.
-
-    Examples
-    --------
-    >>> [round(scattering_fraction(slope), 3) for slope in (3.0, 3.6, 4.0)]
-    [0.5, 0.059, 0.01]
     """
     first, last = _SCATTERERS
     return _moment(COUNTED_FROM, last, slope, 2.0) / _moment(first, last, slope, 2.0)
@@ -198,11 +193,6 @@ def number_of_scattering(b_p: float, slope: float = TYPICAL_SLOPE) -> float:
     ------
     InputError
         If the slope is outside its limits.
-
-    Examples
-    --------
-    >>> round(number_of_scattering(0.2), 1)
-    186.1
     """
     _require_slope(slope)
     first, last = _SCATTERERS
@@ -238,11 +228,6 @@ def diameter(
         Ends of the law, m.
     slope : Operand
         Of n(D), above 1.
-
-    Examples
-    --------
-    >>> diameter(np.array([0.0, 0.5, 1.0]), 1.0, 2.0, 4.0).round(3)
-    array([1.   , 1.211, 2.   ])
     """
     exponent = 1.0 - slope
     rare = m.power(largest / smallest, exponent)
@@ -250,13 +235,7 @@ def diameter(
 
 
 def wrapped(place: Operand, middle: Operand, side: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Bring a coordinate into a box around a middle, as if boxes of its kind filled all space.
-
-    Examples
-    --------
-    >>> wrapped(np.array([0.4, 0.6, 5.0]), 0.0, 1.0)
-    array([ 0.4, -0.4,  0. ])
-    """
+    """Bring a coordinate into a box around a middle, as if boxes of its kind filled all space."""
     return place - side * m.floor((place - middle) / side + 0.5)
 
 
@@ -342,12 +321,6 @@ def particle_cloud(
     ------
     InputError
         If the slope is outside its limits, or number or angle are not positive numbers.
-
-    Examples
-    --------
-    >>> cloud = particle_cloud(KINDS["snow"], 40.0)
-    >>> len(cloud.classes), cloud.count
-    (7, 175468)
     """
     slope = kind.slope or slope
     _require_slope(slope)

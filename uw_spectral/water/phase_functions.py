@@ -334,11 +334,6 @@ def seawater_mixture(
     -----
     DataWarning
         If the molecular part exceeds b by more than a quarter.
-
-    Examples
-    --------
-    >>> seawater_mixture([0.01, 1.0], [0.005, 0.005]).weights[0]
-    array([0.5  , 0.005])
     """
     b, b_molecular = np.broadcast_arrays(np.atleast_1d(b).astype(float), b_molecular)
     if not (np.all(b >= 0) and np.all(b_molecular >= 0)):

@@ -28,11 +28,6 @@ def pure_water_absorption(
     ------
     InputError
         Wavelength outside the table, or unknown source.
-
-    Examples
-    --------
-    >>> pure_water_absorption([440, 700])
-    array([0.00635, 0.624  ])
     """
     table = shipped_table(PURE_WATER_TABLE)
     if source == "wavelength_nm" or source not in table.columns:

@@ -39,13 +39,6 @@ def alike(
     -------
     list of tuple of int
         Indices of the bands of each group.
-
-    Examples
-    --------
-    >>> from .phase_functions import seawater_mixture
-    >>> turbid, clear = (seawater_mixture([b] * 4, [0.005, 0.004, 0.003, 0.002]) for b in (1, 0.02))
-    >>> alike([turbid]), alike([clear])
-    ([(0, 1, 2), (3,)], [(0,), (1,), (2,), (3,)])
     """
     kept = [np.stack([p.backscatter_ratio, 1.0 - p.chi1]) for p in phases]
 
@@ -71,15 +64,7 @@ def _equal(weights: NDArray[np.float64]) -> bool:
 
 
 def with_mean_of(phase: BandPhase, groups: Sequence[tuple[int, ...]]) -> BandPhase:
-    """Give every band of a group the mean phase function of the group.
-
-    Examples
-    --------
-    >>> from .phase_functions import seawater_mixture
-    >>> phase = seawater_mixture([1.0, 1.0, 1.0], [0.1, 0.2, 0.6])
-    >>> with_mean_of(phase, [(0, 1), (2,)]).weights[0].round(2)
-    array([0.15, 0.15, 0.6 ])
-    """
+    """Give every band of a group the mean phase function of the group."""
     weights = phase.weights.copy()
     for group in map(list, groups):
         if not _equal(weights[:, group]):
