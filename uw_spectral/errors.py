@@ -39,17 +39,7 @@ def first_of(names: Iterable[str], most: int = 3, between: str = ", ") -> str:
 
 
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> InputError:
-    """Return the error for a name that is not in a catalogue.
-
-    Parameters
-    ----------
-    kind : str
-        What the name stands for, e.g. ``"Jerlov type"``.
-    name : str
-        The name as given.
-    known : iterable of str
-        The catalogue.
-    """
+    """Return the error for a name that is not in a catalogue."""
     names = list(known)
     lowered = {n.lower(): n for n in names}
     near = [lowered[m] for m in difflib.get_close_matches(name.lower(), lowered, n=3, cutoff=0.4)]

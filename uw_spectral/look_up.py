@@ -17,22 +17,8 @@ def multilinear(
 ) -> NDArray[np.float64]:
     """Interpolate linearly between entries; beyond its ends a table goes on as it ends.
 
-    Parameters
-    ----------
-    values : array, shape (..., n)
-    places : sequence of array_like
-        Of each axis but the last, in entries, of one shape.
-    first : tuple of arrays
-        Entries of axes before those of ``places``, taken as they are.
-
-    Returns
-    -------
-    array, shape (..., n)
-
-    Examples
-    --------
-    >>> multilinear(np.arange(4.0).reshape(2, 2, 1), (1.0, 0.5))
-    array([2.5])
+    Values have shape (..., n); places are entries of each axis but the last, of one shape.
+    ``first`` are entries of axes before those, taken as they are.
     """
     ends = []
     for place, count in zip(places, values.shape[len(first) :], strict=False):
@@ -53,14 +39,7 @@ def multilinear_of_columns(
 ) -> NDArray[np.float64]:
     """Interpolate at places whose last axis has one entry, as that of values has n.
 
-    Parameters
-    ----------
-    values, places
-        As of :func:`multilinear`; places of shape (..., 1), or of no shape.
-
-    Returns
-    -------
-    array, shape (..., n)
+    Places have shape (..., 1), or none.
     """
     found = (np.asarray(place) for place in places)
     return multilinear(values, [at[..., 0] if at.ndim else at for at in found])

@@ -23,25 +23,9 @@ Operand = Any
 class Mathematics:
     """Elementary functions over one kind of operand (arrays, sockets).
 
-    Parameters
-    ----------
-    exp, log, sqrt, absolute, floor : callable
-        Of one operand.
-    sine : callable
-        Of one angle.
-    arccos : callable
-        Of one number, -1 to 1.
-    tan : callable
-        Of one angle.
-    arctan2 : callable
-        ``arctan2(y, x)`` of two numbers: the angle of the point (x, y), -π to π.
-    power, minimum, maximum : callable
-        Of two operands; the base of ``power`` is positive.
-    less : callable
-        ``less(x, y)`` is 1 where x < y, else 0.
-    interpolate : callable
-        ``interpolate(x, xs, ys)``: piecewise linear through fixed points, held
-        constant beyond the ends.
+    ``power`` has a positive base, ``less(x, y)`` is 1 where x < y and else 0, ``arctan2(y, x)``
+    goes from -π to π, and ``interpolate(x, xs, ys)`` is piecewise linear through fixed points, held
+    beyond the ends.
     """
 
     exp: Callable[[Operand], Operand]

@@ -37,12 +37,8 @@ def lattice(side: int) -> NDArray[np.float64]:
 def folded(u: Operand, v: Operand, z: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Operand]:
     """Return what is above (z ≥ 0) as it is, and what is below folded out, or back.
 
-    Parameters
-    ----------
-    u, v : float or array
-        The first two parts of directions whose parts' sizes add up to 1; or places of the square.
-    z : float or array
-        The third, or what has its sign.
+    ``u`` and ``v`` are the first two parts of directions whose parts' sizes add up to 1, or places
+    of the square; ``z`` is the third, or what has its sign.
     """
     below = m.less(z, 0.0)
     out = [

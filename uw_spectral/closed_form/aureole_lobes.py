@@ -61,19 +61,7 @@ class Aureole:
 
 
 def solve_aureole(b: ArrayLike, phase: BandPhase, y_o: float, mu_s: float) -> Aureole:
-    """Solve p* for a camera at depth y_o.
-
-    Parameters
-    ----------
-    b : array_like, shape (n,)
-        Scattering, 1/m.
-    phase : BandPhase
-        Phase function of the n bands.
-    y_o : float
-        Depth of the camera, m.
-    mu_s : float
-        Cosine of the in-water sun zenith angle.
-    """
+    """Solve p* for a camera at depth y_o, m, and the in-water cosine mu_s of the sun."""
     chi = np.vstack([np.ones(len(phase)), phase.moments(_MOMENTS)])
     x = np.broadcast_to(np.asarray(b, dtype=np.float64) * y_o / mu_s, len(phase))
     single = np.exp(-chi[2] * x)

@@ -45,8 +45,6 @@ class ClosedForm(PathField):
         Phase function of the n bands.
     aureole : LobeSpread
         LobeSpread of the sun at the depth of the camera.
-    sun : sequence of 3
-        Unit direction the sunlight travels to in the water.
     """
 
     field: LightField
@@ -73,21 +71,10 @@ class ClosedForm(PathField):
         P: Operand,
         m: Mathematics = NUMPY,
     ) -> Operand:
-        """Radiance of the water between depth y_o and distance P.
+        """Radiance, shape (..., n), of the water between depth y_o and distance P, both in m.
 
-        Parameters
-        ----------
-        y_o : float or array
-            Depth of the camera, m.
-        w : three floats or arrays
-            Components of the unit view direction, away from the camera, z up.
-        P : float or array
-            Length of the path, m; ends at the surface or the floor.
-
-        Returns
-        -------
-        array, shape (..., n)
-            In units of E per steradian, never negative.
+        In units of E per steradian, never negative. ``w`` is a unit vector away from the camera, z
+        up; the path ends at the surface or the floor.
         """
         f = self.field
         w_y = -w[2]
@@ -131,33 +118,15 @@ class ClosedForm(PathField):
 def solve_closed_form(
     field: LightField, phase: BandPhase, y_o: float, sun: ArrayLike
 ) -> ClosedForm:
-    """Prepare the closed form for a camera.
+    """Prepare the closed form for a camera at a depth, m, which sets how far the sun is spread.
 
-    Parameters
-    ----------
-    field : LightField
-        Of the water.
-    phase : BandPhase
-        Its phase function, the one the field was solved with.
-    y_o : float
-        Depth of the camera, m: it sets how far the sun is spread.
-    sun : array_like, shape (3,)
-        Unit direction that sunlight travels to in the water, z up.
+    ``phase`` is the one that the field was solved with, ``sun`` the unit direction of sunlight in
+    the water, z up.
 
     Raises
     ------
     InputError
         If the camera is not between surface and floor.
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import parse_phase
-    >>> from .light_field import solve_light_field
-    >>> phase = parse_phase("hg:0.8").for_bands([0.1])
-    >>> field = solve_light_field([0.05], [0.1], phase.chi1, phase.chi2, [1.0], 1.0, r=0.2, y_f=9)
-    >>> water = solve_closed_form(field, phase, 5.0, (0, 0, -1))
-    >>> water.path(5.0, (1.0, 0.0, 0.0), 2.0).round(4)
-    array([0.0036])
     """
     if not 0 <= y_o <= field.y_f:
         raise InputError(

@@ -122,23 +122,10 @@ class LightField:
         up: Operand,
         m: Mathematics = NUMPY,
     ) -> tuple[Operand, Operand, Operand]:
-        """Irradiance on a patch of surface.
+        """Irradiance on a patch: the direct sun unshadowed, its light scattered forward, the rest.
 
-        Parameters
-        ----------
-        y : float or array
-            Depth of the patch.
-        sun_cosine : float or array
-            Cosine between its normal and the direction towards the in-water
-            sun; below zero the patch faces away.
-        up : float or array
-            Upward component of its normal (1 for a floor).
-
-        Returns
-        -------
-        direct, forward, diffuse
-            The direct sun, not yet shadowed by anything; the sunlight
-            scattered forward; the diffuse light.
+        ``sun_cosine`` is between its normal and the direction towards the in-water sun; below zero
+        the patch faces away. ``up`` is the upward component of its normal (1 for a floor).
         """
         facing = m.maximum(sun_cosine, 0.0) / self.mu_s * self.E
         sharp = m.exp(-self.c / self.mu_s * y)
@@ -169,24 +156,17 @@ def solve_light_field(
 ) -> LightField:
     """Solve the delta-Eddington light field between surface and floor.
 
+    Coefficients in 1/m; moments χ1 and χ2 of the phase function; E of the sun just below the
+    surface, E_sky of what the surface lets in; r of the Lambertian floor. Arrays have shape (n,).
+
     Parameters
     ----------
-    a, b : array_like, shape (n,)
-        Absorption and scattering, 1/m.
-    chi1, chi2 : array_like, shape (n,)
-        First two Legendre moments of the phase function.
-    E : array_like, shape (n,)
-        Direct downwelling sun irradiance just below the surface.
     mu_s : float
         Cosine of the in-water sun zenith angle. Taken as at least 0.01: a
         flatter sun exists only without refraction, and then without irradiance.
-    E_sky : array_like, shape (n,)
-        Diffuse irradiance that the surface transmits into the water.
     R : array_like, shape (n,)
         Internal reflectance of the surface: 0 where it is index-matched,
         :func:`.sun.diffuse_internal_reflectance` for a flat one.
-    r : array_like, shape (n,)
-        Reflectance of the Lambertian floor.
     y_f : float
         Depth of the floor, m; infinite for deep water (r has no effect).
 
@@ -199,12 +179,6 @@ def solve_light_field(
     -----
     J. H. Joseph, W. J. Wiscombe & J. A. Weinman, J. Atmos. Sci. 33, 2452 (1976),
     with f = χ2 as the forward peak.
-
-    Examples
-    --------
-    >>> field = solve_light_field([0.05], [0.1], [0.8], [0.64], [1.0], 1.0)
-    >>> field.Ed(5.0).round(2)
-    array([0.74])
     """
     quantities = {
         "absorption": (a, math.inf),
@@ -241,15 +215,6 @@ def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
     ------
     InputError
         If the column has layers.
-
-    Examples
-    --------
-    >>> from ..spectra.bands import Bands
-    >>> from ..water.phase_functions import parse_phase
-    >>> column = WaterColumn(Bands.uniform(1), 0.05, 0.1, 1.0, 1.0, (0, 0, -1), 0.0,
-    ...                      math.inf, 0.0, "none", 1.34)
-    >>> light_field_of(column, parse_phase("hg:0.8").for_bands([0.1])).Ed(5.0).round(2)
-    array([0.74])
     """
     column.require_one_layer("the closed form knows")
     R = 0.0

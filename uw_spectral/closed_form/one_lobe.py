@@ -88,15 +88,8 @@ class LobeSeries:
 def surface_fractions(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Operand]:
     """Fraction of uniform skylight that a flat surface lets in, and of upward light it sends back.
 
-    Parameters
-    ----------
-    index : float
-        Of the water against air; 1 is no surface.
-
-    Returns
-    -------
-    let_in, sent_back
-        By reciprocity ``let_in = n² (1 - sent_back)``. Interpolated to 0.3 %.
+    By reciprocity the first is n² (1 - the second). Interpolated to 0.3 %; an index of 1 is no
+    surface.
     """
     known = [x * x * (1.0 - diffuse_internal_reflectance(x)) for x in _INDICES]
     let_in = m.interpolate(index, np.array(_INDICES), np.array(known))
@@ -122,29 +115,16 @@ def plain_water(
 
     Parameters
     ----------
-    a, b : array, shape (n,)
-        Absorption and scattering, 1/m.
     g, chi2 : array, shape (n,)
         First two Legendre moments of the phase function; χ2 = g² of Henyey-Greenstein's own.
     E : array, shape (n,)
         Direct downwelling sun irradiance just below the surface.
     L_sky : array, shape (n,)
         Radiance of a uniform sky, in air.
-    sun : three floats
-        Unit direction that sunlight travels to in the water, z up.
     y_o, y_f : float
         Depths of the camera and of the floor, m; deep water has a floor far down.
-    r : array, shape (n,)
-        Reflectance of the floor.
     index : float
         Of the water against air; 1 is no surface.
-
-    Examples
-    --------
-    >>> water = plain_water(np.array([0.05]), np.array([0.1]), 0.8, 0.64, E=1.0, L_sky=0.0,
-    ...                     sun=(0.0, 0.0, -1.0), y_o=5.0, y_f=1e3, r=0.0, index=1.34)
-    >>> water.open_water(5.0, (1.0, 0.0, 0.0)).total.round(4)
-    array([0.0188])
     """
     let_in, sent_back = surface_fractions(index, m)
     field = two_stream_field(

@@ -53,14 +53,8 @@ class PathField:
     ) -> Operand:
         """Radiance L(y, w) of the unoccluded water with its floor or surface behind.
 
-        Parameters
-        ----------
-        y : float or array
-            Depth it is seen from, m.
-        w : three floats or arrays
-            Components of the unit view direction, away from the camera, z up.
-        L_surface : float or array
-            Radiance that comes down from the surface against w.
+        ``w`` is a unit vector away from the camera, z up; ``L_surface`` comes down from the surface
+        against it.
         """
         P = self.boundary(y, w, m)
         end = self.boundary_radiance(w, L_surface, m)

@@ -102,15 +102,8 @@ class SurfaceLight:
     ) -> Operand:
         """Radiance that the patch reflects.
 
-        Parameters
-        ----------
-        sun_response : float or array
-            Its radiance per normal irradiance of the sun, shadows and cosine included:
-            ``albedo / π max(sun_cosine, 0)`` of a sunlit Lambertian patch.
-        albedo : float or array
-            Its reflectance, for the light that comes from many sides.
-        sun_cosine : float or array
-            Cosine between its normal and the direction towards the in-water sun.
+        ``sun_response`` is its radiance per normal irradiance of the sun, shadows and cosine
+        included: ``albedo / π max(sun_cosine, 0)`` of a sunlit Lambertian patch.
         """
         wide = m.maximum(sun_cosine, 0.0) * self.forward + self.diffuse
         return sun_response * self.direct + albedo / math.pi * wide

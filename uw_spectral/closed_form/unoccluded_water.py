@@ -52,21 +52,7 @@ class UnoccludedWater:
         *,
         coverage: Operand = 1.0,
     ) -> Pixel:
-        """Pixel of a surface.
-
-        Parameters
-        ----------
-        y_o, y_e : float or array
-            Depths of the camera and of the surface, m.
-        w : three floats or arrays
-            Unit view direction, away from the camera, z up.
-        P : float or array
-            Distance, m.
-        L_surface : float or array
-            Radiance of the surface.
-        coverage : float or array
-            Fraction of the pixel that the surface fills; its radiances are multiplied by it.
-        """
+        """Pixel of a surface of which ``L_surface`` is the radiance, multiplied by the coverage."""
         beyond = self.radiance(y_e, w, m)
         return Pixel(self.elastic, y_o, w, P, L_surface, beyond, m, coverage=coverage)
 

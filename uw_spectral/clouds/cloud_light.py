@@ -153,13 +153,9 @@ class Clouds:
 
         The part of it that comes along the sun's beam is dimmed as that is; the rest is not.
 
-        Parameters
-        ----------
-        point : three numbers
-            m.
-        all_round : bool
-            Whether what clouds scatter out of that beam is left as well, wherever it goes: water
-            scatters it to all sides. It is that of two streams in a layer, 1 / (1 + ¾ τ (1 - g)).
+        ``all_round`` tells whether what clouds scatter out of that beam is left as well, wherever
+        it goes: water scatters it to all sides. It is that of two streams in a layer, 1 / (1 + ¾ τ
+        (1 - g)).
         """
 
         def transmittance(cloud: CloudNumbers) -> Operand:
@@ -173,12 +169,8 @@ class Clouds:
     def transmittance(self, rate: str, column: Callable[[CloudNumbers], Operand]) -> Operand:
         """Fraction of light that clouds leave, in channels.
 
-        Parameters
-        ----------
-        rate : str
-            Field of :class:`CloudNumbers`.
-        column : callable
-            Integral of the density of a cloud along the way, m.
+        ``rate`` is a field of :class:`CloudNumbers`, ``column`` the integral of the density of a
+        cloud along the way, m.
         """
         return self.m.exp(-self.group.total(lambda x: (getattr(x, rate) * column(x),))[0])
 
@@ -195,12 +187,6 @@ class Clouds:
 
         Parameters
         ----------
-        origin : three numbers
-            Where the camera is, m.
-        w : three numbers
-            Unit view direction, away from the camera.
-        P : number
-            Length of the path, m.
         s2 : number
             sin² of half the angle by which sunlight turns to travel against w.
         add, follow : callable
@@ -270,8 +256,6 @@ class Clouds:
 
         Parameters
         ----------
-        ray : callable
-            The way through each cloud.
         places : callable
             Distances of the beginning, the middle and the end of a step along it, m.
         ends : number, number, int
@@ -343,19 +327,9 @@ class Clouds:
     ) -> Callable[[Operand, Operand], tuple[Operand, Sequence[Operand]]]:
         """Return the same for a cloud with a grid, of which each step knows what is before it.
 
-        Parameters
-        ----------
-        ray, places : callable
-            Of :meth:`steps`.
-        path : three numbers, three numbers
-            Where the ray begins, m, and its unit direction.
-        source : callable
-            As there, of a place, its distance, and what the nodes have there.
-
-        Returns
-        -------
-        callable
-            Column of a step, what it scatters, and its column times the distance.
+        Arguments as of :meth:`steps`, but for the ``path``, where the ray begins and its direction;
+        ``source`` also gets the place, and what the nodes have there. A step gives its column, what
+        it scatters, and its column times the distance.
         """
         m, grid = self.m, cloud.grid
         assert grid is not None, "a cloud with a grid"

@@ -28,10 +28,6 @@ def daylit_fractions(
 
     Parameters
     ----------
-    origin, w : three numbers
-        Where the camera is, m, and the unit view direction.
-    P : number
-        Length of the path, m.
     rate : number
         At which sunlight that is scattered once falls off along it, 1/m:
         :meth:`.ChannelWater.falling_off`.

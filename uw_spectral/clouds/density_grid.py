@@ -120,15 +120,7 @@ class Grid:
     def towards_sun(
         self, point: Sequence[Operand], back: Sequence[Operand], m: Mathematics = NUMPY
     ) -> Operand:
-        """Integral of the density from a place towards the sun, m.
-
-        Parameters
-        ----------
-        point : three numbers
-            In the box or outside it, m.
-        back : three numbers
-            Unit direction to the sun.
-        """
+        """Integral of the density from a place towards the sun, m."""
         entry, end = self.crossing(point, back, m)
         start = m.maximum(entry, 0.0 * entry)
         _, column, _ = self.at([x + d * start for x, d in zip(point, back, strict=True)], m)
@@ -138,17 +130,7 @@ class Grid:
         self, number: Operand, lamp: Sequence[Operand], way: Sequence[Operand],
         m: Mathematics = NUMPY,
     ) -> Operand:  # fmt: skip
-        """Integral of the density from a lamp over a way, m.
-
-        Parameters
-        ----------
-        number : number
-            Of the lamp.
-        lamp : three numbers
-            Where it is, m.
-        way : three numbers
-            To a place in the box or outside it, m.
-        """
+        """Integral of the density from a lamp over a way, m."""
         assert self.lamps is not None, "there are lamps"
         point, back = [x + d for x, d in zip(lamp, way, strict=True)], [-d for d in way]
         entry, end = self.crossing(point, back, m)
@@ -160,13 +142,7 @@ class Grid:
 
 
 def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> RayInBlob:
-    """Return the Gaussian whose integral along a ray has the same moments.
-
-    Parameters
-    ----------
-    column, first, second : number
-        Integrals of the density, of it times the distance, and of it times its square.
-    """
+    """Return the Gaussian of a density's integrals along a ray, times distance to 0, 1 and 2."""
     mass = m.maximum(column, _EMPTY)
     middle = first / mass
     spread = m.sqrt(m.maximum(second / mass - middle * middle, _EMPTY))
@@ -248,13 +224,7 @@ class DensityGrid:
     def lit(self, sun: ArrayLike, transport: float, lamps: Sequence[Sequence[float]] = ()) -> Grid:
         """Return what formulas need of it.
 
-        Parameters
-        ----------
-        sun : array_like, shape (3,)
-            Unit direction that sunlight travels to, z up.
-        transport : float
-            Of :func:`escape_column`.
-        lamps : sequence of places, m
+        ``transport`` is that of :func:`escape_column`; ``sun`` the unit direction of sunlight.
         """
         found = (
             self.density,
@@ -355,12 +325,8 @@ def _moved(values: Array, by: int, axis: int) -> Array:
 def escape_column(outwards: Array, transport: float) -> Array:
     """Length of matter that lets through as much as what leaves to all sides does on average.
 
-    Parameters
-    ----------
-    outwards : array, shape (14, ...)
-        Integrals of the density along :data:`WAYS`, m.
-    transport : float
-        What keeps light at density 1, 1/m.
+    ``outwards`` (14, ...) are integrals of the density along :data:`WAYS`, m; ``transport`` keeps
+    light at density 1, 1/m.
     """
     if transport <= 0:
         return np.tensordot(WEIGHTS, outwards, 1)

@@ -75,14 +75,9 @@ class GaussianBlob:
 
     @classmethod
     def of_axes(cls, middle: ArrayLike, axes: ArrayLike) -> GaussianBlob:
-        """Return the blob whose outline has three half axes.
+        """Return the blob whose outline has three half axes, as columns, m.
 
-        Parameters
-        ----------
-        middle : array_like, shape (3,)
-            m.
-        axes : array_like, shape (3, 3)
-            Half axes as columns, m, from the middle to where the density is e^-2.
+        They go from the middle to where the density is e^-2.
 
         Raises
         ------
@@ -132,23 +127,7 @@ class GaussianBlob:
         *,
         nearly: bool = False,
     ) -> RayInBlob:
-        """Return the density along a ray.
-
-        Parameters
-        ----------
-        origin : three numbers
-            Where it begins, m.
-        w : three numbers
-            Its unit direction.
-        nearly : bool
-            Of :class:`RayInBlob`.
-
-        Examples
-        --------
-        >>> blob = GaussianBlob.of_axes((0, 0, -5), 2.0 * np.eye(3))
-        >>> float(blob.along((0, -9, -5), (0, 1, 0)).whole) / (2 * np.pi) ** 0.5
-        1.0
-        """
+        """Return the density along a ray."""
         q = self.own(w)
         return self._along(origin, q, dot(q, q), m, nearly=nearly)
 

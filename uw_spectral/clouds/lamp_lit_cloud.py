@@ -68,12 +68,8 @@ class LampAndClouds:
     ) -> Operand:
         """Return the light of the lamp along the ray, in channels.
 
-        Parameters
-        ----------
-        light : ChannelLight
-            Of the lamp in the water, and in clouds.
-        integrate, add, follow : callable
-            Add up the terms of the quadratures, and of the steps through blobs and grids.
+        ``integrate``, ``add`` and ``follow`` add up the terms of the quadratures, and the steps
+        through blobs and grids.
         """
         m, lamp, past = self.clouds.m, self.lamp, self.past
         t0 = m.maximum(past.t0, 0.0)

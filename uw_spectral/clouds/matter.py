@@ -54,14 +54,7 @@ def suspended_matter(
 ) -> SuspendedMatter:
     """Return a constituent at a concentration.
 
-    Parameters
-    ----------
-    constituent : str
-        One of :data:`UNITS`.
-    concentration : float
-        In its unit. The scattering of phytoplankton grows less than its chlorophyll does.
-    wavelengths : array_like, shape (n,)
-        nm.
+    The scattering of phytoplankton grows less than its chlorophyll does.
 
     Raises
     ------
@@ -71,14 +64,6 @@ def suspended_matter(
     Notes
     -----
     What bubbles only diffract counts as not scattered, see :mod:`.bubbles`.
-
-    Examples
-    --------
-    >>> silt = suspended_matter("minerals", 10.0, [550.0])
-    >>> silt.scattering.round(2), silt.absorption.round(3)
-    (array([6.7]), array([0.083]))
-    >>> suspended_matter("bubbles", 1.0, [550.0]).scattering.round(2)
-    array([1.25])
     """
     if constituent not in UNITS:
         raise unknown_name("constituent of a cloud", constituent, UNITS)

@@ -51,16 +51,9 @@ def cloud_numbers(
 ) -> CloudNumbers:
     """Return what a pixel needs of a cloud.
 
-    Parameters
-    ----------
-    field : SolvedField
-        Of the water around it.
-    distance : float
-        About how far it is from the camera, m.
-    by_lamps : array_like, shape (n,), optional
-        Irradiance of lamps there, see :func:`lamplight_on`.
-    lamps : sequence of Lamp
-        That shine on it, in the order of their numbers.
+    ``distance`` is about how far it is from the camera, m; ``by_lamps`` (n,) the irradiance of
+    lamps there (:func:`lamplight_on`), ``lamps`` those that shine on it, in the order of their
+    numbers.
     """
     matter, blunt = cloud.matter, blunt_phase(cloud.matter.phase)
     y = float(np.clip(-float(cloud.blob.middle[2]), _SHALLOWEST, field.floor_depth))

@@ -31,12 +31,6 @@ def veiled(
 
     Parameters
     ----------
-    pixel : ChannelPixel
-        Without them.
-    y_o : number
-        Depth of the camera, m.
-    w : three numbers
-        Unit view direction, away from the camera.
     around : channels, optional
         Light from about the object, over the fraction of the pixel that it fills; its own without.
     coverage : number

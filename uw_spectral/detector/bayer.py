@@ -33,23 +33,12 @@ def filter_of_pixels(shape: tuple[int, int], pattern: str) -> NDArray[np.intp]:
 
 
 def mosaic(channels: ArrayLike, pattern: str) -> NDArray[np.float64]:
-    """Return what the pixels behind their filters see.
-
-    Parameters
-    ----------
-    channels : array_like, shape (height, width, 3)
-    pattern : str
-        One of :data:`PATTERNS`.
+    """Return what the pixels behind their filters see, of channels (height, width, 3).
 
     Raises
     ------
     InputError
         If the pattern is unknown, or there are not three channels.
-
-    Examples
-    --------
-    >>> mosaic(np.broadcast_to([1.0, 2.0, 3.0], (2, 2, 3)), "GRBG").tolist()
-    [[2.0, 1.0], [3.0, 2.0]]
     """
     values = np.asarray(channels, dtype=np.float64)
     if values.ndim != 3 or values.shape[2] != 3:

@@ -46,19 +46,12 @@ def write_dng(
 
     Parameters
     ----------
-    path : Path
-        Replaced in one step once its content is complete.
-    counts : array of uint16, shape (height, width)
-    detector : Detector
-        Its black level, and where it is full.
     pattern : str
         One of :data:`.bayer.PATTERNS`.
     xyz_to_camera : array_like, shape (3, 3)
         From CIE XYZ under D65 to the camera's channels before white balance, to a factor.
     neutral : array_like, shape (3,)
         What the channels see of grey, to a factor.
-    camera, software : str
-        Their names.
     iso : float, optional
         That the picture was taken at; the base ISO of the detector by default.
 

@@ -143,23 +143,13 @@ def raw_counts(
     ----------
     electrons : array_like, shape (height, width)
         Photoelectrons that are expected in each pixel, with exposure and vignetting.
-    seed : int
-        Of the picture's noise; the same seed makes the same picture.
     exposure_time : float
         s; for the dark current.
-    iso : float, optional
-        The base ISO by default.
 
     Raises
     ------
     InputError
         If there are negative or infinite electrons, or time or ISO are out of their domain.
-
-    Examples
-    --------
-    >>> still = Detector(read_noise=0.0, shot_noise=False, gain=0.5, black_level=10)
-    >>> raw_counts([[0.0, 100.0, 1e9]], still, seed=0).tolist()
-    [[10, 60, 4095]]
     """
     mean = _expected(electrons, detector, exposure_time)
     random = np.random.default_rng([seed, 1])

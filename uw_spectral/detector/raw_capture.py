@@ -78,12 +78,6 @@ def capture(
     ------
     InputError
         If vignetting lacks the camera, or a value is out of its domain.
-
-    Examples
-    --------
-    >>> still = Detector(1000.0, 0.0, 0.0, 1.0, 10, 0.0, shot_noise=False)
-    >>> capture(np.full((1, 2, 3), 0.5), RawSettings(still, 1.0, pattern="RGGB")).tolist()
-    [[500, 500]]
     """
     values = np.maximum(np.asarray(channels, dtype=np.float64), 0.0)
     if values.ndim != 3 or values.shape[2] != 3:

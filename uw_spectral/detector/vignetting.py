@@ -45,23 +45,12 @@ class Vignetting:
     ) -> NDArray[np.float64]:
         """Return the fraction of each pixel, shape (height, width).
 
-        Parameters
-        ----------
-        size : two ints
-            Width and height, pixels.
-        focal, centre : two floats
-            Focal lengths fx, fy and principal point cx, cy in pixels from the upper left corner.
+        Focal lengths fx, fy and principal point cx, cy are in pixels from the upper left corner.
 
         Raises
         ------
         InputError
             If a fraction is negative.
-
-        Examples
-        --------
-        >>> fraction = Vignetting().fraction((3, 1), (1.0, 1.0), (1.5, 0.5))
-        >>> fraction.round(3).tolist()
-        [[0.25, 1.0, 0.25]]
         """
         width, height = size
         x = np.arange(width) + 0.5 - centre[0]

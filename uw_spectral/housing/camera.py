@@ -27,8 +27,6 @@ class LensCamera:
 
     Parameters
     ----------
-    width, height : int
-        Pixels.
     fx, fy, cx, cy : float
         Focal lengths and principal point, pixels.
 
@@ -36,12 +34,6 @@ class LensCamera:
     ------
     InputError
         If the picture is empty, or a focal length not positive.
-
-    Examples
-    --------
-    >>> camera = LensCamera(640, 480, 320.0, 320.0, 320.0, 240.0)
-    >>> camera.project([0.5, -0.25, 2.0]).round(6).tolist()
-    [400.0, 200.0]
     """
 
     width: int
@@ -64,12 +56,8 @@ class LensCamera:
     def project(self, directions: ArrayLike, wavelength: ArrayLike | None = None) -> Array:
         """Image coordinates, shape (..., 2), of directions in air, shape (..., 3).
 
-        Parameters
-        ----------
-        directions : array_like
-            Of any length; NaN comes of those that the lens does not see.
-        wavelength : array_like, optional
-            nm, shape (...); that of the lens's distortion by default.
+        NaN comes of directions that the lens does not see. Wavelengths in nm; that of the lens's
+        distortion by default.
         """
         image = self.lens.image(directions)
         if wavelength is not None:

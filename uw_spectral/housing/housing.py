@@ -49,20 +49,10 @@ class Housing:
         )
 
     def ray_in_water(self, pixels: ArrayLike, wavelength: ArrayLike) -> tuple[Array, Array]:
-        """Where the rays of pixels leave the port, and where they go.
+        """Where the rays of pixels leave the port, and where they go, by wavelength in nm.
 
-        Parameters
-        ----------
-        pixels : array_like, shape (..., 2)
-            Image coordinates.
-        wavelength : array_like
-            nm, shape (...) or any that goes with it.
-
-        Returns
-        -------
-        origins, directions : array, shape (..., 3)
-            Points of the outer face, and unit directions in the water; NaN for pixels that see
-            nothing through the port.
+        Points of the outer face and unit directions in the water, each (..., 3); NaN for pixels
+        that see nothing through the port.
         """
         given, nm = _together(pixels, wavelength)
         return self._traced(self.camera.directions(given, nm), nm)
@@ -77,19 +67,10 @@ class Housing:
         return np.where(seen, origins, np.nan), np.where(seen, there, np.nan)
 
     def project(self, points: ArrayLike, wavelength: ArrayLike) -> Array:
-        """Image coordinates of points in the water.
+        """Image coordinates, shape (..., 2), of points in the water, (..., 3), by wavelength in nm.
 
-        Parameters
-        ----------
-        points : array_like, shape (..., 3)
-        wavelength : array_like
-            nm, shape (...) or any that goes with it.
-
-        Returns
-        -------
-        array, shape (..., 2)
-            NaN for points that are not finite, not in the water before the port, or not seen by
-            the lens.
+        NaN for points that are not finite, not in the water before the port, or not seen by the
+        lens.
         """
         given, nm = _together(points, wavelength)
         axis, indices = self.port.axis, self._indices(nm)

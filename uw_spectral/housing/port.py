@@ -41,20 +41,10 @@ class Port(Protocol):
         ...
 
     def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
-        """Trace a ray from the pupil to the outer face.
+        """Trace a ray from the pupil, by its angle to the axis in air, to the outer face.
 
-        Parameters
-        ----------
-        angle : array
-            To the axis in air, 0 to π; NaN comes of rays that do not meet the port.
-        glass, water : array
-            Refractive indices.
-
-        Returns
-        -------
-        along, across, angle : array
-            Place on the outer face by its distance along the axis and from it, and the angle to
-            the axis in the water.
+        Three values: its place there along the axis and across it, and its angle to the axis in the
+        water. NaN comes of rays that do not meet the port.
         """
         ...
 
@@ -125,14 +115,8 @@ class FlatPort:
     ) -> FlatPort:
         """Return a port whose normal is turned away from the optical axis.
 
-        Parameters
-        ----------
-        distance, thickness, glass
-            As of the class.
-        degrees : float
-            Angle between normal and optical axis.
-        towards : float
-            Degrees, from the right of the picture (0) to below (90).
+        The normal leans ``towards`` an angle from the right of the picture (0) to below (90); both
+        in degrees.
         """
         tilt, turn = math.radians(degrees), math.radians(towards)
         side = math.sin(tilt)

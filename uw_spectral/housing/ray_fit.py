@@ -50,22 +50,10 @@ def fit_rays(housing: Housing, wavelength: float) -> RayFit:
 
     Where the port shows nothing the fit goes on as it likes.
 
-    Parameters
-    ----------
-    wavelength : float
-        nm.
-
     Raises
     ------
     InputError
         If less than a tenth of the picture sees anything through the port.
-
-    Examples
-    --------
-    >>> from underwater_spectral.uw_spectral.housing import FlatPort, LensCamera
-    >>> camera = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
-    >>> fit_rays(Housing(camera, FlatPort(0.03, 0.008)), 550.0).error < 1e-3
-    True
     """
     size = np.array([housing.camera.width, housing.camera.height])
     checked = _seen(housing, np.linspace(-1.0, 1.0, _CHECKED), wavelength)

@@ -87,8 +87,6 @@ def field_needed(
     ----------
     nearest : float
         Distance from the port of the nearest object, m.
-    wavelengths : array_like
-        nm, all that are warped.
     position : three floats, optional
         Of the pinhole; :func:`viewpoint` by default.
     finest : bool
@@ -154,32 +152,14 @@ def intrinsics_in_water(
     Software that knows no ports takes it for the camera: what a calibration in water finds. Its
     picture has the size of the camera's; what it cannot hold of lens and port is the error.
 
-    Parameters
-    ----------
-    wavelength : float
-        nm.
-    distance : float
-        Of objects from the port, m, at which it fits best.
-    distorted : bool
-        Whether it has a lens of Brown and Conrady's five coefficients.
-
-    Returns
-    -------
-    error : float
-        Root mean square, pixels, over the picture.
+    The fit is best for objects at a distance from the port, m; if ``distorted``, it has a lens of
+    Brown and Conrady's five coefficients. The error is the root mean square over the picture,
+    pixels.
 
     Raises
     ------
     InputError
         If the picture sees nothing through the port, or more than a half-space.
-
-    Examples
-    --------
-    >>> from underwater_spectral.uw_spectral.housing import FlatPort
-    >>> camera = LensCamera(200, 200, 4000.0, 4000.0, 100.0, 100.0)
-    >>> view, error = intrinsics_in_water(Housing(camera, FlatPort(0.03, 0.0)), 550.0)
-    >>> round(view.camera.fx / camera.fx, 3), round(error, 3)
-    (1.341, 0.005)
     """
     position, grid = viewpoint(housing, wavelength), _grid(housing.camera)
     origins, w = housing.ray_in_water(grid, wavelength)

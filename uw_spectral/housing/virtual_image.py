@@ -18,30 +18,12 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
     It holds along the axis of the port; for a dome, whose pupil lies beside the optical axis, along
     the line through its centre that is parallel to that.
 
-    Parameters
-    ----------
-    distance : array_like
-        Of the object from the pupil, m; infinite is allowed.
-    wavelength : array_like
-        nm.
-
-    Returns
-    -------
-    array
-        m; infinite for an object at infinity behind a flat port.
+    Distances from the pupil, m; infinite for an object at infinity behind a flat port.
 
     References
     ----------
     E. Hecht, Optics, 5.2. For far objects a thin dome of radius R images at R / (n - 1) before its
     face, some three radii.
-
-    Examples
-    --------
-    >>> from underwater_spectral.uw_spectral.housing import Glass, LensCamera
-    >>> camera = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
-    >>> thin = DomePort(0.1, 0.0)
-    >>> focus_distance(Housing(camera, thin), np.inf, 550.0).round(3).item()
-    0.393
     """
     port = housing.port
     if isinstance(port, NoPort):
@@ -71,19 +53,7 @@ def defocus_factor(housing: Housing, distance: float, wavelength: float) -> floa
     An object is blurred by the difference of the inverse distances of its image and of the focus,
     and the port changes these; close to the index of water for any port.
 
-    Parameters
-    ----------
-    distance : float
-        Of the focus from the pupil, m, in water.
-    wavelength : float
-        nm.
-
-    Examples
-    --------
-    >>> from underwater_spectral.uw_spectral.housing import FlatPort, LensCamera
-    >>> camera = LensCamera(1920, 1080, 1400.0, 1400.0, 960.0, 540.0)
-    >>> round(defocus_factor(Housing(camera, FlatPort(0.001, 0.0)), 2.0, 550.0), 2)
-    1.34
+    ``distance`` is that of the focus from the pupil, m, in water.
     """
     ends = np.array([distance, 2.0 * distance])
     near, far = 1.0 / focus_distance(housing, ends, wavelength)

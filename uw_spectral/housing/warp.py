@@ -68,14 +68,7 @@ def seen_places(
 ) -> SeenPlaces:
     """Find what each pixel through the port sees.
 
-    Parameters
-    ----------
-    view : PinholeView
-        Of :func:`.field_needed`.
-    depth : array_like, shape (rows, columns)
-        Planar depth of the pinhole picture, m; infinite in open water.
-    wavelength : float
-        nm.
+    ``depth`` is the planar depth of the picture of :func:`field_needed`, m; infinite in open water.
 
     Raises
     ------
@@ -113,21 +106,10 @@ def warped(
     wavelengths: ArrayLike,
     sampling: Sampling = "cubic",
 ) -> Array:
-    """Return a picture of bands or channels as it is seen through the port.
+    """Return a picture of n bands or channels as it is seen through the port, (height, width, n).
 
-    Parameters
-    ----------
-    picture : array_like, shape (rows, columns, n)
-        By the pinhole.
-    depth, housing, view
-        As of :func:`seen_places`.
-    wavelengths : array_like, shape (n,)
-        nm, of each band; of a channel, its :func:`effective_wavelength`.
-
-    Returns
-    -------
-    array, shape (height, width, n)
-        NaN where the port shows nothing.
+    Depth as of :func:`seen_places`; a channel has its :func:`effective_wavelength`. NaN where the
+    port shows nothing.
 
     Raises
     ------
@@ -156,23 +138,10 @@ def warped_flow(
     view: PinholeView,
     wavelength: float,
 ) -> Array:
-    """Return the optical flow through the port, of that of the pinhole's pictures.
+    """Return the optical flow through the port, of that of the pinhole's pictures, in pixels.
 
-    Parameters
-    ----------
-    places : SeenPlaces
-        Of the first picture.
-    flow : array_like, shape (rows, columns, 2)
-        Of the pinhole's first picture to its second, pixels.
-    next_depth : array_like, shape (rows, columns)
-        Planar depth, m, of what each pixel of the *first* picture shows, when the second is taken.
-    housing, view, wavelength
-        As of :func:`seen_places`.
-
-    Returns
-    -------
-    array, shape (height, width, 2)
-        Pixels; NaN for what leaves the field.
+    ``places`` and ``flow`` are of the first picture; ``next_depth`` is the planar depth, m, of what
+    each pixel of the *first* picture shows when the second is taken. NaN for what leaves the field.
     """
     there = places.places + places.sampled(flow, "linear")
     inverse = places.sampled(_inverse(next_depth, view), "linear")
@@ -183,19 +152,9 @@ def warped_flow(
 
 
 def effective_wavelength(centres: ArrayLike, weights: ArrayLike) -> Array:
-    """Mean wavelength of channels, nm.
+    """Mean wavelength of channels, nm, by what each band adds to them, (n, channels).
 
-    Parameters
-    ----------
-    centres : array_like, shape (n,)
-        Of bands, nm.
-    weights : array_like, shape (n, channels)
-        What each band adds to each channel: response times light; negative ones count as none.
-
-    Examples
-    --------
-    >>> effective_wavelength([400, 500, 600], [[1, 0], [1, 0], [0, 2]]).tolist()
-    [450.0, 600.0]
+    That is response times light; negative ones count as none.
     """
     fraction = np.maximum(np.asarray(weights, dtype=np.float64), 0.0)
     return np.asarray(centres, dtype=np.float64) @ fraction / fraction.sum(axis=0)
@@ -204,19 +163,9 @@ def effective_wavelength(centres: ArrayLike, weights: ArrayLike) -> Array:
 def sample(picture: ArrayLike, places: Array, sampling: Sampling = "cubic") -> Array:
     """Return values of a picture at image coordinates; NaN where these are.
 
-    Parameters
-    ----------
-    picture : array_like, shape (rows, columns, ...)
-    places : array, shape (..., 2)
-        Beyond the outermost pixels' centres these are repeated.
-    sampling : str
-        ``"cubic"`` is Catmull and Rom's, which is kept between the least and the most of the 16
-        pixels that it is made of: beside something bright nothing becomes negative.
-
-    Examples
-    --------
-    >>> sample([[0.0, 1.0, 2.0, 3.0]], np.array([[2.25, 0.5]])).tolist()
-    [1.75]
+    Beyond the outermost pixels' centres these are repeated. ``"cubic"`` is Catmull and Rom's, kept
+    between the least and the most of the 16 pixels that it is made of: beside something bright
+    nothing becomes negative.
     """
     values = np.asarray(picture)
     known = np.isfinite(places).all(axis=-1)

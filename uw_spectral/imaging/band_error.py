@@ -43,14 +43,7 @@ def colour_error(view: Viewpoint, reference: Viewpoint, distance: float = 2.0) -
     :data:`PATCHES` at a distance before it, each developed as the renderer
     would, automatic exposure included.
 
-    Parameters
-    ----------
-    view : Viewpoint
-        With the bands in question.
-    reference : Viewpoint
-        The same with :data:`.description.REFERENCE_BANDS` or so.
-    distance : float
-        Distance of the patches in m.
+    The reference is the same with many bands, :data:`.description.REFERENCE_BANDS` or so.
 
     Raises
     ------

@@ -81,13 +81,7 @@ class OptimisedBands:
 
 @dataclass(frozen=True, eq=False)
 class FittedViewpoint(Viewpoint):
-    """A camera whose weights are fitted: see :func:`fitted_reduction`.
-
-    Parameters
-    ----------
-    reference : Viewpoint
-        The same with many bands.
-    """
+    """A camera whose weights are fitted: see :func:`fitted_reduction`."""
 
     reference: Viewpoint = dataclasses.field(kw_only=True)
 
@@ -128,14 +122,6 @@ def optimised_bands(
     ------
     InputError
         If the count is not 1 to 512, or there is no light.
-
-    Examples
-    --------
-    >>> from .description import REFERENCE_BANDS, BandsDescription, Description
-    >>> from .optics import resolve
-    >>> many = resolve(Description(bands=BandsDescription(REFERENCE_BANDS)))
-    >>> optimised_bands(3, many.viewpoint(5.0)).bands.centres
-    array([447.5, 532.5, 602.5])
     """
     if not depths:
         raise InputError("optimised bands: give at least one depth")
@@ -168,18 +154,8 @@ def fitted_reduction(view: Viewpoint, reference: Viewpoint) -> SensorReduction:
     depth gets exactly the colour that the reference gives it, and so keeps
     white balance and exposure.
 
-    Parameters
-    ----------
-    view : Viewpoint
-        With the bands in question, any bands.
-    reference : Viewpoint
-        The same with :data:`.description.REFERENCE_BANDS` or so; its white
-        balance and exposure count.
-
-    Returns
-    -------
-    SensorReduction
-        ``matrix``, ``white`` and ``delta_e`` are those of the reference.
+    The reference is the same viewpoint with many bands; its white balance and exposure count, and
+    ``matrix``, ``white`` and ``delta_e`` of the result are its own.
 
     Raises
     ------

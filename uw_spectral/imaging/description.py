@@ -34,12 +34,8 @@ class WaterDescription:
     water : str, Constituents, Water or Profile of either
         Text as :func:`.parse_water` takes it. Constituents keep the parts of
         their phase function whatever the amounts, so that these can be animated.
-    source : str
-        Publication of a Jerlov type.
     second : str or Water
         What is mixed in; empty for nothing.
-    second_fraction : float
-        Its share, 0 to 1.
     concentration : float
         Factor on all that is in the water beside the water itself.
     absorption_factor, scattering_factor : float
@@ -100,10 +96,6 @@ class SurfaceDescription:
 
     Parameters
     ----------
-    kind : str
-        One of :data:`.SURFACES`.
-    refractive_index : float
-        Of the water against air.
     slope_variance : float
         Mean square slope of waves, over which the light is averaged:
         :attr:`.WaveSpectrum.mean_square_slope`.

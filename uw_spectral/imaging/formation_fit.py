@@ -81,17 +81,6 @@ def fit_formation(
     References
     ----------
     D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 20; CVPR 2019, Eq. 10 and 11.
-
-    Examples
-    --------
-    >>> z = np.tile(np.linspace(0.5, 15.0, 30), 2)
-    >>> surfaces = np.repeat([BLACK, 1], 30)
-    >>> I = 0.5 * (surfaces == 1) * np.exp(-0.2 * z) + 0.1 * (1 - np.exp(-0.3 * z))
-    >>> found = fit_formation(I[:, None], z, surfaces)
-    >>> round(found.B_inf[0], 4)
-    0.1
-    >>> [float(beta[0].at(5.0).round(4)) for beta in (found.beta_direct, found.beta_backscatter)]
-    [0.2, 0.3]
     """
     seen, z = np.asarray(values, np.float64), np.asarray(z, np.float64)
     if seen.ndim != 2 or z.shape != seen.shape[:1]:

@@ -111,16 +111,12 @@ def compute_image_formation(
 
     Parameters
     ----------
-    depth : float
-        Of the camera, m.
     direction : three floats
         View direction, z up; its length does not count.
     ranges : array_like, shape (m,)
         Euclidean ranges, m; those beyond surface or floor are left out.
     reflectance : Spectrum, optional
         Of the object, lit by Ed of its depth; grey by default.
-    streams : int
-        Of the solution.
 
     Raises
     ------
@@ -130,18 +126,6 @@ def compute_image_formation(
     References
     ----------
     D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
-
-    Examples
-    --------
-    >>> from .description import CameraDescription, Description, WaterDescription
-    >>> from .optics import resolve
-    >>> camera = CameraDescription("Nikon D7000")
-    >>> reef = resolve(Description(WaterDescription("jerlov:IB"), camera=camera))
-    >>> found = compute_image_formation(reef, 5.0, ranges=[1.0, 5.0, 20.0])
-    >>> found.channels.beta_direct.round(3)
-    array([[0.191, 0.106, 0.092],
-           [0.169, 0.104, 0.092],
-           [0.129, 0.102, 0.091]])
     """
     view = optics.viewpoint(depth)
     length = float(np.linalg.norm(direction))
@@ -177,17 +161,7 @@ def compute_image_formation(
 def ranges_in_water(
     optics: ResolvedOptics, depth: float, w: Sequence[float], ranges: ArrayLike = RANGES
 ) -> Array:
-    """Return the ranges, in order, at which a ray has reached neither surface nor floor.
-
-    Parameters
-    ----------
-    depth : float
-        m.
-    w : three floats
-        Unit view direction, z up.
-    ranges : array_like, shape (m,)
-        m.
-    """
+    """Return the ranges, in order, at which a ray has reached neither surface nor floor."""
     z = np.sort(np.asarray(ranges, dtype=np.float64))
     ends = depth - w[2] * z
     return z[(ends > 0) & (ends < optics.column.floor_depth)]

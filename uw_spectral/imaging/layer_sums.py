@@ -63,30 +63,13 @@ def transmittance_ratio(direct: ArrayLike, scene: ArrayLike) -> Array:
 def unscattered(
     drawn: ArrayLike, c: ArrayLike, drawn_c: ArrayLike, z: ArrayLike
 ) -> tuple[Array, Array, Array, Array]:
-    """Take apart the light of objects that a renderer drew without the forward peak.
+    """Return J, D, F and T of light that a renderer drew without the forward peak.
 
     A renderer that counts light which turns by a few degrees as unscattered draws
     J exp(-c' z), of which J exp(-c z) is direct, and the rest forward-scattered.
 
-    Parameters
-    ----------
-    drawn : array_like, shape (..., n)
-        Light of objects at the camera.
-    c, drawn_c : array_like, shape (..., n)
-        Mean extinction of the path, and c' that was drawn, 1/m.
-    z : array_like, shape (...)
-        Range, m; infinite where nothing is seen.
-
-    Returns
-    -------
-    J, D, F, T : array, shape (..., n)
-        Where next to nothing is left of J, it is not known and 0.
-
-    Examples
-    --------
-    >>> J, D, F, T = unscattered([0.5], [0.2], [0.1], 5.0)
-    >>> [float(x[0].round(4)) for x in (J, D, F, T)]
-    [0.8244, 0.3033, 0.1967, 0.3679]
+    Coefficients are mean extinctions of the path, c and the c' that was drawn, 1/m; the range is
+    infinite where nothing is seen. Where next to nothing is left of J, it is not known and 0.
     """
     z = np.asarray(z, np.float64)[..., None]
     seen = np.isfinite(z)

@@ -16,12 +16,7 @@ def without_open_water(
     Where a pixel shows some open water, that is taken to be as in the pixels about it; water before
     an object belongs to the object.
 
-    Parameters
-    ----------
-    picture : array, shape (height, width, 3)
-        Linear.
-    alpha : array, shape (height, width)
-        What fraction of a pixel is no open water.
+    ``alpha`` is what fraction of a pixel is no open water.
     """
     fraction = np.clip(alpha, 0.0, 1.0)[..., None]
     left = picture - (1.0 - fraction) * _water_behind(picture, fraction)

@@ -80,8 +80,6 @@ class ResolvedOptics(ComparedByContent):
         The layers of the water; one, where it does not differ with depth.
     floor : Spectrum
         Reflectance of the floor.
-    bands : Bands
-        The n bands.
     phase : BandPhase
         Phase function on the bands, of the first layer.
     excitation : Excitation, optional
@@ -124,12 +122,8 @@ class ResolvedOptics(ComparedByContent):
     ) -> Viewpoint:
         """Return the camera at a depth in m.
 
-        Parameters
-        ----------
-        stops : float, optional
-            Exposure instead of the description's, such as that of another camera.
-        lamplight : array, shape (n,), optional
-            Irradiance that lamps put on objects before the camera.
+        ``stops`` are those of another camera, say, instead of the description's; ``lamplight`` (n,)
+        is the irradiance that lamps put on objects before this one.
 
         Raises
         ------

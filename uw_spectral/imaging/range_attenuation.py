@@ -62,14 +62,7 @@ class RangeAttenuation:
 
 
 def fit_range_attenuation(z: ArrayLike, beta: ArrayLike) -> RangeAttenuation:
-    """Fit the curve to attenuation coefficients, by least squares of the relative error.
-
-    Parameters
-    ----------
-    z : array_like, shape (m,)
-        Ranges, m; four at least.
-    beta : array_like, shape (m,)
-        1/m, positive.
+    """Fit the curve to coefficients, 1/m, at four ranges or more, m, by the relative error.
 
     Raises
     ------
@@ -104,11 +97,7 @@ def least_squares(error: Callable[[Array], Array], start: Array) -> Array:
 
     The method of Levenberg and Marquardt with Marquardt's scaling; slopes are differences.
 
-    Parameters
-    ----------
-    error : callable
-        From parameters, shape (p,), to errors, shape (m,).
-    start : array, shape (p,)
+    ``error`` takes parameters (p,) to errors (m,).
 
     References
     ----------

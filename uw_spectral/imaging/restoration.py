@@ -35,8 +35,6 @@ def remove_water(
         Linear values I of the sensor's channels, before white balance.
     z : array_like, shape (...)
         Euclidean ranges, m; infinite where open water is seen, which becomes black.
-    formation : Formation
-        Of the same channels, in the same unit.
     least : float
         Transmittance that is not gone below, so that noise of what is hardly seen stays bounded.
 
@@ -48,16 +46,6 @@ def remove_water(
     References
     ----------
     D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 8.
-
-    Examples
-    --------
-    >>> from .formation_fit import FormationFit
-    >>> from .range_attenuation import RangeAttenuation
-    >>> clear = (RangeAttenuation(0.1, 0.0, 0.1, 0.0),)
-    >>> fit = FormationFit(clear, clear, (0.5,))
-    >>> I = 0.3 * np.exp(-0.2 * 4.0) + 0.5 * (1 - np.exp(-0.2 * 4.0))
-    >>> remove_water([I], 4.0, fit).round(12)
-    array([0.3])
     """
     seen, z = np.asarray(values, dtype=np.float64), np.asarray(z, dtype=np.float64)
     if seen.shape[:-1] != z.shape:

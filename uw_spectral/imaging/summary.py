@@ -45,13 +45,8 @@ class Readouts:
 def readouts(view: Viewpoint, reference: Viewpoint) -> Readouts:
     """All read-outs of a water.
 
-    Parameters
-    ----------
-    view : Viewpoint
-        With the bands of the renderer.
-    reference : Viewpoint
-        The same with :data:`.description.REFERENCE_BANDS` bands; everything but the colour
-        error is read from it.
+    The reference has :data:`.description.REFERENCE_BANDS`; all but the colour error is read from
+    it.
 
     Raises
     ------

@@ -28,7 +28,7 @@ _SHORT = 1e-3  # optical length over which a slope is taken
 def sighting_range(
     c: ArrayLike, background: ArrayLike, contrast: float = LIMINAL_CONTRAST
 ) -> float:
-    """Distance at which a black target fades into the water, looking level.
+    """Distance, m, at which a black target fades into the water, looking level.
 
     The difference between the radiance of a target and of the water behind it
     decays as e^{-c r} in every band (Duntley 1963). Weighted with the
@@ -36,19 +36,8 @@ def sighting_range(
     Σ w e^{-c r} / Σ w; the range r is where that falls to ``contrast``. For
     one c it is -ln(contrast)/c, 3.91/c at 2 %.
 
-    Parameters
-    ----------
-    c : array_like, shape (n,)
-        Extinction of the bands, 1/m.
-    background : array_like, shape (n,)
-        Weight of each band: background radiance times luminous efficiency.
-    contrast : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    float
-        Range in m; infinite where no weighted band attenuates.
+    ``background`` is the radiance times the luminous efficiency, per band; where no weighted band
+    attenuates, the range is infinite.
 
     Raises
     ------
@@ -115,24 +104,10 @@ def horizontal_visibility(view: Viewpoint, contrast: float = LIMINAL_CONTRAST) -
 def concentration_for(
     wanted: float, visibility_at: Callable[[float], float], most: float = 1e3
 ) -> float:
-    """Concentration at which one sees as far as is wanted.
+    """Concentration at which one sees as far as is wanted, in m; 0 if pure water is not as clear.
 
     What takes contrast away grows almost in proportion with what is in the water, so that a few
     secants of the inverse range are enough.
-
-    Parameters
-    ----------
-    wanted : float
-        Range in m.
-    visibility_at : callable
-        Range in m at a concentration.
-    most : float
-        Largest concentration.
-
-    Returns
-    -------
-    float
-        Where pure water lets one see less far than that, 0.
 
     Raises
     ------
@@ -157,25 +132,11 @@ def concentration_for(
 
 
 def euphotic_depth(column: WaterColumn, phase: BandPhase, fraction: float = 0.01) -> float:
-    """Depth at which a fraction of the light is left.
+    """Depth, m, at which a fraction of the light is left; infinite if water takes none away.
 
     The light is PAR, the photons of Ed from 400 to 700 nm, against PAR just
     below the surface; at 1 % this is the euphotic depth. It belongs to the
     water: a floor is taken away.
-
-    Parameters
-    ----------
-    column : WaterColumn
-        Its bands between 400 and 700 nm count.
-    phase : BandPhase
-        Phase function on its bands, of the first layer.
-    fraction : float
-        Between 0 and 1.
-
-    Returns
-    -------
-    float
-        Depth in m; infinite for water that takes no light away.
 
     Raises
     ------

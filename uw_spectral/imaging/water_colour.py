@@ -64,12 +64,7 @@ def dominant_colour(view: Viewpoint) -> DominantColour:
 
 
 def dominant_colour_of(XYZ: ArrayLike, white: ArrayLike) -> DominantColour:
-    """Dominant wavelength, excitation purity and hue of a colour.
-
-    Parameters
-    ----------
-    XYZ, white : array_like, shape (3,)
-        CIE 1931 tristimulus values of the colour and of the white.
+    """Dominant wavelength, excitation purity and hue of CIE 1931 tristimulus values.
 
     Raises
     ------
@@ -143,13 +138,7 @@ def water_swatch(view: Viewpoint) -> NDArray[np.float64]:
 
 
 def inelastic_fraction(view: Viewpoint, emission: Emission) -> float:
-    """Fraction of light of changed wavelength in the luminance of the open water, looking level.
-
-    Parameters
-    ----------
-    emission : Emission
-        In the bands and the column of the view.
-    """
+    """Fraction of light of changed wavelength in the luminance of the open water, looking level."""
     field = view.column.solved_field(view.phase, FEW_STREAMS, emission)
     total = field.radiance(view.depth, view.level)
     luminance = standard_observer().response_in(view.column.bands)[1]

@@ -31,12 +31,7 @@ def meniscus_height(contact_angle: float = CONTACT_ANGLE) -> float:
 def meniscus_turn(height: ArrayLike, refractive_index: float) -> tuple[Array, NDArray[np.bool_]]:
     """Angle by which the meniscus turns a level ray down, rad, and whether it stays in the water.
 
-    Parameters
-    ----------
-    height : array_like
-        Over the level, m, 0 to :func:`meniscus_height`.
-    refractive_index : float
-        Of the water against air.
+    ``height`` is over the level, m, 0 to :func:`meniscus_height`.
     """
     cosine = 1.0 - np.asarray(height, dtype=np.float64) ** 2 / (2.0 * CAPILLARY_LENGTH**2)
     inclination = np.arccos(np.clip(cosine, -1.0, 1.0))

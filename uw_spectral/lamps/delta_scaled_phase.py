@@ -29,15 +29,7 @@ BEYOND = 0.5
 def wide_moments(phase: BandPhase, count: int, angle: float) -> Array:
     """Legendre moments of what is scattered, shape (count + 1, n), from degree 0 on.
 
-    Parameters
-    ----------
-    angle : float
-        θ0, rad.
-
-    Returns
-    -------
-    array
-        That of degree 0 is the fraction of the scattering that is left.
+    ``angle`` is θ0, rad; that of degree 0 is the fraction of the scattering that is left.
     """
     return _mixed(phase, [_wide_moments(part, count, angle) for part in phase.components])
 

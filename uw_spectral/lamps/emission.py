@@ -47,18 +47,7 @@ _LARGEST_EXPONENT = 600.0
 
 
 def blackbody(temperature: float) -> Spectrum:
-    """Shape of the spectrum of a blackbody, 1 at 560 nm, from 300 to 830 nm.
-
-    Parameters
-    ----------
-    temperature : float
-        500 to 50000 K.
-
-    Raises
-    ------
-    InputError
-        If it is outside that range.
-    """
+    """Shape of the spectrum of a blackbody of 500 to 50000 K, 1 at 560 nm, from 300 to 830 nm."""
     if not _COOLEST <= temperature <= _HOTTEST:
         raise InputError(
             f"blackbody of {temperature:g} K: give a temperature of {_COOLEST:g} to {_HOTTEST:g} K"
@@ -76,15 +65,7 @@ def blackbody(temperature: float) -> Spectrum:
 def colour_of_blackbody(temperature: float) -> NDArray[np.float64]:
     """Linear Rec.709 of a blackbody, of luminance 1, as Blender's node has it; not negative.
 
-    Parameters
-    ----------
-    temperature : float
-        K, held between 500 and 50000.
-
-    Examples
-    --------
-    >>> colour_of_blackbody(3000.0).round(2)
-    array([1.77, 0.84, 0.27])
+    The temperature, K, is held between 500 and 50000.
     """
     shape = blackbody(min(max(temperature, _COOLEST), _HOTTEST))
     eye = standard_observer().sensitivity
@@ -184,14 +165,7 @@ def _from_file(path: str) -> Spectrum:
 
 
 def flux(spectrum: Spectrum, unit: str = WATTS) -> float:
-    """Integral of a spectrum per nm, in W or in lm; of an intensity in W/sr or in cd.
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Radiant flux, W/nm; nothing beyond its table.
-    unit : str
-        ``"W"``, or ``"lm"`` and ``"cd"``: 683 lm/W times the integral with V(λ).
+    """Integral of a spectrum per nm, in W, or in lm and cd: 683 lm/W times that with V(λ).
 
     Raises
     ------
@@ -220,37 +194,23 @@ def radiant_intensity(
     unit: str = WATTS,
     solid_angle: float = SPHERE,
 ) -> NDArray[np.float64]:
-    """Spectral radiant intensity of a lamp where its profile is 1, mean over each band.
+    """Spectral radiant intensity of a lamp where its profile is 1, mean over each band, (n,).
+
+    In W sr⁻¹ nm⁻¹. The shape is in any unit proportional to W/nm; the power, in the unit, is that
+    of the whole spectrum as tabulated.
 
     Parameters
     ----------
-    shape : Spectrum
-        Shape of the spectrum, in any unit proportional to W/nm.
-    power : float
-        Of the whole spectrum as tabulated, in the unit.
-    unit : str
-        ``"W"`` radiant, ``"lm"``, or ``"cd"``.
     solid_angle : float
         What the power is spread over, sr: that of the profile (:attr:`.Profile.solid_angle`)
         for the power of the lamp itself; 4π for the power of Blender's point and spot lights,
         of whose spot the cone cuts the rest away; for candela, the profile's value on the axis.
-
-    Returns
-    -------
-    array, shape (n,)
-        W sr⁻¹ nm⁻¹.
 
     Raises
     ------
     InputError
         If the power is negative or not finite, the lamp has no flux in the unit, or a band
         lies outside the spectrum.
-
-    Examples
-    --------
-    >>> flat = Spectrum([400, 700], [1.0, 1.0], "flat")
-    >>> radiant_intensity(flat, 300 * 4 * math.pi, Bands.uniform(3)).round(12)
-    array([1., 1., 1.])
     """
     _check_power(power, unit)
     if not solid_angle > 0:
@@ -268,17 +228,6 @@ def intensity_of_colour(rgb: ArrayLike, power: float, bands: Bands) -> NDArray[n
 
     Blender's light of power P has the intensity P/4π in each channel; the spectrum of its
     colour is that of every emitter here (:func:`.emission_basis`).
-
-    Parameters
-    ----------
-    rgb : array_like, shape (3,)
-        Scene-linear Rec.709, not negative.
-    power : float
-        Blender's power, W.
-
-    Returns
-    -------
-    array, shape (n,)
 
     Raises
     ------

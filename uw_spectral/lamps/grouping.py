@@ -10,14 +10,9 @@ _ALIKE = 1e-3
 
 
 def grouped(positions: ArrayLike, groups: int) -> list[int]:
-    """Number of the group of each lamp; those that are near each other share one.
+    """Number of the group, of at most so many, of each lamp at positions (n, 3).
 
-    Parameters
-    ----------
-    positions : array_like, shape (n, 3)
-        m.
-    groups : int
-        At most so many.
+    Those that are near each other share one.
     """
     places = np.asarray(positions, dtype=np.float64).reshape(-1, 3)
     clusters = [[index] for index in range(len(places))]

@@ -216,24 +216,9 @@ def ray_past_lamp(
 ) -> RayPastLamp:
     """Return where a ray passes a lamp.
 
-    Parameters
-    ----------
-    origin : three floats or arrays
-        Where it starts, m.
-    w : three floats or arrays
-        Its unit direction.
-    P : float or array
-        Its length, m; finite: 1e6 for one without end.
-    before_surface : bool
-        Whether an object is at the end, which keeps light from beyond it away: light that objects
-        throw back counts where it is bent by more than :data:`OBJECT`, what is bent by less is that
-        of the object.
-
-    Examples
-    --------
-    >>> ray = ray_past_lamp(Lamp((3.0, 4.0, 0.0), (1.0, 0.0, 0.0), 1.0), (0, 0, 0), (1, 0, 0), 9.0)
-    >>> float(ray.t0), float(ray.h), float(ray.along)
-    (3.0, 4.0, 1.0)
+    ``P`` is the length of the ray, m, finite: 1e6 for one without end. With ``before_surface`` an
+    object is at the end, which keeps light from beyond it away: light that objects throw back
+    counts where it is bent by more than :data:`OBJECT`, what is bent by less is that of the object.
     """
     to_lamp = [lamp.position[i] - origin[i] for i in range(3)]
     t0 = dot(to_lamp, w)
@@ -252,20 +237,7 @@ def ray_past_lamp(
 
 
 def lamp_disc(lamp: Lamp, ray: RayPastLamp, c: Operand) -> Operand:
-    """Radiance of the lamp itself where a ray meets it, as a disc that faces the camera.
-
-    Parameters
-    ----------
-    c : array, shape (n,)
-        Extinction, 1/m.
-
-    Examples
-    --------
-    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), 1.0, radius=0.1)
-    >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 10.0)
-    >>> round(float(lamp_disc(lamp, ray, 0.5)), 2)
-    11.71
-    """
+    """Radiance of the lamp itself where a ray meets it, as a disc that faces the camera."""
     return lamp.intensity * np.exp(-c * np.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray)
 
 

@@ -59,18 +59,7 @@ _ABSORBED = 8.0  # absorption times distance, from which on what is left is less
 
 @dataclass(frozen=True, eq=False)
 class Harmonics(ComparedByContent):
-    """The light of lamps in a water of n bands; equal ones are computed once.
-
-    Parameters
-    ----------
-    a, b : array, shape (n,)
-        Absorption and scattering, 1/m.
-    degrees : int
-        Highest one of harmonics.
-    beyond : float
-        Angle in rad as which light is turned at least that is followed; by 0 all is, smoothed as
-        far as the degrees resolve it.
-    """
+    """The light of lamps in a water of n bands; equal ones are computed once."""
 
     a: Array
     b: Array
@@ -115,14 +104,8 @@ class Harmonics(ComparedByContent):
     ) -> Array:
         """Coefficients of L round a lamp of an intensity of 1, shape (ROWS, turns, m, l, n), 1/m².
 
-        Parameters
-        ----------
-        turns : array
-            Angles θ, rad.
-        degrees : int, optional
-            Highest order m.
-        blur : float
-            Of the profile: the higher, the less of it rings on the lamp's dark side.
+        ``turns`` are angles θ, rad; ``degrees`` the highest order m. The profile is blurred: the
+        higher, the less of it rings on the lamp's dark side.
         """
         highest = self.degrees
         # Blurred as far as the harmonics go, or what is beyond them would ring.

@@ -62,12 +62,6 @@ def project_lamps(
 
     Parameters
     ----------
-    lamps : sequence of Lamp
-        Of n bands.
-    water : LampWater
-        Of n bands.
-    channels : Channels
-        Of n bands.
     measured : array_like, shape (m, n)
         Reflectances of surfaces that are known better than by a colour.
     own : sequence of LampWater, optional
@@ -77,19 +71,6 @@ def project_lamps(
         Weights of bands by which fluorophores are excited.
     clouds : float
         About how large clouds in the water are, as their standard deviation, m; 0 without.
-
-    Examples
-    --------
-    >>> from ..spectra.bands import Bands
-    >>> from ..transfer.channels import channels_of_bands
-    >>> from ..water.phase_functions import parse_phase
-    >>> from .multiple_scattering import lamp_water
-    >>> water = lamp_water([0.1] * 3, [0.2] * 3, parse_phase("hg:0.9").for_bands([0.2] * 3))
-    >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0, 2.0, 3.0]))
-    >>> channels = channels_of_bands(Bands.uniform(3), [0, 1, 2])
-    >>> projected = project_lamps([lamp], water, channels)
-    >>> projected.path_light((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0).round(3)
-    array([0.076, 0.151, 0.227])
     """
     spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
     intensities = [np.broadcast_to(lamp.intensity, water.a.shape) for lamp in lamps]

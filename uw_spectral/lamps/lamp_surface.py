@@ -41,22 +41,13 @@ def lamplight(
     camera: Sequence[float],
     seen: ArrayLike = (),
 ) -> NDArray[np.float64]:
-    """Irradiance of lamps by which a camera exposes.
+    """Irradiance of lamps by which a camera exposes, shape (n,).
 
     The mean of the brightest quarter of places that it sees, on surfaces that face the lamp,
     dimmed by the water from there to the camera. Where it sees nothing lit: that of a surface
     on each lamp's axis at the usual distance, dimmed likewise, at most to a twentieth.
 
-    Parameters
-    ----------
-    camera : sequence of 3
-        Its place, m.
-    seen : array_like, shape (k, 3)
-        Places on objects in the picture, m.
-
-    Returns
-    -------
-    array, shape (n,)
+    ``seen`` (k, 3) are places on objects in the picture.
     """
     places = np.asarray(seen, dtype=np.float64).reshape(-1, 3)
     if len(places):
@@ -149,20 +140,8 @@ def patch_past_lamp(
 ) -> PatchPastLamp:
     """Return how a patch sees a lamp.
 
-    Parameters
-    ----------
-    lamp : Lamp
-        A lamp of finite radius R counts as a disc that faces the patch: on its axis the normal
-        irradiance of a disc is π L R²/(r² + R²), exactly, and so it stays finite at the lamp.
-    point, normal : three floats or arrays
-        World coordinates, m; unit vector.
-
-    Examples
-    --------
-    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), 1.0, radius=0.0)
-    >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    >>> float(patch.r), float(patch.per_intensity), float(patch.cosine)
-    (2.0, 0.25, 1.0)
+    A lamp of finite radius R counts as a disc that faces the patch: on its axis the normal
+    irradiance of a disc is π L R²/(r² + R²), exactly, and so it stays finite at the lamp.
     """
     r, u = lamp.towards(point, m)
     off_axis = dot(lamp.axis, u)
@@ -199,27 +178,8 @@ def surface_irradiance(
 ) -> tuple[Operand, Operand, Operand]:
     """Irradiance on a patch: unscattered, scattered to it from about the lamp, and the rest.
 
-    Parameters
-    ----------
-    patch : PatchPastLamp
-        Arrays need a last axis of 1 for the bands.
-
-    Returns
-    -------
-    tuple of array, shape (..., n)
-        In the unit of the intensity per m². The first two are 0 from behind, and are what a
-        renderer shadows.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from ..water.phase_functions import parse_phase
-    >>> from .multiple_scattering import lamp_water
-    >>> water = lamp_water([0.1], [0.4], parse_phase("hg:0.9").for_bands([0.4]))
-    >>> lamp = Lamp((0.0, 0.0, 2.0), (0.0, 0.0, -1.0), np.array([1.0]))
-    >>> patch = patch_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    >>> [float(E[0].round(4)) for E in surface_irradiance(lamp, patch, water)]
-    [0.092, 0.1044, 0.0072]
+    In the unit of the intensity per m²; the first two are 0 from behind, and are what a renderer
+    shadows. Arrays of the patch need a last axis of 1 for the bands.
     """
     found = arriving_light(lamp, patch, water)
     light = lamp.intensity * np.exp(-water.a * found.length)

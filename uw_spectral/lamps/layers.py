@@ -19,10 +19,7 @@ _LEAST = 1e-9
 def water_between(column: WaterColumn, phase: BandPhase, one: float, other: float) -> LampWater:
     """Return the mean water between two depths in m; above the surface there is none.
 
-    Parameters
-    ----------
-    phase : BandPhase
-        Of its first layer; it stands for that of layers whose phase function has other parts.
+    The phase function of its first layer stands for that of layers with other parts.
     """
     layers = column.layers(phase)
     high, low = sorted((max(one, 0.0), max(other, 0.0)))
@@ -44,15 +41,7 @@ def water_between(column: WaterColumn, phase: BandPhase, one: float, other: floa
 def waters_of_lamps(
     column: WaterColumn, phase: BandPhase, lamps: Sequence[Lamp], camera: float
 ) -> tuple[LampWater, tuple[LampWater, ...]]:
-    """Return the water of all lamps, by their light, and that of each.
-
-    Parameters
-    ----------
-    column, phase
-        As of :func:`water_between`.
-    camera : float
-        Its depth, m.
-    """
+    """Return the water of all lamps, by their light, and that of each, for a camera's depth, m."""
     each = tuple(water_between(column, phase, -float(x.position[2]), camera) for x in lamps)
     light = np.array([float(np.mean(lamp.intensity)) for lamp in lamps]) + _LEAST
     fractions = light / light.sum()

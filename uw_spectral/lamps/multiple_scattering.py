@@ -124,26 +124,12 @@ class LampWater:
 
 
 def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
-    """Return the water of n bands.
-
-    Parameters
-    ----------
-    a, b : array_like, shape (n,)
-        Absorption and scattering, 1/m.
-    phase : BandPhase
-        Phase function of the bands.
+    """Return the water of n bands, absorption and scattering in 1/m.
 
     Raises
     ------
     InputError
         If a coefficient is negative or not finite.
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import parse_phase
-    >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
-    >>> water.c.round(3), round(water.reach, 1)
-    (array([0.3]), 25.8)
     """
     absorption, scattering = np.broadcast_arrays(
         np.atleast_1d(a).astype(np.float64), np.atleast_1d(b).astype(np.float64)
@@ -189,14 +175,7 @@ class LampSpectrum(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class BandLight:
-    """The light of a lamp band by band.
-
-    Attributes
-    ----------
-    intensity : array, shape (n,)
-    water : LampWater
-        Of n bands.
-    """
+    """The light of a lamp band by band."""
 
     intensity: Operand
     water: LampWater
@@ -213,28 +192,10 @@ class BandLight:
 
 
 def lamp_light(lamp: Lamp, ray: RayPastLamp, water: LampWater) -> tuple[Operand, Operand]:
-    """Radiance of a lamp's light in the water along a ray, band by band.
+    """Radiance of a lamp's light in the water along a ray, band by band, (..., n).
 
-    Parameters
-    ----------
-    ray : RayPastLamp
-        Arrays need a last axis of 1 for the bands.
-
-    Returns
-    -------
-    tuple of array, shape (..., n)
-        Scattered once, as :func:`.single_scattering` has it; scattered more often. In the unit of
-        the intensity per m².
-
-    Examples
-    --------
-    >>> from ..water.phase_functions import parse_phase
-    >>> from .lamp import ray_past_lamp
-    >>> water = lamp_water([0.1], [0.2], parse_phase("hg:0.9").for_bands([0.2]))
-    >>> lamp = Lamp((0.5, 0.0, 4.0), (0.0, 0.0, -1.0), np.array([1.0]))
-    >>> ray = ray_past_lamp(lamp, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 50.0)
-    >>> [float(L[0].round(4)) for L in lamp_light(lamp, ray, water)]
-    [0.0451, 0.0304]
+    Scattered once, as :func:`.single_scattering` has it, and more often; in the unit of the
+    intensity per m². Arrays of the ray need a last axis of 1 for the bands.
     """
     return light_along(lamp, ray, BandLight(lamp.intensity, water))
 
@@ -249,14 +210,8 @@ def light_along(
 ) -> tuple[Operand, Operand]:
     """Radiance of a lamp's light along a ray: scattered once, and more often.
 
-    Parameters
-    ----------
-    lamp : Lamp
-        Its intensity is not read.
-    integrate : callable, optional
-        Adds up the terms of the quadratures; a shader has a loop for it.
-    transmittance : callable, optional
-        What other matter than the water leaves of it; all without.
+    The lamp's intensity is not read. ``integrate`` adds up the terms of the quadratures, for which
+    a shader has a loop; ``transmittance`` is what other matter than the water leaves.
     """
     part, spread = lit_part(lamp, ray, m), light.water.spread
     integrate = integrate or nodes_for(lamp)

@@ -47,13 +47,7 @@ class Surface:
 
 
 def through_surface(lamp: Lamp, surface: Surface) -> Lamp:
-    """Return what lights the water for a lamp in the air; a lamp in the water as it is.
-
-    Parameters
-    ----------
-    lamp : Lamp
-        z = 0 is the surface.
-    """
+    """Return what lights the water, z < 0, for a lamp in the air; a lamp in the water as it is."""
     height = float(lamp.position[2])
     if height <= 0.0:
         return lamp

@@ -24,27 +24,10 @@ class BehindFlatPort(LampProfile):
     n² cos θ_w / cos θ_a, so that the power stays: what the port reflects, some 6 % on the axis
     and more at its side, is not counted. There is no light beyond the critical angle.
 
-    Parameters
-    ----------
-    profile : LampProfile
-        In air.
-    n : float
-        Refractive index of the water.
-
     Raises
     ------
     InputError
         If the index is not above 1.
-
-    Examples
-    --------
-    >>> from underwater_spectral.uw_spectral.lamps.profile import SpotProfile
-    >>> air = SpotProfile(math.radians(60.0), 0.4)
-    >>> water = BehindFlatPort(air, 1.34)
-    >>> round(2 * math.degrees(math.acos(water.edge)), 1)
-    43.8
-    >>> round(water.solid_angle / air.solid_angle, 3)
-    1.0
     """
 
     profile: LampProfile

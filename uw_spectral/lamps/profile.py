@@ -248,30 +248,16 @@ class TableProfile(ComparedByContent, LampProfile):
         points: int | None = None,
         place: str = "lamp profile",
     ) -> TableProfile:
-        """Make it of angles from the axis; there is no light beyond the last.
+        """Make it of angles from the axis, degrees; there is no light beyond the last.
 
-        Parameters
-        ----------
-        angles : array_like, shape (n,)
-            Degrees, increasing from 0 to at most 180.
-        values : array_like, shape (n,)
-            Intensity in any unit; the highest becomes 1.
-        points : int, optional
-            Keep at most so many points, those that matter most.
-        place : str
-            Where they come from, for messages.
+        Intensities are in any unit, the highest becomes 1; of the points at most so many are kept,
+        those that matter most.
 
         Raises
         ------
         InputError
             If the angles do not start at 0, do not increase or pass 180, a value is
             negative or not finite, or there is no light.
-
-        Examples
-        --------
-        >>> lamp = TableProfile.of_angles([0, 60], [2.0, 2.0])
-        >>> round(lamp.solid_angle / math.pi, 3)
-        1.0
         """
         theta = np.atleast_1d(np.asarray(angles, dtype=np.float64))
         found = np.atleast_1d(np.asarray(values, dtype=np.float64))

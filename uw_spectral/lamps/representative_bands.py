@@ -36,15 +36,10 @@ class RepresentativeBands:
 
 
 def representative_bands(values: ArrayLike, light: ArrayLike) -> RepresentativeBands:
-    """Return the bands that stand for all.
+    """Return the bands that stand for all, by values of k places, (k, n).
 
-    Parameters
-    ----------
-    values : array_like, shape (k, n)
-        Of k places.
-    light : array_like, shape (k, n)
-        How much each value counts there, not negative. A place counts by the mean square of both,
-        so that all do alike.
+    ``light`` (k, n) is how much each value counts. A place counts by the mean square of both, so
+    that all do alike.
     """
     found, weights = np.asarray(values, np.float64), np.asarray(light, np.float64)
     size = np.sqrt((found * weights * found * weights).sum(axis=-1, keepdims=True))

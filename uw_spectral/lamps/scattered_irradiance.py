@@ -123,18 +123,9 @@ def arriving_on(
 ) -> tuple[Operand, Operand]:
     """Irradiance of a patch, absorption up to there apart, times the distance from the lamp.
 
-    Parameters
-    ----------
-    wet : float or array
-        Distance from the lamp in the water, m.
-    turned, bent, off_axis : float or array
-        Cosines of the angles between the lamp's axis and the radius, the radius and the direction
-        into the patch, and the axis and that direction.
-
-    Returns
-    -------
-    tuple
-        From about the lamp, on a patch that faces it; from elsewhere.
+    From about the lamp, on a patch that faces it; and from elsewhere. Of the cosines ``turned`` is
+    between the lamp's axis and the radius, ``bent`` between the radius and the direction into the
+    patch, ``off_axis`` between the axis and that direction.
     """
     z = bent
     x = (off_axis - turned * bent) / m.sqrt(m.maximum(1.0 - turned * turned, _LEAST_SINE2))

@@ -111,13 +111,8 @@ def source_seen(
 ) -> Operand:
     """Radiance per metre that water adds towards a camera, absorption up to there apart, times r.
 
-    Parameters
-    ----------
-    r : float or array
-        Distance from the lamp, m.
-    turned, bent, off_axis : float or array
-        Cosines of the angles between the lamp's axis and the radius, the radius and the light's
-        way to the camera, and the axis and that way.
+    Of the cosines ``turned`` is between the lamp's axis and the radius, ``bent`` between the radius
+    and the light's way to the camera, ``off_axis`` between the axis and that way.
     """
     sines = (1.0 - turned * turned) * (1.0 - bent * bent)
     azimuth = (off_axis - turned * bent) / m.sqrt(m.maximum(sines, _SMALLEST))

@@ -102,14 +102,7 @@ def virtual_point_lights(
     They are so many as there are lamps, whether these shine or not: six of one, three of each of
     two, two of each up to six. Of more than six lamps some share theirs.
 
-    Parameters
-    ----------
-    surfaces : sequence of LitSurfaces or None
-        What each of them lights, if anything.
-    water : LampWater
-        Of n bands.
-    camera : sequence of 3
-        Its place, m.
+    ``surfaces`` are what each of them lights, if anything.
     """
     groups = min(max(len(lamps), 1), COUNT)
     count, found = max(COUNT // groups, min(_SIDES)), []

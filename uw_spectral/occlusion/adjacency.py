@@ -63,14 +63,7 @@ def adjacency(
 ) -> Adjacency:
     """Return what is blocked, and what comes instead.
 
-    Parameters
-    ----------
-    sun : sequence of 3
-        Unit direction that sunlight travels to in the water.
-    occlusion : OcclusionTable
-        On the bands of ``light``.
-    floor : int or sequence of 3
-        Column of the measured reflectance of the water's floor, or its colour.
+    ``floor`` is the column of the measured reflectance of the water's floor, or its colour.
     """
     nothing = np.zeros((_COLOUR_COUNT, *buffer.covered.shape))
     if not buffer.covered.any():

@@ -15,13 +15,7 @@ Reals = NDArray[np.floating]
 
 
 class ChangedVoxels:
-    """Voxels in which the surfaces are not what they were.
-
-    Parameters
-    ----------
-    before, now : SurfaceVoxels
-        In the same grid.
-    """
+    """Voxels in which the surfaces are not what they were."""
 
     def __init__(self, before: SurfaceVoxels, now: SurfaceVoxels) -> None:
         self.grid = now.grid
@@ -58,15 +52,8 @@ class ChangedVoxels:
     ) -> NDArray[np.bool_]:
         """Which rays may pass a changed voxel, or end close to one; others do not.
 
-        Parameters
-        ----------
-        origin : array, shape (..., 3)
-        heading : array, shape (..., 3)
-            Unit vectors.
-        length : array or float
-            As far as that they count, m.
-        around_end : float
-            Distance of their end from a changed voxel, m.
+        Rays count as far as their length, m; ``around_end`` is the distance of their end from a
+        changed voxel, m.
         """
         found = np.zeros(np.broadcast_shapes(origin.shape, heading.shape)[:-1], bool)
         for middle, radius in zip(self._middles, self._radii, strict=True):

@@ -22,16 +22,8 @@ def left_free(
 ) -> NDArray[np.intp]:
     """Return the voxels in which surfaces end and that are not full.
 
-    Parameters
-    ----------
-    grid : Grid
-        Of the voxels.
-    cells : array of int, shape (m,)
-        Voxels of samples of surfaces.
-    normals : array, shape (m, 3)
-        Unit vectors; those of the two sides of an object are opposite.
-    areas : array, shape (m,)
-        That they stand for, m².
+    ``cells`` are the voxels of samples of surfaces; normals of the two sides of an object are
+    opposite; areas, m², are what samples stand for.
     """
     voxels, which = np.unique(cells, return_inverse=True)
     part = normals * (areas / grid.cell**2)[:, None]

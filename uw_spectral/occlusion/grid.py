@@ -81,21 +81,8 @@ class Grid:
 
         A box that moves a little has the same cells; one that moves more shares most of them.
 
-        Parameters
-        ----------
-        low, high : array_like, shape (3,)
-            Corners of the box, m.
-        cell : float
-            Edge of a cell, m.
-        block : int
-            Cells that come and go together, horizontally.
-        anchor : array_like, shape (3,)
-            A corner of cells, m.
-
-        Examples
-        --------
-        >>> Grid.on_lattice((0.1, 0.9, -2.0), (2.2, 1.1, -0.3), 0.5, 2).shape
-        (6, 4, 4)
+        ``anchor`` is a corner of cells, m; ``block`` tells how many come and go together,
+        horizontally.
         """
         cells, slack, origin = np.array([block, block, 1]), 1e-4, np.asarray(anchor, np.float64)
         first = np.floor(np.subtract(low, origin) / (cells * cell) + slack) * cells

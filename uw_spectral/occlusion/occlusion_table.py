@@ -81,14 +81,8 @@ class OcclusionBox:
     ) -> Operand:
         """Mix the three tiles that lie towards a unit vector.
 
-        Parameters
-        ----------
-        first : int
-            :data:`ON_PATCH` or :data:`SCATTERED`.
-        w : three floats or arrays
-            Normal of a patch, or view direction.
-        texel : callable
-            Looks a tile up, by its number.
+        ``first`` is :data:`ON_PATCH` or :data:`SCATTERED`; ``texel`` looks a tile up, by its
+        number.
         """
         total: Operand = 0.0
         if first == SCATTERED:
@@ -120,14 +114,8 @@ def along_ray(
 ) -> Operand:
     """Mean of what was found at :data:`STEPS` of a ray, by what each brings to the camera.
 
-    Parameters
-    ----------
-    steps : sequence of arrays
-        What was found.
-    rate : array
-        At which the light that arrives falls off along the ray, 1/m.
-    P, reach : float or array
-        Length of the ray, and :attr:`OcclusionBox.reach`, m.
+    ``rate``, 1/m, is that at which the light that arrives falls off along the ray; ``reach`` is
+    :attr:`OcclusionBox.reach`.
     """
     total: Operand = 0.0
     weights: Operand = 0.0
@@ -196,17 +184,7 @@ class OcclusionTable:
         return self.mixed(ON_PATCH, points + normal * OFF_SURFACE / self.box.per_metre, normal)
 
     def along(self, origin: Array, w: Array, P: Array, rate: float | Array) -> Array:
-        """Three numbers of the light of paths, see :func:`along_ray`, shape (m, 3).
-
-        Parameters
-        ----------
-        origin, w : array, shape (m, 3)
-            Where rays begin, m, and unit vectors.
-        P : array, shape (m,)
-            Their lengths, m.
-        rate : float or array, shape (m, 1)
-            1/m.
-        """
+        """Three numbers of the light of paths, see :func:`along_ray`, shape (m, 3)."""
         steps = [
             self.mixed(SCATTERED, origin + w * step(k, P, self.box.reach)[:, None], w)
             for k in range(STEPS)
@@ -222,16 +200,9 @@ def occlusion_table(
 ) -> OcclusionTable:
     """Tabulate probe irradiance.
 
-    Parameters
-    ----------
-    light : ProbeIrradiance
-        Of n bands.
-    extinction : array, shape (n,)
-        Without the forward peak, 1/m.
-    importance : array, shape (n,)
-        How bright the water is in each band, not negative.
-    alone : bool
-        Whether nothing occludes beyond the grid; else it is there as on its sides.
+    ``extinction`` is without the forward peak, 1/m; ``importance`` how bright the water is in each
+    band. ``alone`` tells whether nothing occludes beyond the grid; else it is there as on its
+    sides.
     """
     nx, ny, nz = light.grid.shape
     weight = light.weight[:, None]

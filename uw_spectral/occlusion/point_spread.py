@@ -52,22 +52,11 @@ def blocked_along(
     ways: Array,
     on_floor: NDArray[np.bool_],
 ) -> Array:
-    """Fraction of scattering that stays within what a view is filled with, along rays.
+    """Fraction of scattering that stays within what a view is filled with, along rays, (m, n).
 
-    Parameters
-    ----------
-    components : sequence of PhaseFunction
-        The k parts of the phase function.
-    parts : array, shape (k, n)
-        Their shares in the scattering of bands or channels.
-    ways : array, shape (m, 3)
-        Unit vectors away from the camera.
-    on_floor : array of bool, shape (m,)
-        Where the floor is seen, which counts as an object then.
-
-    Returns
-    -------
-    array, shape (m, n)
+    ``parts`` (k, n) are the shares of phase functions in the scattering of bands or channels;
+    ``ways`` (m, 3) unit vectors away from the camera. Where the floor is seen, it counts as an
+    object.
     """
     column, row = buffer.view.place([*(np.asarray(buffer.view.centre) + ways).T])
     at = np.rint(row).astype(np.intp), np.rint(column).astype(np.intp)
@@ -82,14 +71,7 @@ def within_outline(phase: BandPhase | Mixture, size: float, distance: float) -> 
 
     A part of the picture gets as much of that as it gives.
 
-    Parameters
-    ----------
-    phase : BandPhase
-        Of n bands.
-    size : float
-        Standard deviation of the cloud's density, m.
-    distance : float
-        From the camera, m.
+    ``size`` is the standard deviation of the cloud's density, m.
     """
     reach = _BRIGHT * size / max(distance, _NEAREST)
     angles = np.arctan(reach / ((np.arange(_PLACES) + 0.5) / _PLACES))

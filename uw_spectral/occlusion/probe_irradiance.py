@@ -179,13 +179,7 @@ class LightOfProbes:
 class KnownLight:
     """What all parts of the probes share: those of a set are side by side in ``order``.
 
-    Parameters
-    ----------
-    reflectance : array, shape (k, n)
-    was : KnownLight, optional
-        Of another frame: what both have keeps its row, and its slot among the sides.
-    changed : ChangedVoxels, optional
-        Since then.
+    ``was`` is that of another frame: what both have keeps its row, and its slot among the sides.
     """
 
     def __init__(
@@ -437,20 +431,10 @@ class _Kernel:
     def sums(
         self, L: Light, of_surfaces: Light | None = None, *, last: bool = False
     ) -> list[Light]:
-        """Sum radiances (m RAYS, n).
+        """Sum radiances (m RAYS, n) into irradiances on patches that face the axes, (m, 6, n).
 
-        Parameters
-        ----------
-        of_surfaces : array, optional
-            What of it surfaces send.
-        last : bool
-            Whether the light that is tabulated is wanted too.
-
-        Returns
-        -------
-        list of arrays
-            Irradiance on patches that face the axes, (m, 6, n); light scattered against each
-            direction, (m, RAYS, n), and against those of :mod:`.view_directions`, (m, COUNT, n).
+        And into light scattered against each direction, (m, RAYS, n), in the ``last`` round also
+        against those of :mod:`.view_directions`, (m, COUNT, n).
         """
         weights = self._weights if last else self._weights[..., : 6 + RAYS]
         found = product_of_rows(by_band(L), weights)

@@ -65,14 +65,6 @@ def probe_irradiance(
 
     Parameters
     ----------
-    field : SolvedField
-        Of the unoccluded water, n bands.
-    rays : Rays
-        What the probes see.
-    reflectance : array, shape (k, n)
-        Of each surface.
-    waters : WaterCache, optional
-        What may be used again.
     before : ProbeIrradiance, optional
         That of another frame, itself solved without one, from which this one starts. It is solved
         until it is settled, so that it does not matter which frame that was.

@@ -168,8 +168,6 @@ def cast(
     ----------
     voxels : SurfaceVoxels
         In a grid whose cells divide those of the probes.
-    grid : Grid
-        Of the probes.
     to_sun : array_like, shape (3,)
         Unit vector from the water to the sun.
     inside : array_like, shape (m, 3)

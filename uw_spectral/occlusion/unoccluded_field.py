@@ -45,13 +45,7 @@ def depths_of(field: SolvedField, grid: Grid) -> tuple[float, float]:
 
 
 class UnoccludedField:
-    """The unoccluded light of n bands between two depths.
-
-    Parameters
-    ----------
-    ends : two floats
-        The least and the largest depth, see :func:`depths_of`, m.
-    """
+    """The unoccluded light of n bands between two depths, m, see :func:`depths_of`."""
 
     def __init__(self, field: SolvedField, ends: tuple[float, float]) -> None:
         self._field = field
@@ -126,21 +120,10 @@ class UnoccludedField:
         return self._field.extinction_between(y, z, scaled=True)
 
     def phase_weights(self, kind: int, towards: Array, streams: int | None = None) -> Light:
-        """Fraction of the light along each direction of a set that is scattered against others.
+        """Fraction of light along each direction of a set that is scattered against others.
 
-        Parameters
-        ----------
-        kind : int
-            The set.
-        towards : array, shape (q, 3)
-            View directions.
-        streams : int, optional
-            Whose forward peak counts as unscattered; those of the field if none are given.
-
-        Returns
-        -------
-        array, shape (n, RAYS, q)
-            They add up to 1 over the set.
+        Shape (n, RAYS, q), of view directions ``towards`` (q, 3) and ``streams`` whose forward peak
+        counts as unscattered. Fractions add up to 1 over the set.
         """
         cosine = _fine() @ towards.T
         phase = self._field.phase_at(float(self._depths.mean()))
@@ -164,12 +147,8 @@ class UnoccludedField:
     def patch_weights(self, kind: int) -> tuple[Light, Light]:
         """Irradiance on patches that face the axes per radiance along directions of a set.
 
-        Returns
-        -------
-        array, shape (n, RAYS, 6)
-            Of light that is spread as the unoccluded is within what a direction stands for.
-        array, shape (RAYS, 6)
-            Of light that is the same throughout.
+        Of light that is spread as the unoccluded is within what a direction stands for, (n, RAYS,
+        6), and of light that is the same throughout, (RAYS, 6).
         """
         cosine = np.maximum(_fine() @ AXES.T, 0.0)
         bright = self._bright[:, None, :]

@@ -14,13 +14,7 @@ COUNT = SIDE * SIDE
 
 
 def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, Operand]]:
-    """Return the three points of the lattice around unit vectors, each with its fraction.
-
-    Returns
-    -------
-    list of (number, share)
-        Numbers are those of rows of the lattice; the fractions add up to 1.
-    """
+    """Return the three points of the lattice around unit vectors: (row, fraction) of each."""
     x, y, z = w
     size = 1.0 / (m.absolute(x) + m.absolute(y) + m.absolute(z))
     half = 0.5 * (SIDE - 1)

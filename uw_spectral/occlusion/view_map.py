@@ -77,16 +77,9 @@ class ViewMap:
 
 
 def view_map(centre: Sequence[float], axes: Array, reach: float) -> ViewMap:
-    """Return the map of a view.
+    """Return the map of a view as far as an angle ``reach``, rad, at most :data:`WIDEST`.
 
-    Parameters
-    ----------
-    centre : sequence of 3
-        m.
-    axes : array, shape (3, 3)
-        Columns: to the right, up, and back, as a camera has them.
-    reach : float
-        Angle from the middle to the picture's sides, rad; at most :data:`WIDEST`.
+    Axes are columns: to the right, up, and back, as a camera has them.
     """
     unit = 2.0 * math.sin(min(reach, WIDEST) / 2.0)
     right, up, back = (tuple(float(x) for x in column) for column in np.asarray(axes).T)

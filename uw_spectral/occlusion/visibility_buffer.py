@@ -100,14 +100,8 @@ class VisibilityCache:
     ) -> VisibilityBuffer:
         """Look at what objects cover, as :func:`visibility_buffer` does.
 
-        Parameters
-        ----------
-        surfaces : mapping of bytes to callable
-            What makes the surface of each, by a key that differs where it does.
-        others : iterable of Surface
-            That nothing is known of.
-        floor_depth : float
-            As of :func:`visibility_buffer`.
+        ``surfaces`` make the surface of each by a key that differs where it does; of ``others``
+        nothing is known.
         """
         keys = frozenset(surfaces)
         if self._of != (view, floor_depth):
@@ -130,13 +124,7 @@ def empty_buffer() -> VisibilityBuffer:
 def visibility_buffer(
     view: ViewMap, surfaces: Iterable[Surface], floor_depth: float = math.inf
 ) -> VisibilityBuffer:
-    """Look at what objects cover.
-
-    Parameters
-    ----------
-    floor_depth : float
-        Of the floor of the water, m: what lies on it is part of it.
-    """
+    """Look at what objects cover; what lies on the water's floor is part of it."""
     picture = _Picture(view, floor_depth)
     picture.add_all(surfaces)
     return picture.drawn()

@@ -111,21 +111,10 @@ class SurfaceVoxels:
     def trace(
         self, origin: ArrayLike, direction: ArrayLike, start: float = 0.0
     ) -> tuple[Array, Indices]:
-        """Return how far rays get, and what they meet.
+        """Return how far rays get, m, and the number of the surface that they meet, each (m,).
 
-        Parameters
-        ----------
-        origin, direction : array_like, shape (m, 3)
-            Points in the box, m, and unit vectors.
-        start : float
-            Voxels that are skipped at the beginning.
-
-        Returns
-        -------
-        distance : array, shape (m,)
-            To the surface, or to the side of the box, m.
-        number : array of int, shape (m,)
-            Of the surface, -1 at the side of the box.
+        It is -1 at the side of the box. Directions are unit vectors; voxels are skipped for
+        ``start`` of them.
         """
         origin, direction = np.broadcast_arrays(
             np.asarray(origin, np.float64), np.asarray(direction, np.float64)
@@ -201,10 +190,7 @@ class SurfaceVoxels:
     def under_objects(self, points: ArrayLike) -> tuple[Array, Array]:
         """Box around the water that something overhangs, m; its corners meet if there is none.
 
-        Parameters
-        ----------
-        points : array_like, shape (m, 3)
-            Points in open water; so is what lies under open sky.
+        Points (m, 3) are in open water; so is what lies under open sky.
         """
         return self._box(self.reachable(points) & self.roofed)
 
@@ -273,11 +259,8 @@ class SurfaceVoxels:
 def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> SurfaceVoxels:
     """Fill the voxels that samples of surfaces lie in.
 
-    Parameters
-    ----------
-    points, normals, colours : array, shape (m, 3)
-        Samples of surfaces, no farther apart than a voxel; m, unit vectors, linear Rec.709.
-        Normals may point to either side.
+    Samples of surfaces, no farther apart than a voxel, (m, 3): m, unit vectors to either side,
+    linear Rec.709.
     """
     inside = grid.inside(points)
     if not inside.any():

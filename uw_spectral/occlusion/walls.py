@@ -31,10 +31,7 @@ RAYS = 4 * len(_STEPS)
 def hidden_rays(full: Mask) -> NDArray[np.uint8]:
     """Return how many of :data:`RAYS` upward directions are closed to each voxel.
 
-    Parameters
-    ----------
-    full : array of bool, shape (nx, ny, nz)
-        Voxels that are not free; beyond the box all are.
+    Voxels beyond the box are full.
     """
     count = np.zeros(full.shape, np.uint8)
     for step, between in _STEPS:

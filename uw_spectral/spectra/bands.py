@@ -55,24 +55,12 @@ class Bands(ComparedByContent):
 
     @classmethod
     def uniform(cls, count: int, start: float = 400.0, end: float = 700.0) -> Bands:
-        """Divide a range into equal bands.
-
-        Parameters
-        ----------
-        count : int
-            Number of bands, 1 to 512.
-        start, end : float
-            Range in nm.
+        """Divide a range in nm into 1 to 512 equal bands.
 
         Raises
         ------
         InputError
             If the range is empty or the count out of bounds.
-
-        Examples
-        --------
-        >>> Bands.uniform(3).centres
-        array([450., 550., 650.])
         """
         if not 1 <= count <= MAXIMUM_BANDS:
             raise InputError(f"bands: the number must be 1 to {MAXIMUM_BANDS}, got {count}")
@@ -105,15 +93,7 @@ class Bands(ComparedByContent):
     def packed(self, bands_per_pass: int) -> list[tuple[int, ...]]:
         """Indices of the bands that each render pass carries.
 
-        Parameters
-        ----------
-        bands_per_pass : int
-            3 where one render can carry three bands exactly, else 1.
-
-        Examples
-        --------
-        >>> Bands.uniform(4).packed(3)
-        [(0, 1, 2), (3,)]
+        A pass has 3 where one render can carry three bands exactly, else 1.
         """
         indices = range(len(self))
         return [

@@ -24,12 +24,9 @@ _LARGEST = 500.0
 
 
 def transmittance(text: str, bands: Bands) -> NDArray[np.float64]:
-    """Return the mean transmittance of a filter over bands, shape (n,).
+    """Return the mean transmittance over bands, shape (n,), of ``"none"`` or :data:`CONTENT`.
 
-    Parameters
-    ----------
-    text : str
-        ``"none"``, or :data:`CONTENT`; without a width 15 nm.
+    Without a width it is 15 nm.
 
     Raises
     ------

@@ -84,14 +84,7 @@ class SensorReduction:
         )
 
     def behind(self, transmittance: ArrayLike, name: str) -> SensorReduction:
-        """Return the map of the same camera, set as it is, behind a filter.
-
-        Parameters
-        ----------
-        transmittance : array_like, shape (n,)
-        name : str
-            Of the filter.
-        """
+        """Return the map of the same camera, set as it is, behind a filter."""
         T = np.asarray(transmittance, dtype=np.float64)
         return replace(
             self,
@@ -101,13 +94,7 @@ class SensorReduction:
         )
 
     def stops_to(self, weights: ArrayLike) -> float:
-        """Return the stops that the exposure of weights lies above that of these.
-
-        Parameters
-        ----------
-        weights : array_like, shape (3, n)
-            The same but for their exposure.
-        """
+        """Return the stops that the exposure of weights lies above that of these."""
         there = np.asarray(weights, dtype=np.float64)
         return float(np.log2((there * self.weights).sum() / (self.weights**2).sum()))
 
@@ -156,15 +143,8 @@ def reduction(
     these bands to the colours on a fine grid, so that it also absorbs part
     of the error of few bands.
 
-    Parameters
-    ----------
-    illuminant : Illuminant
-        Light above the surface.
-    depth_white : array_like, shape (n,), optional
-        Irradiance on the bands at depth, for ``white_balance="depth"``.
-    white_balance : {"daylight", "depth", "none"}
-    exposure_stops : float
-        Factor of two each.
+    The illuminant is the light above the surface, ``depth_white`` (n,) the irradiance at depth for
+    that white balance; a stop is a factor of two.
 
     Raises
     ------
@@ -252,22 +232,13 @@ def _in_daylight(
 def response_matrix(weights: ArrayLike, response: ArrayLike) -> NDArray[np.float64]:
     """Matrix from a sensor's channels to colours, white balance and exposure included, (3, 3).
 
-    Parameters
-    ----------
-    weights : array_like, shape (3, n)
-        Linear Rec.709 per unit radiance of each band, of a :class:`SensorReduction`.
-    response : array_like, shape (3, n)
-        Of the sensor's channels.
+    ``weights`` (3, n) are those of a :class:`SensorReduction`, ``response`` (3, n) that of the
+    sensor's channels.
 
     Raises
     ------
     InputError
         If there are too few bands to tell the channels apart.
-
-    Examples
-    --------
-    >>> response_matrix([[2.0, 0, 0], [0, 3.0, 0], [0, 0, 4.0]], np.eye(3)).diagonal()
-    array([2., 3., 4.])
     """
     found = np.asarray(response, dtype=np.float64)
     if np.linalg.matrix_rank(found) < 3:
@@ -280,16 +251,9 @@ def response_matrix(weights: ArrayLike, response: ArrayLike) -> NDArray[np.float
 def auto_exposure_stops(
     reduction: SensorReduction, depth_white: ArrayLike, target: float = 0.9
 ) -> float:
-    """Stops that bring a white diffuser at depth to a luminance.
+    """Stops, beyond those of a map, that bring a white diffuser at depth to a luminance.
 
-    Parameters
-    ----------
-    reduction : SensorReduction
-        The map so far; the stops add to its exposure.
-    depth_white : array_like, shape (n,)
-        Irradiance on the bands at depth.
-    target : float
-        Luminance to reach, 1 being display white.
+    ``depth_white`` (n,) is the irradiance on the bands there; a luminance of 1 is display white.
 
     Raises
     ------
@@ -310,12 +274,7 @@ def metered_stops(Y: ArrayLike, fraction: ArrayLike) -> float:
     The mean luminance becomes that of middle grey (ISO 2720 meters the mean too), unless the
     brightest 2 % of the picture would be brighter than white: then these become white.
 
-    Parameters
-    ----------
-    Y : array_like, shape (m,)
-        Luminances of parts of the picture at 0 stops.
-    fraction : array_like, shape (m,)
-        Their fractions of the picture.
+    Luminances of parts of the picture are at 0 stops.
 
     Raises
     ------
@@ -342,21 +301,7 @@ def srgb_encode(rgb: ArrayLike) -> NDArray[np.float64]:
 
 
 def delta_e_CIE2000_images(rgb: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
-    """ΔE2000 per pixel of two scene-linear Rec.709 images, white at (1, 1, 1).
-
-    Parameters
-    ----------
-    rgb, reference : array_like, shape (..., 3)
-
-    Returns
-    -------
-    array, shape (...)
-
-    Examples
-    --------
-    >>> delta_e_CIE2000_images([[0.5, 0.5, 0.5]], [[0.5, 0.5, 0.5]])
-    array([0.])
-    """
+    """ΔE2000 per pixel of two scene-linear Rec.709 images, white at (1, 1, 1)."""
     return np.asarray(
         colour_science().delta_E(rec709_to_Lab(rgb), rec709_to_Lab(reference), method="CIE 2000")
     )

@@ -13,10 +13,8 @@ from ..errors import InputError
 def read_passes(path: Path) -> dict[str, NDArray[np.float32]]:
     """Read the passes of a file whose channels are called ``View Layer.Pass.Channel``.
 
-    Returns
-    -------
-    dict of str to array, shape (height, width, k)
-        By name of the pass; channels as they lie in the file, after R, G, B, A or X, Y, Z, W.
+    By name of the pass, (height, width, k); channels as they lie in the file, after R, G, B, A or
+    X, Y, Z, W.
 
     Raises
     ------

@@ -120,13 +120,7 @@ class Fluorophore(ComparedByContent):
 
 
 def parse_fluorophore(text: str) -> Fluorophore:
-    """Return the fluorophore that a material names.
-
-    Parameters
-    ----------
-    text : str
-        A name of :func:`list_fluorophores` in any case, or ``"file:PATH"``, see
-        :data:`FILE_CONTENT`.
+    """Return the fluorophore of a name, in any case, or of ``"file:PATH"`` (:data:`FILE_CONTENT`).
 
     Raises
     ------

@@ -78,15 +78,7 @@ def band_mean(spectrum: Spectrum, bands: Bands) -> NDArray[np.float64]:
     Light has lines and steps narrower than a band, which a sample at the
     centre would hit or miss; smooth quantities are better sampled.
 
-    Parameters
-    ----------
-    bands : Bands
-        Centres inside the table; a band that reaches beyond it is averaged
-        over the part inside.
-
-    Returns
-    -------
-    array, shape (n,) or (n, k)
+    A band that reaches beyond the table is averaged over the part inside. Shape (n,) or (n, k).
 
     Raises
     ------
@@ -121,19 +113,12 @@ def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:
         W m-2 nm-1, where irradiance is the direct part. Or SeaBASS with
         ``es``, by a wavelength column or as ``es490``: the mean of one
         station, above the water, all of it direct.
-    sun_zenith : float
-        Sun zenith angle in air, degrees.
 
     Raises
     ------
     InputError
         If the name is unknown, the sun is below the horizon or outside the
         table, or the file cannot be used.
-
-    Examples
-    --------
-    >>> parse_illuminant("d65").direct.at([560, 450]).round(3)
-    array([1.  , 1.17])
     """
     if not (math.isfinite(sun_zenith) and 0 <= sun_zenith < 90):
         raise InputError(

@@ -75,10 +75,7 @@ class SeaBASS:
     def samples(self, quantity: str, lowest: float = 0.0) -> dict[float, list[float]]:
         """Return what was measured of a quantity at each wavelength, in 1/m or W m⁻² nm⁻¹.
 
-        Parameters
-        ----------
-        lowest : float
-            What is not below it and negative is noise, and counts as 0.
+        What is not below ``lowest`` and negative is noise, and counts as 0.
 
         Raises
         ------

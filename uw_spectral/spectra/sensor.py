@@ -129,22 +129,10 @@ _FILMS = _Collection("film_sensitivities.csv", "film", "spectral-film-lut 0.18.1
 def list_sensors(kind: Kind | None = None) -> list[str]:
     """Return the names of all sensors that need no file: observers, cameras, films.
 
-    Parameters
-    ----------
-    kind : {"camera", "film", "observer"}, optional
-        Only these.
-
     Raises
     ------
     InputError
         If there is no such kind.
-
-    Examples
-    --------
-    >>> list_sensors()[:3]
-    ['cie1931', 'cie1964', 'cie2015']
-    >>> list_sensors("film")[:2]
-    ['Agfa Vista 100', 'Fuji C200']
     """
     names = {
         "observer": list(OBSERVERS),

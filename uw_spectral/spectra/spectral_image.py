@@ -37,13 +37,11 @@ def write_exr(
 ) -> None:
     """Write a float32 OpenEXR image.
 
+    The file is replaced in one step once its content is complete.
+
     Parameters
     ----------
-    path : str or Path
-        Target file; replaced in one step once its content is complete.
     pixels : array_like, shape (height, width, k)
-    channels : sequence of str
-        The k channel names.
     metadata : mapping, optional
         Attributes of the header: text, whole numbers, floats; anything else
         is stored as JSON text.
@@ -93,15 +91,7 @@ def write_codes(
     codes: NDArray[np.uint8] | NDArray[np.uint16],
     metadata: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write whole numbers as they are, as PNG or TIFF of 8 or 16 bits.
-
-    Parameters
-    ----------
-    path : str or Path
-        Its suffix chooses the format.
-    codes : array of uint8 or uint16, shape (height, width) or (height, width, 3)
-    metadata : mapping, optional
-        As of :func:`write_exr`.
+    """Write whole numbers, (height, width) or (height, width, 3), as PNG or TIFF by the suffix.
 
     Raises
     ------
@@ -124,16 +114,8 @@ def write_spectral_exr(
 ) -> None:
     """Write band radiances in the spectral OpenEXR layout of Fichet et al. 2021.
 
-    Parameters
-    ----------
-    radiance : array_like, shape (height, width, n)
-    bands : Bands
-        Centres name the channels (``S0.450,0nm``); widths go to the
-        attribute ``bandWidths_nm``.
-    metadata : mapping, optional
-        Further attributes.
-    units : str
-        Of the radiance, for the attribute ``emissiveUnits``.
+    Radiances have shape (height, width, n); centres name the channels (``S0.450,0nm``), widths go
+    to the attribute ``bandWidths_nm`` and units to ``emissiveUnits``.
 
     References
     ----------
@@ -168,11 +150,7 @@ def band_labels(bands: Bands) -> list[str]:
 
 
 def read_exr(path: str | Path) -> tuple[NDArray[np.float32], list[str]]:
-    """Read an OpenEXR image.
-
-    Returns
-    -------
-    array, shape (height, width, k), and the k channel names
+    """Read an OpenEXR image, shape (height, width, k), and the k channel names.
 
     Raises
     ------
@@ -199,11 +177,9 @@ def read_exr_texts(
 
 
 def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str]:
-    """Read a spectral image of :func:`write_spectral_exr`, or any of that layout.
+    """Read a spectral image (height, width, n) of :func:`write_spectral_exr`, or of that layout.
 
-    Returns
-    -------
-    radiance, shape (height, width, n); bands, sorted; units
+    With its bands, sorted, and units.
 
     Raises
     ------
@@ -249,10 +225,7 @@ def temporary_name(path: Path, what: str = "tmp") -> Path:
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary name next to a file, and put it in the file's place on success.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file to create or replace.
+    It has the same suffix, and is removed if the body fails.
 
     Yields
     ------

@@ -20,13 +20,6 @@ def read_spectral_table(
 ) -> Table:
     """Read ``wavelength_nm`` and non-negative columns of a CSV file; others may hold anything.
 
-    Parameters
-    ----------
-    columns : tuple of str
-        Columns that must be there besides ``wavelength_nm``.
-    optional : tuple of str
-        Those that are read if they are there.
-
     Raises
     ------
     InputError
@@ -40,11 +33,6 @@ def read_spectral_table(
 
 def checked_spectral_table(table: Table, place: str) -> Table:
     """Return a table over wavelength if its numbers can be true.
-
-    Parameters
-    ----------
-    place : str
-        Where it comes from, for messages.
 
     Raises
     ------

@@ -70,26 +70,12 @@ class Spectrum(ComparedByContent):
         return float(self.wavelengths[0]), float(self.wavelengths[-1])
 
     def at(self, wavelengths: ArrayLike) -> NDArray[np.float64]:
-        """Interpolate linearly.
-
-        Parameters
-        ----------
-        wavelengths : array_like, shape (m,)
-            Wavelengths in nm, inside :attr:`range`.
-
-        Returns
-        -------
-        array, shape (m,) or (m, k)
+        """Interpolate linearly at wavelengths in nm, shape (m,), inside :attr:`range`.
 
         Raises
         ------
         InputError
             If a wavelength lies outside the table.
-
-        Examples
-        --------
-        >>> Spectrum([400, 500], [1.0, 3.0], "ramp").at([450])
-        array([2.])
         """
         wanted = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
         low, high = self.range
@@ -199,12 +185,8 @@ def split_location(location: str) -> tuple[Path, str]:
 def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (UTF-8)") -> str:
     """Read a text file.
 
-    Parameters
-    ----------
-    kind : str
-        What it should hold, for messages: ``"sensor "``.
-    advice : str
-        What to do if it is no text.
+    ``kind`` is what it should hold, for messages, as ``"sensor "``; ``advice`` what to do if it is
+    no text.
 
     Raises
     ------
@@ -299,13 +281,8 @@ def read_table(
 ) -> Table:
     """Read a numeric table whose comment lines start with ``#``; see :func:`table_text`.
 
-    Parameters
-    ----------
-    required : tuple of str
-        Columns that must be there.
-    optional : tuple of str, optional
-        Those that are read if they are there. Without it all are, but for columns without any
-        number.
+    Columns that are ``required`` must be there; without ``optional`` ones all others are read, but
+    for those without any number.
 
     Raises
     ------

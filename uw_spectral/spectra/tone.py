@@ -57,11 +57,6 @@ class ToneCurve:
 def camera_curve(name: str) -> ToneCurve:
     """Return the measured curve of a camera, exposed so that middle grey stays middle grey.
 
-    Parameters
-    ----------
-    name : str
-        One of :data:`CAMERA_CURVES`.
-
     Raises
     ------
     InputError

@@ -39,25 +39,11 @@ def refracted_offset(
     sun_direction: ArrayLike,
     refractive_index: float = REFRACTIVE_INDEX,
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Where sunlight goes behind a tilted surface, and how much of it.
+    """Where sunlight goes behind a tilted surface, per unit of depth, and how much of it.
 
-    Parameters
-    ----------
-    slope_x, slope_y : array_like
-        Slopes of the surface.
-    sun_direction : array_like, shape (3,)
-        Direction the sunlight travels to in the water below a flat surface
-        (:func:`.sun.sun_travel_direction`).
-    refractive_index : float
-        Of the water against air.
-
-    Returns
-    -------
-    offset_x, offset_y : array
-        Horizontal travel per unit of depth.
-    flux : array
-        Transmitted power per horizontal area, relative to the normal irradiance
-        of the sun in air; 0 where the surface faces away.
+    ``sun_direction`` is that below a flat surface (:func:`.sun_travel_direction`). The flux is the
+    transmitted power per horizontal area, relative to the normal irradiance of the sun in air; 0
+    where the surface faces away.
     """
     px, py = np.asarray(slope_x, dtype=np.float64), np.asarray(slope_y, dtype=np.float64)
     n = refractive_index
@@ -83,30 +69,11 @@ def ray_density(
     rays: int | None = None,
     choppiness: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Irradiance by a point sun in water that does not scatter, mean 1.
+    """Irradiance by a point sun in water that does not scatter, mean 1, (resolution, resolution).
 
-    Parameters
-    ----------
-    sun_direction : array_like, shape (3,)
-        Travel direction in the water below a flat surface.
-    depth : float
-        Below the mean surface, m.
-    t : float
-        Time, s.
-    resolution : int
-        Samples N along the side of the tile.
-    refractive_index : float
-        Of the water against air.
-    rays : int, optional
-        Rays along the side; N by default.
-    choppiness : float
-        Of the crests, see :meth:`.WaveComponents.choppy`.
-
-    Returns
-    -------
-    array, shape (N, N)
-        Row i, column j: rays that cross the mean surface around
-        y = i tile/N, x = j tile/N if they went straight. Exactly 1 without waves.
+    Arguments as of :func:`caustic_pattern`, with so many rays along the side, as many as samples by
+    default. Row i, column j: rays that cross the mean surface around y = i tile/N, x = j tile/N if
+    they went straight. Exactly 1 without waves.
     """
     if not len(waves):
         return np.ones((resolution, resolution))
@@ -188,14 +155,6 @@ def caustic_pattern(
     ----------
     sun_direction : array_like, shape (3,)
         Travel direction in the water below a flat surface, z up.
-    depth : float
-        Below the mean surface, m, not negative.
-    t : float
-        Time, s.
-    resolution : int
-        Samples N along the side of the tile; enough for the waves.
-    refractive_index : float
-        Of the water against air.
     sun_radius : float
         Angular radius of the sun in air, rad.
     choppiness : float

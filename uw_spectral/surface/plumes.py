@@ -69,17 +69,7 @@ class Patch:
 
 
 def patches(waves: RaisedWaves, middle: Sequence[float], radius: float) -> list[Patch]:
-    """Find the foam about a place.
-
-    Parameters
-    ----------
-    waves : RaisedWaves
-        With foam.
-    middle : two floats
-        x and y, m.
-    radius : float
-        Within which foam is looked for, m.
-    """
+    """Find the foam within a radius, m, of a place."""
     side = np.arange(-radius, radius, _CELL) + 0.5 * _CELL
     x, y = np.meshgrid(middle[0] + side, middle[1] + side)
     foam = waves.foam_fraction(x, y)
@@ -114,16 +104,7 @@ def largest(
 ) -> list[Patch]:
     """Choose the patches that count most: large, near, and before a camera.
 
-    Parameters
-    ----------
-    middle, ahead : two floats
-        Where the camera is, m, and where it looks, horizontally.
-
-    Examples
-    --------
-    >>> foam = [Patch(0.0, 9.0, 1.0), Patch(0.0, 4.0, 0.5), Patch(0.0, -4.0, 1.0)]
-    >>> [patch.y for patch in largest(foam, 2, (0.0, 0.0), (0.0, 1.0))]
-    [4.0, 9.0]
+    ``middle`` is where the camera is, m, and ``ahead`` where it looks, horizontally.
     """
 
     def weight(patch: Patch) -> float:
@@ -148,19 +129,10 @@ def plume_middle(depth: float, elevation: float) -> float:
 
 
 def plume_air(patch: Patch, depth: float, age: float) -> float:
-    """Litres of air in a m³ where a plume is densest.
+    """Litres of air in a m³ where a plume of a depth, m, and age, s, is densest.
 
     A blob of this width and depth holds, below its middle, the air below its foam; but it is drawn
     with :data:`MOST` at most.
-
-    Parameters
-    ----------
-    patch : Patch
-        The foam that it is from.
-    depth : float
-        Of :func:`plume_depth`, m.
-    age : float
-        s.
     """
     if not 0.0 <= age < LASTS:
         return 0.0

@@ -43,19 +43,8 @@ def sunk_below_crests(
     surface, while faces between vertices far away are longer than waves. What is itself near the
     surface stays where it is.
 
-    Parameters
-    ----------
-    depth : float or array
-        Of the vertex below the waves, m, not negative.
-    distance : float or array
-        Horizontal, from the camera, m.
-    highest : float
-        Height that hardly any crest exceeds, m.
-
-    Examples
-    --------
-    >>> [round(float(sunk_below_crests(depth, 20.0, 0.6)), 3) for depth in (0.1, 4.0)]
-    [0.04, 0.4]
+    ``highest`` is the height that hardly any crest exceeds; the distance is horizontal, from the
+    camera.
     """
     return m.minimum(_MARGIN * distance, highest) * m.minimum(depth, 1.0)
 
@@ -96,13 +85,7 @@ class Swell:
             )
 
     def on(self, waves: WaveComponents, depth: float = math.inf) -> WaveComponents:
-        """Add the swell to waves, by the wave of their tile that is nearest to it.
-
-        Parameters
-        ----------
-        depth : float
-            Of the water, m.
-        """
+        """Add the swell to waves, by the wave of their tile that is nearest to it."""
         if self.height == 0:
             return waves
         periods, turn = waves.tile / self.length, math.radians(self.direction)
@@ -131,11 +114,8 @@ class HeightTile:
 
     Attributes
     ----------
-    tile : float
-        Its side, m.
     elevation : array, shape (N, N)
         m; row i, column j is y = i tile/N, x = j tile/N.
-    slope_x, slope_y : array, shape (N, N)
     crowding : array, shape (N, N), optional
         Of the waves that break, if there is foam.
     """
@@ -172,8 +152,6 @@ class RaisedWaves:
     ----------
     near, far : HeightTile
         Short waves, and those that are longer than their tile.
-    foam : Foam, optional
-        Bounds of their crowding, if there is foam.
     """
 
     near: HeightTile
@@ -201,16 +179,9 @@ class RaisedWaves:
 def height_tile(
     waves: WaveComponents, resolution: int, t: float, breaking: WaveComponents | None = None
 ) -> HeightTile:
-    """Compute a part of the choppy surface at a moment.
+    """Compute a part of the choppy surface at a moment t, s.
 
-    Parameters
-    ----------
-    resolution : int
-        Samples along the side of the tile.
-    t : float
-        Time, s.
-    breaking : WaveComponents, optional
-        Those that leave foam.
+    Waves that are ``breaking`` leave foam.
     """
     surface = waves.choppy(2 * resolution, t)
     fields = [surface.elevation, surface.slope_x, surface.slope_y]
@@ -222,15 +193,7 @@ def height_tile(
 def far_waves(
     spectrum: WaveSpectrum, tile: float, seed: int, swell: Swell, loop_seconds: float | None
 ) -> WaveComponents:
-    """Realise the waves that are longer than a tile, and the swell.
-
-    Parameters
-    ----------
-    tile : float
-        Of the short waves, m.
-    loop_seconds : float, optional
-        Time after which the motion repeats.
-    """
+    """Realise the waves that are longer than a tile of so many metres, and the swell."""
     longest = 2 * math.pi / tile / math.sqrt(math.pi)  # of the short ones, as these count it
     waves = spectrum.realise(
         FAR * tile, FAR_RESOLUTION, seed, k_max=longest, loop_seconds=loop_seconds
@@ -282,8 +245,6 @@ def surface_ahead(
 
     Parameters
     ----------
-    start, w : three floats or arrays
-        Where the ray begins, and its unit direction, z up; m.
     elevation : callable
         Height of the surface at x and y.
     highest : float or array

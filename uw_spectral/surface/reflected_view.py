@@ -69,20 +69,8 @@ class ReflectedView:
     ) -> list[Operand]:
         """Direction from the eye to what a ray meets.
 
-        Parameters
-        ----------
-        place : three numbers
-            Where the ray leaves the surface, m.
-        down : three numbers
-            Its unit direction from there on.
-        nearness : number
-            One over the distance of what it meets from there, 1/m.
-
-        Examples
-        --------
-        >>> view = ReflectedView((0, 0, 1), (4, 0, -4), (0, 3, -3), (0, 0, -1), 8, 6)
-        >>> view.towards((2.0, 0.0, 0.0), (0.0, 0.0, -1.0), 0.5)
-        [1.0, 0.0, -1.5]
+        ``place`` is where the ray leaves the surface, ``down`` its direction from there on,
+        ``nearness`` one over the distance of what it meets from there, 1/m.
         """
         del m
         return [(p - e) * nearness + d for p, e, d in zip(place, self.eye, down, strict=True)]
@@ -98,29 +86,15 @@ class ReflectedView:
 
         The ray is followed over the picture in a few steps; what hides behind others is not met.
 
-        Parameters
-        ----------
-        place : three numbers
-            Where the ray leaves the surface, m.
-        down : three numbers
-            Its unit direction from there on.
-        nearness : callable
-            What the picture has at a column and row.
+        ``place`` is where the ray leaves the surface, ``down`` its direction from there on;
+        ``nearness`` tells what the picture has at a column and row.
         """
         return followed(self, self, place, down, nearness, m)
 
     def at(
         self, place: Sequence[Operand], down: Sequence[Operand], t: float, m: Mathematics = NUMPY
     ) -> tuple[list[Operand], Operand]:
-        """Direction from the eye to a point of a ray, and how far that lies beyond the surface.
-
-        Parameters
-        ----------
-        place, down : three numbers
-            As of :meth:`found`.
-        t : float
-            Distance of the point from there, m.
-        """
+        """Direction from the eye to a point of a ray, and how far that lies beyond the surface."""
         d = [p - e + t * x for p, e, x in zip(place, self.eye, down, strict=True)]
         return d, m.sqrt(dot(d, d)) * (1.0 - self.eye[2] / m.maximum(-d[2], _LEAST))
 
@@ -170,14 +144,8 @@ def followed(
 ) -> tuple[Operand, Operand, Operand]:
     """Place in a picture of what a ray meets beyond the surface, as of :meth:`ReflectedView.place`.
 
-    Parameters
-    ----------
-    place, way : three numbers
-        Where the ray leaves the surface, m, and its unit direction from there on.
-    nearness : callable
-        What the picture has at a column and row.
-    steps : sequence of float
-        Distances from the surface, m, at which the ray is looked for, the farthest first.
+    Arguments as of :meth:`ReflectedView.found`; ``steps`` are distances from the surface, m, at
+    which the ray is looked for, the farthest first.
     """
     q: Operand = 0.0
     # The nearest of these steps comes last, and holds.

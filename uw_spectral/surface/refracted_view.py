@@ -23,15 +23,7 @@ _STEPS = tuple(8.0 / 2.0**k for k in range(8))
 
 @dataclass(frozen=True)
 class RefractedView:
-    """The air as an eye in the water sees it through a flat surface.
-
-    Attributes
-    ----------
-    picture : ReflectedView
-        What is seen in which direction; its eye is the camera.
-    index : number
-        Of the water against air.
-    """
+    """The air as an eye in the water sees it through a flat surface."""
 
     picture: ReflectedView
     index: Operand
@@ -41,12 +33,8 @@ class RefractedView:
     ) -> tuple[list[Operand], Operand]:
         """Direction in which a point of a ray is seen, and its way in the air from there, m.
 
-        Parameters
-        ----------
-        place, up : three numbers
-            Where the ray leaves the surface, m, and its unit direction in the air.
-        t : float
-            Distance of the point from there, m.
+        ``place`` is where the ray leaves the surface, ``up`` its direction in the air, t the
+        distance of the point from there, m.
         """
         d, air = self._bent(place, up, 1.0 / t, m)
         return d, air * t
@@ -60,19 +48,7 @@ class RefractedView:
     ) -> list[Operand]:
         """Direction in the water in which a flat surface shows what a ray meets.
 
-        Parameters
-        ----------
-        place, up : three numbers
-            As of :meth:`at`.
-        nearness : number
-            One over the distance of what it meets from there, 1/m.
-
-        Examples
-        --------
-        >>> eye = ReflectedView((0.0, 0.0, -2.0), (4, 0, 0), (0, 4, 0), (0, 0, 1), 8, 8)
-        >>> w = RefractedView(eye, 1.34).towards((0.6, 0.0, 0.0), (0.3851, 0.0, 0.9229), 1.0)
-        >>> round(float(w[0] / w[2]), 4)  # as a flat surface turns that ray
-        0.3
+        Arguments as of :meth:`at`; ``nearness`` is one over the distance of what it meets, 1/m.
         """
         return self._bent(place, up, nearness, m)[0]
 

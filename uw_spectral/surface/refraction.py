@@ -32,14 +32,8 @@ def refractive_index_QuanFry1995(
     Pictures are made with one index, :data:`REFRACTIVE_INDEX`, for all wavelengths:
     docs/measured/refractive_index.md measures what that leaves out.
 
-    Parameters
-    ----------
-    wavelength : array_like
-        In nm, 200 to 1100; measured from 400 to 700.
-    salinity : array_like
-        In g/kg, 0 to 40.
-    temperature : array_like
-        In °C, 0 to 30.
+    Wavelengths from 200 to 1100 nm, measured from 400 to 700; salinity 0 to 40 g/kg, temperature 0
+    to 30 °C.
 
     Raises
     ------
@@ -65,24 +59,12 @@ def refractive_index_QuanFry1995(
 
 
 def in_water_cosine(zenith: ArrayLike, refractive_index: float = REFRACTIVE_INDEX) -> NDArray:
-    """Cosine of the in-water sun zenith angle, μs.
-
-    Parameters
-    ----------
-    zenith : array_like
-        Zenith angle in air, degrees, 0 to 90.
-    refractive_index : float
-        Of the water against air, at least 1.
+    """Cosine of the in-water sun zenith angle, μs, by that in air in degrees, 0 to 90.
 
     Raises
     ------
     InputError
         If the sun is below the horizon or the index below 1.
-
-    Examples
-    --------
-    >>> round(float(in_water_cosine(90)), 3)
-    0.666
     """
     zenith = np.asarray(zenith, dtype=np.float64)
     if not (np.all(zenith >= 0) and np.all(zenith <= 90)):
@@ -97,26 +79,10 @@ def in_water_cosine(zenith: ArrayLike, refractive_index: float = REFRACTIVE_INDE
 def sun_travel_direction(
     zenith: float, azimuth: float, refractive_index: float = REFRACTIVE_INDEX
 ) -> NDArray[np.float64]:
-    """Direction that sunlight travels to in the water.
+    """Unit direction that sunlight travels to in the water, z up, shape (3,).
 
-    Parameters
-    ----------
-    zenith : float
-        Zenith angle in air, degrees.
-    azimuth : float
-        Of the direction the light travels to, degrees from +x towards +y.
-    refractive_index : float
-        Of the water against air; 1 gives the direction in air.
-
-    Returns
-    -------
-    array, shape (3,)
-        Unit vector; x, y horizontal, z up (Blender's axes).
-
-    Examples
-    --------
-    >>> sun_travel_direction(0, 0).tolist()
-    [0.0, 0.0, -1.0]
+    The zenith angle is that in air; the azimuth that of the light's way, from +x towards +y, both
+    in degrees. An index of 1 gives the direction in air.
     """
     cosine = float(in_water_cosine(zenith, refractive_index))
     sine = np.sin(np.radians(zenith)) / refractive_index
@@ -132,19 +98,8 @@ def direction_in_air(
 ) -> tuple[Operand, Operand, Operand]:
     """Direction in air of light that travels along w in the water, out of it or into it.
 
-    Parameters
-    ----------
-    w : three floats or arrays
-        Unit direction.
-    normal : three floats or arrays
-        Unit normal of the surface, on the side that w points to.
-    relative_index : float
-        Of the water against air.
-
-    Returns
-    -------
-    three floats or arrays
-        Unit direction; finite, but without meaning, where the reflection is total.
+    The normal is on the side that w points to. Where the reflection is total the direction is
+    finite, but without meaning.
     """
     n = relative_index
     inside = m.maximum(dot(w, normal), 0.0)
@@ -160,18 +115,9 @@ def fresnel_reflectance(
 ) -> Operand:
     """Fresnel reflectance of unpolarised light at a flat interface.
 
-    Parameters
-    ----------
-    cosine : float or array
-        Cosine of the angle of incidence, 0 to 1.
-    relative_index : float or array
-        Index beyond the interface over the index before it: n from air into
-        water, 1/n from water into air (1 where the reflection is total).
-
-    Examples
-    --------
-    >>> round(float(fresnel_reflectance(1.0)), 4)
-    0.0211
+    ``cosine`` is that of the angle of incidence, 0 to 1; ``relative_index`` the index beyond the
+    interface over that before it: n from air into water, 1/n from water into air (1 where the
+    reflection is total).
     """
     n2 = relative_index * relative_index
     incident = m.clamp(cosine, 1e-7, 1.0)  # not 0, which is 0/0 between equal indices
@@ -187,17 +133,7 @@ def is_in_window(
 ) -> Operand:
     """1 for rays up that leave the water through a flat surface, 0 for those wholly mirrored.
 
-    Parameters
-    ----------
-    cosine : float or array
-        Upward component of the unit direction.
-    relative_index : float
-        Of the water against air.
-
-    Examples
-    --------
-    >>> [float(is_in_window(np.cos(np.radians(angle)), 1.34)) for angle in (48.0, 49.0)]
-    [1.0, 0.0]
+    ``cosine`` is the upward component of the unit direction.
     """
     n = relative_index
     return m.less(m.sqrt(m.maximum(1.0 - 1.0 / (n * n), 0.0)), cosine)
@@ -221,23 +157,10 @@ def seen_from_air(
     relative_index: Operand,
     m: Mathematics = NUMPY,
 ) -> tuple[Operand, tuple[Operand, ...], tuple[Operand, ...]]:
-    """What a view ray becomes that meets the water from above.
+    """What a view ray v, z < 0, becomes that meets the water from above: three values.
 
-    Parameters
-    ----------
-    v : three floats or arrays
-        Unit direction in air, away from the camera, z < 0.
-    normal : three floats or arrays
-        Unit normal of the surface, upwards.
-    relative_index : float
-        Of the water against air.
-
-    Returns
-    -------
-    reflectance : float or array
-        Fresnel reflectance.
-    refracted, mirrored : three floats or arrays
-        Unit directions of the ray in the water, and of the one that is mirrored up.
+    Fresnel reflectance; unit directions of the ray in the water, and of the one that is mirrored
+    up.
     """
     n = relative_index
     cosine = m.maximum(-dot(v, normal), 0.0)
@@ -261,16 +184,8 @@ def apparent_depth(
     It is that of the point straight above the object, or below it, on the ray that arrives, drawn
     on without refraction.
 
-    Parameters
-    ----------
-    distance : float or array
-        Horizontal distance of the object from the camera, m.
-    depth : float or array
-        Of the object, m, positive.
-    height : float or array
-        Of the camera, m, positive.
-    relative_index : float
-        Of the water against air.
+    Distances in m: horizontal from the camera; the object's depth and the camera's height,
+    positive.
     """
     fraction = fraction_in_air(distance, depth, height, relative_index, m)
     return height * (1.0 - fraction) / fraction
@@ -288,17 +203,6 @@ def apparent_height(
     As :func:`apparent_depth`, the other way: it lies on the straight line on which the refracted
     ray reaches the eye. What is just above the surface seems to stand on the rim of Snell's window
     where it is farther away than the window reaches on the surface.
-
-    Parameters
-    ----------
-    distance : float or array
-        Horizontal distance of the object from the camera, m.
-    height : float or array
-        Of the object, m, positive.
-    depth : float or array
-        Of the camera, m, positive.
-    relative_index : float
-        Of the water against air.
     """
     fraction = fraction_in_air(distance, depth, height, relative_index, m)
     return lifted_height(depth, fraction, m)
@@ -327,19 +231,8 @@ def fraction_in_air(
     The place of refraction is found by Newton's method, from the nearer of two bounds: a point
     high above, and the critical angle.
 
-    Parameters
-    ----------
-    distance : float or array
-        Horizontal distance of the points, m.
-    depth, height : float or array
-        Of the one in the water and of the one in the air, m, positive.
-    relative_index : float
-        Of the water against air.
-
-    Examples
-    --------
-    >>> round(float(fraction_in_air(3.0, 1.0, 2.0, 1.34)), 4)
-    0.7719
+    ``depth`` and ``height`` are those of the point in the water and of the one in the air, m,
+    positive.
     """
     n = relative_index
     farthest = depth / m.sqrt(n * n - 1.0 + _MATCHED)  # that a ray turns to the side in the water
@@ -379,19 +272,7 @@ def index_in_water(n: Operand, water: Operand, z: Operand, m: Mathematics = NUMP
     .4 % at normal incidence instead of 4 %. An index below 1 has been given against a denser
     medium already, and stays.
 
-    Parameters
-    ----------
-    n : float or array
-        Against air.
-    water : float or array
-        Of the water against air.
-    z : float or array
-        Height above the water surface, m.
-
-    Examples
-    --------
-    >>> index_in_water(1.5, 1.34, -3.0).round(4).item(), index_in_water(1.5, 1.34, 0.2).item()
-    (1.1194, 1.5)
+    ``n`` and ``water`` are against air, ``z`` is the height above the water surface, m.
     """
     against_air = m.less(n, 1.0)
     return n / m.select(m.less(z, 0.0) * (1.0 - against_air), water, 1.0)
@@ -404,16 +285,6 @@ def opaque_index_in_water(
 
     As :func:`index_in_water`, but water makes it no thinner than itself: an index of 1, which
     many files give to what has no gloss, would mirror all that comes in at a flat angle.
-
-    Parameters
-    ----------
-    m : Mathematics
-        As of :func:`index_in_water`.
-
-    Examples
-    --------
-    >>> [opaque_index_in_water(n, 1.34, -3.0).round(4).item() for n in (1.0, 1.5, 0.8)]
-    [1.0, 1.1194, 0.8]
     """
     return m.maximum(index_in_water(n, water, z, m), m.minimum(n, 1.0))
 

@@ -11,12 +11,7 @@ def sun_zenith_Spencer1971(time: datetime, latitude: float, longitude: float) ->
 
     Refraction by the air, 0.5° at the horizon, is left out.
 
-    Parameters
-    ----------
-    time : datetime
-        With its time zone.
-    latitude, longitude : float
-        Degrees, positive north and east.
+    Latitude and longitude in degrees, positive north and east; the time has a zone.
 
     References
     ----------

@@ -73,28 +73,14 @@ class WaveComponents:
         return float(np.sum(self.amplitude**2) / 2)
 
     def below(self, k_max: float) -> WaveComponents:
-        """Keep the waves below a wave number; the slope variance of the others adds to `shorter`.
-
-        Parameters
-        ----------
-        k_max : float
-            rad/m.
-        """
+        """Keep the waves below a wave number; `shorter` gains the slope variance of the others."""
         kept = np.hypot(*self.k.T) < k_max
         low = self._only(kept)
         lost = self.slope_variance - low.slope_variance
         return self._only(kept, shorter=self.shorter + np.maximum(lost, 0))
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
-        """Elevation of the surface at points, m.
-
-        Parameters
-        ----------
-        x, y : array_like
-            Horizontal position, m; any shape.
-        t : float
-            Time, s.
-        """
+        """Elevation of the surface at points, m."""
         return self._sum(x, y, t)[0]
 
     def slopes(self, x: ArrayLike, y: ArrayLike, t: float) -> tuple[NDArray, NDArray]:
@@ -103,18 +89,9 @@ class WaveComponents:
         return slope_x, slope_y
 
     def on_grid(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
-        """Elevation and slopes on a grid of the tile, by FFT.
+        """Elevation and slopes along x and y on a grid of the tile, by FFT, each (N, N).
 
-        Parameters
-        ----------
-        resolution : int
-            Samples N along a side; row i, column j is at y = i tile/N, x = j tile/N.
-        t : float
-            Time, s.
-
-        Returns
-        -------
-        elevation, slope_x, slope_y : array, shape (N, N)
+        Row i, column j is at y = i tile/N, x = j tile/N for the resolution N.
 
         Raises
         ------
@@ -131,12 +108,7 @@ class WaveComponents:
     def choppy(self, resolution: int, t: float, choppiness: float = 1.0) -> ChoppySurface:
         """Move the water to and fro beneath its waves, which sharpens crests, on a grid by FFT.
 
-        Parameters
-        ----------
-        resolution, t
-            As for :meth:`on_grid`.
-        choppiness : float
-            1 moves a particle of deep water on its circle; 0 is the linear surface.
+        A choppiness of 1 moves a particle of deep water on its circle; 0 is the linear surface.
 
         Raises
         ------
@@ -169,18 +141,10 @@ class WaveComponents:
         return ChoppySurface(self.tile, elevation, shift_x, shift_y, slope_x, slope_y, stretch)
 
     def crowding(self, resolution: int, t: float) -> NDArray[np.float64]:
-        """How much the choppy waves crowd the water together where it rests, on a grid by FFT.
+        """How much the choppy waves crowd the water together where it rests, (N, N), by FFT.
 
-        Parameters
-        ----------
-        resolution, t
-            As for :meth:`on_grid`.
-
-        Returns
-        -------
-        array, shape (N, N)
-            1 less the Jacobian of the displacement of :meth:`choppy`, to first order in the
-            steepness: ``Σ k a cos``.
+        1 less the Jacobian of the displacement of :meth:`choppy`, to first order in the steepness:
+        ``Σ k a cos``.
         """
         half, kx, ky = self._transform(resolution, t)
         shape = resolution, resolution
@@ -270,17 +234,8 @@ class ChoppySurface:
 
         Where the surface folds it is one of the layers that lie over a place.
 
-        Parameters
-        ----------
-        resolution : int
-            Samples M along a side; half of N keeps the shortest waves.
-        *fields : arrays of shape (N, N)
-            Such as :attr:`elevation`: of the points, by where they rest.
-
-        Returns
-        -------
-        list of arrays of shape (M, M)
-            Row i, column j is at y = i tile/M, x = j tile/M.
+        Fields such as :attr:`elevation` are of the points by where they rest; a resolution of half
+        of theirs keeps the shortest waves. Row i, column j is at y = i tile/M, x = j tile/M.
         """
         size = len(self.elevation)
         per_cell = size / self.tile
@@ -299,16 +254,7 @@ def periodic_at(
 ) -> list[NDArray[np.float64]]:
     """Interpolate periodic fields of one square shape between their samples, bilinearly.
 
-    Parameters
-    ----------
-    fields : sequence of arrays of shape (N, N)
-    row, column : array
-        Places, in samples.
-
-    Examples
-    --------
-    >>> periodic_at([np.arange(4.0).reshape(2, 2)], np.array([0.0, 0.5]), np.array([0.5, 1.0]))
-    [array([0.5, 2. ])]
+    Rows and columns are places in samples.
     """
     size = len(fields[0])
     lower, left = np.floor(row), np.floor(column)

@@ -46,22 +46,18 @@ _FADES = 0.1  # m; ripples focus from about there on
 class Sea:
     """Waves on a tile, by their causes.
 
+    Wind speeds are 0 to 40 m/s; fetch, depth and tile in m.
+
+    A value out of its range raises :class:`InputError` when the sea is computed.
+
     Parameters
     ----------
-    wind_speed : float
-        m/s, 0 to 40.
     wind_direction : float
         The wind blows *to* it, degrees from +x towards +y.
     fetch : float
         m.
-    depth : float
-        Of the water, m.
-    seed : int
-        Of the phases.
     tile : float
         Side of the square after which the waves repeat, m.
-    resolution : int
-        Samples along it.
     loop_seconds : float, optional
         Time after which the motion repeats.
     raised : bool
@@ -86,43 +82,19 @@ class Sea:
 
     @property
     def spectrum(self) -> WaveSpectrum:
-        """Spectrum of all its waves, on the tile or not.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range.
-        """
+        """Spectrum of all its waves, on the tile or not."""
         return WaveSpectrum(self.wind_speed, self.wind_direction, self.fetch, self.depth)
 
     def components(self) -> WaveComponents:
-        """Return the realised waves.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range.
-        """
+        """Return the realised waves."""
         return _components(self)
 
     def highest_crest(self) -> float:
-        """Height over the mean level that crests hardly ever exceed, m; 0 of a plane.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range.
-        """
+        """Height over the mean level that crests hardly ever exceed, m; 0 of a plane."""
         return highest_crest([self.components(), _far_components(self)]) if self.raised else 0.0
 
     def raised_at(self, t: float) -> RaisedWaves | None:
-        """Return the heights at a moment in s; None of a plane.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range.
-        """
+        """Return the heights at a moment in s; None of a plane."""
         return _raised(self, t) if self.raised else None
 
     def significant_height(self) -> float:
@@ -131,15 +103,7 @@ class Sea:
         return 4.0 * math.sqrt(sum(part.elevation_variance for part in parts))
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
-        """Height of a raised surface over the mean level, to first order in its steepness, m.
-
-        Parameters
-        ----------
-        x, y : array_like
-            m.
-        t : float
-            Time, s.
-        """
+        """Height of a raised surface over the mean level, to first order in its steepness, m."""
         return self.components().elevation(x, y, t) + _far_components(self).elevation(x, y, t)
 
     def layer_depths(self, floor_depth: float = math.inf) -> NDArray[np.float64]:
@@ -167,14 +131,8 @@ class Sea:
 
         Parameters
         ----------
-        t : float
-            Time, s.
         sun_direction : array_like, shape (3,)
             Travel direction of the sunlight in the water.
-        refractive_index : float
-            Of the water against air.
-        floor_depth : float
-            m.
         sun_radius : float
             Angular radius of the sun in air, rad; 0 where the renderer's own sun has a disc.
         """
@@ -241,8 +199,6 @@ class WavePatterns:
         Slopes of the surface; row i, column j is y = i tile/N, x = j tile/N.
     finer : float
         Slope variance of the waves too short for them.
-    raised : RaisedWaves, optional
-        Heights, if the surface has any.
     """
 
     layers: CausticLayers
@@ -280,13 +236,7 @@ class WavePatterns:
     def sunlight_at(
         self, x: NDArray, y: NDArray, depth: NDArray, sun: Sequence[float]
     ) -> NDArray[np.float64]:
-        """Relative sunlight of the nearest samples at places, m.
-
-        Parameters
-        ----------
-        sun : sequence of 3
-            Travel direction of the sunlight in the water.
-        """
+        """Relative sunlight of the nearest samples at places, m, for its direction in the water."""
         x, y = under_waves(x, y, depth, sun)
         images = [_nearest(image, self.layers.tile, x, y) for image in self.layers.images]
         return np.asarray(pattern_at(depth, self.position(depth), images))
@@ -334,12 +284,7 @@ def under_waves(
 ) -> tuple[Operand, Operand]:
     """Where the sunlight of a point would meet the flat surface, x and y.
 
-    Parameters
-    ----------
-    x, y, depth : float or array
-        The point; depth is positive down, m.
-    sun : sequence of 3
-        Travel direction of the sunlight in the water.
+    ``depth`` is positive down; ``sun`` is the direction of sunlight in the water.
     """
     back = depth / sun[2]
     return x + back * sun[0], y + back * sun[1]
@@ -353,14 +298,8 @@ def layer_position(
 ) -> Operand:
     """Position among the layers, 0 at the first, ``LAYERS - 1`` at the last.
 
-    Parameters
-    ----------
-    depth : float or array
-        m.
-    log_first : float
-        Natural logarithm of the first layer's depth.
-    per_log : float
-        Layers per unit of the logarithm.
+    ``log_first`` is the natural logarithm of the first layer's depth in m, ``per_log`` layers per
+    unit of it.
     """
     return (m.log(m.maximum(depth, 1e-6)) - log_first) * per_log
 
@@ -381,12 +320,8 @@ def pattern_at(
 ) -> Operand:
     """Relative sunlight at a depth, blended from the layers; it fades to 1 at the surface.
 
-    Parameters
-    ----------
-    depth, position : float or array
-        As for, and from, :func:`layer_position`.
-    layers : sequence of LAYERS
-        The patterns where the sunlight of the point meets the surface.
+    ``layers`` are the patterns where the sunlight of the point meets the surface, ``position`` is
+    from :func:`layer_position`.
     """
     fade = m.minimum(depth * (1.0 / _FADES), 1.0)
     return 1.0 + fade * (interp(position, layers, m) - 1.0)

@@ -105,18 +105,7 @@ class WaveSpectrum:
         return GRAVITY * (self.wave_age / max(self.wind_speed, 0.1)) ** 2
 
     def curvature(self, k: ArrayLike) -> NDArray[np.float64]:
-        """Saturation B(k) = k³ S(k), the slope variance per unit of ln k.
-
-        Parameters
-        ----------
-        k : array_like
-            Wave number, rad/m, positive.
-
-        Returns
-        -------
-        array
-            Dimensionless.
-        """
+        """Saturation B(k) = k³ S(k), the slope variance per unit of ln k."""
         k = np.asarray(k, dtype=np.float64)
         if self.wind_speed == 0:
             return np.zeros_like(k)
@@ -164,18 +153,7 @@ class WaveSpectrum:
         return self.curvature(k) * (1 + self.spreading(k) * cos2) / (2 * math.pi * k2 * k2)
 
     def slope_variance(self, k_min: float = 0.0, k_max: float = math.inf) -> NDArray[np.float64]:
-        """Slope variance of the waves between two wave numbers.
-
-        Returns
-        -------
-        array, shape (2,)
-            Along and across the wind; their sum is the mean square slope.
-
-        Examples
-        --------
-        >>> WaveSpectrum(5.0).slope_variance().sum().round(3)
-        np.float64(0.028)
-        """
+        """Slope variance of the waves between two wave numbers, along and across the wind, (2,)."""
         k, weight = _logarithmic(max(k_min, self.peak / 30), min(k_max, _SHORTEST))
         B, spread = self.curvature(k) * weight, self.spreading(k)
         return np.array([np.sum(B * (1 + spread / 2)), np.sum(B * (1 - spread / 2))]) / 2
@@ -211,13 +189,9 @@ class WaveSpectrum:
 
         Parameters
         ----------
-        tile : float
-            Side of the tile, m.
         resolution : int
             Samples along a side that must carry the waves: components go up to
             ``resolution/2 - 1`` periods per tile in either axis.
-        seed : int
-            Of the phases.
         k_min, k_max : float
             Range of wave numbers, rad/m: for several tiles that share the spectrum.
         loop_seconds : float, optional
@@ -277,36 +251,16 @@ class WaveSpectrum:
 
 
 def angular_frequency(k: ArrayLike, depth: float = math.inf) -> NDArray[np.float64]:
-    """Dispersion of gravity-capillary waves, ω² = g k (1 + (k/km)²) tanh(k d).
-
-    Parameters
-    ----------
-    k : array_like
-        Wave number, rad/m.
-    depth : float
-        Of the water, m.
-
-    Returns
-    -------
-    array
-        rad/s.
-    """
+    """Dispersion of gravity-capillary waves, ω² = g k (1 + (k/km)²) tanh(k d)."""
     k = np.asarray(k, dtype=np.float64)
     shallow = np.tanh(np.minimum(k * depth, 30.0)) if math.isfinite(depth) else 1.0
     return np.sqrt(GRAVITY * k * (1 + (k / _KM) ** 2) * shallow)
 
 
 def slope_variance_CoxMunk1954(wind_speed: float) -> NDArray[np.float64]:
-    """Slope variance of a clean sea, along and across the wind.
+    """Slope variance of a clean sea, along and across the wind, shape (2,).
 
-    Parameters
-    ----------
-    wind_speed : float
-        At 12.5 m, m/s; measured between 1 and 14.
-
-    Returns
-    -------
-    array, shape (2,)
+    The wind speed is at 12.5 m, m/s; measured between 1 and 14.
 
     Notes
     -----

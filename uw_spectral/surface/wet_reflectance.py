@@ -20,12 +20,7 @@ _ANGLES = 20_000
 
 @functools.cache
 def mean_cosine_of_grains(n: float) -> float:
-    """Mean cosine of the light after a clear sphere that is large against wavelengths.
-
-    Parameters
-    ----------
-    n : float
-        Refractive index against what is around it, at least 1.
+    """Mean cosine of light after a clear sphere, large against wavelengths, of an index n ≥ 1.
 
     Notes
     -----
@@ -46,14 +41,8 @@ def wet_reflectance_TwomeyEtAl1986(
 ) -> Operand:
     """Reflectance of a porous object where it lies, from that which it has dry.
 
-    Parameters
-    ----------
-    R : float or array
-        Of the dry object, thick and matte, 0 to 1.
-    g_wet : float or array
-        Mean cosine of its grains in water, :func:`mean_cosine_of_grains`.
-    z : float or array
-        Height above the water surface, m.
+    ``R`` is that of the dry object, thick and matte; ``g_wet`` the mean cosine of its grains in
+    water, :func:`mean_cosine_of_grains`; ``z`` the height above the water surface, m.
 
     Notes
     -----

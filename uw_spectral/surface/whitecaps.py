@@ -37,12 +37,7 @@ _FALL = (1.0, 0.889, 0.760, 0.645)
 
 
 def whitecap_cover_Monahan1980(wind_speed: float) -> float:
-    """Fraction of the sea that foam covers.
-
-    Parameters
-    ----------
-    wind_speed : float
-        At 10 m, m/s; measured up to 17.
+    """Fraction of the sea that foam covers, by the wind at 10 m in m/s, measured up to 17.
 
     Notes
     -----
@@ -52,12 +47,7 @@ def whitecap_cover_Monahan1980(wind_speed: float) -> float:
 
 
 def foam_reflectance(wavelength: ArrayLike) -> NDArray[np.float64]:
-    """Reflectance of fresh foam: that of the visible, falling in the red and infrared.
-
-    Parameters
-    ----------
-    wavelength : array_like
-        In nm.
+    """Reflectance of fresh foam: that of the visible, falling in the red and infrared, from nm.
 
     Notes
     -----
@@ -85,18 +75,7 @@ class Foam:
     per_crowding: float
 
     def fraction(self, crowding: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Fraction of the surface, 0 to 1, that is fresh foam: it reflects so much of that's.
-
-        Parameters
-        ----------
-        crowding : float or array
-            Of :meth:`.WaveComponents.crowding`, of all waves that break.
-
-        Examples
-        --------
-        >>> Foam(0.5, 5.0).fraction(np.array([0.4, 0.6, 0.9])).round(3)
-        array([0. , 0.5, 1. ])
-        """
+        """Fraction of the surface, 0 to 1, that is fresh foam: it reflects so much of that's."""
         return foam_fraction(crowding, self.first, self.per_crowding, m)
 
 
@@ -126,12 +105,8 @@ def breaking(waves: WaveComponents, resolution: int) -> WaveComponents:
 def foam_of(parts: tuple[WaveComponents, WaveComponents], cover: float) -> Foam:
     """Choose the bounds for a cover of the sea, and for the mean reflectance of foam.
 
-    Parameters
-    ----------
-    parts : two of WaveComponents
-        That break: on two tiles, each moved by its own waves only.
-    cover : float
-        Fraction of the sea that foam covers.
+    ``parts`` break on two tiles, each moved by its own waves only; ``cover`` is the fraction of the
+    sea that foam covers.
 
     Notes
     -----

@@ -75,14 +75,6 @@ class LightInAir:
         ----------
         sun_response : float or array
             Its radiance per normal irradiance of a sun in another direction, shadows included.
-        albedo : float or array
-            Its Lambertian reflectance.
-        turned : float or array
-            Of :func:`turned_sun`, from there to the sun in air.
-        up : float or array
-            Upward component of its normal.
-        facing : float or array
-            Of :func:`facing_mirrored`.
         """
         above, below = 0.5 + 0.5 * up, 0.5 - 0.5 * up
         diffuse = (above + below * self.mirrored) * self.sky + below * self.leaving
@@ -93,15 +85,7 @@ class LightInAir:
 def facing_mirrored(
     normal: Sequence[Operand], sun: Sequence[Operand], m: Mathematics = NUMPY
 ) -> Operand:
-    """Cosine of a patch to the sun that a level surface mirrors.
-
-    Parameters
-    ----------
-    normal : three floats or arrays
-        Of the patch.
-    sun : three floats or arrays
-        Unit direction that sunlight travels to in air.
-    """
+    """Cosine of a patch to the sun that a level surface mirrors; ``sun`` travels so in air."""
     return m.maximum(normal[2] * sun[2] - normal[0] * sun[0] - normal[1] * sun[1], 0.0)
 
 
@@ -112,19 +96,7 @@ class LightBelow(Protocol):
 
 
 def leaving_irradiance(field: LightBelow, relative_index: float) -> NDArray[np.float64]:
-    """Irradiance, on a level plane above, of the light that comes out through a level surface.
-
-    Parameters
-    ----------
-    field : LightBelow
-        The light in the water.
-    relative_index : float
-        Of the water against air.
-
-    Returns
-    -------
-    array, shape (n,)
-    """
+    """Irradiance, on a level plane above, of the light that comes out through a level surface."""
 
     def leaving(y: Operand, v: Sequence[Operand]) -> Operand:
         R, w, _ = seen_from_air(v, (0.0, 0.0, 1.0), relative_index)
@@ -137,10 +109,7 @@ def leaving_irradiance(field: LightBelow, relative_index: float) -> NDArray[np.f
 def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightInAir:
     """Return the light above the water of a column.
 
-    Parameters
-    ----------
-    field : LightBelow, optional
-        The light in it, if what comes up from there is wanted.
+    ``field`` is the light in it, if what comes up from there is wanted.
     """
     sky, n, high = column.skylight, column.refractive_index, -float(column.skylight.sun[2])
     lets_in, mirrored, leaving = 1.0, 0.0, np.zeros_like(column.sun_irradiance)
@@ -178,18 +147,9 @@ def glitter_from_above(
     Facets whose slopes mirror the sun into the eye, by their fraction of the surface that is seen:
     the finer waves' slopes are Gaussian about those of the surface there.
 
-    Parameters
-    ----------
-    sun_irradiance : float or array
-        Across the sunlight, in air.
-    view : three floats or arrays
-        Unit direction away from the camera; z < 0.
-    ripples : Ripples
-        The surface there, with the direction that sunlight travels to in air.
-    relative_index : float
-        Of the water against air.
-    sun_disc2 : float
-        Mean squared angle of the sun's disc, rad².
+    ``sun_irradiance`` is across the sunlight, in air; ``view`` is a unit vector away from the
+    camera, z < 0; ``ripples`` has the direction of sunlight in air; ``sun_disc2`` is the mean
+    squared angle of the sun's disc, rad².
 
     References
     ----------
@@ -220,18 +180,8 @@ def flattened_sun(
     Shadows of objects that seem to lie k times as deep fall right if the sun comes down k times as
     far. That is exact on the camera's axis, where k is taken.
 
-    Parameters
-    ----------
-    sun : sequence of 3
-        Unit direction that the light travels to in the water.
-    towards : sequence of 3
-        Unit direction to where the camera looks.
-    relative_index : float
-        Of the water against air.
-
-    Returns
-    -------
-    array, shape (3,)
+    ``sun`` is the unit direction of the light in the water, ``towards`` that to where the camera
+    looks.
     """
     down = float(np.clip(-towards[2], _LOWEST_VIEW, 1.0))
     inside = math.sqrt(1.0 - (1.0 - down * down) / relative_index**2)

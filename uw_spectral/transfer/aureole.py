@@ -59,17 +59,9 @@ class SpreadSun:
     counts: NDArray[np.bool_]
 
     def factor(self, s2: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return p*/p at angles close to the sun.
+        """Return p*/p at angles close to the sun, s2 (t,), shape (t, d, n).
 
-        Parameters
-        ----------
-        s2 : array, shape (t,)
-            Squared sines of half the scattering angle.
-
-        Returns
-        -------
-        array, shape (t, d, n)
-            1 from 15° on; from 10° on it fades.
+        1 from 15° on; from 10° on it fades.
         """
         p = sum(fraction * phase.per_steradian(s2[:, None, None]) for phase, fraction in self.parts)
         terms = _legendre_terms(len(self.rest) - 1, s2.tobytes())
@@ -87,8 +79,6 @@ def spread_sun(water: Sequence[tuple[BandPhase, NDArray[np.float64]]], streams: 
     ----------
     water : sequence of (BandPhase, array of shape (d, n))
         Phase function of each layer, and scatterings along the slant paths in it.
-    streams : int
-        N, even.
     """
     count = max(_MOMENTS, 2 * streams)
     x = [scatterings for _, scatterings in water]
@@ -115,7 +105,7 @@ def _legendre_terms(count: int, s2: bytes) -> NDArray[np.float64]:
 def moments_of_spread(
     chi: NDArray[np.float64], x: NDArray[np.float64], known: int = 2
 ) -> NDArray[np.float64]:
-    """Legendre moments of p*.
+    """Legendre moments of p*, shape (l, n).
 
     Parameters
     ----------
@@ -123,12 +113,6 @@ def moments_of_spread(
         Moments of the phase function from l = 0 to ``known`` at least.
     x : array, shape (n,)
         Scatterings along the slant path.
-    known : int
-        How many moments the diffuse light knows.
-
-    Returns
-    -------
-    array, shape (l, n)
     """
     f = chi[known]
     x = np.maximum(x, 1e-9)

@@ -97,12 +97,7 @@ class ChannelWater:
     def transmittance_past(self, y: Operand, P: Operand, around: Around | None) -> Operand:
         """Fraction of an object's light that is left, and of light from behind it that it blocks.
 
-        Parameters
-        ----------
-        y, P : numbers
-            Depth and distance of the object, m.
-        around : Around, optional
-            Of what it blocks more than the forward peak is the occlusion's business.
+        Of what ``around`` blocks more than the forward peak is the occlusion's business.
         """
         if around is None:
             return self.transmittance(y, P)
@@ -284,8 +279,6 @@ class ChannelWater:
             Unit view direction, away from the camera, z up.
         leaving : channels
             Of :meth:`leaving`; multiplied by the coverage already.
-        around : Around, optional
-            What objects do to light that is scattered forward.
         coverage : number
             Fraction of the pixel that the object fills.
         tint : channels, optional

@@ -76,16 +76,9 @@ class DepthScale:
     def between(
         cls, depths: Sequence[float], inverse: Sequence[float], *, floor: bool
     ) -> DepthScale:
-        """Return the scale of zones that meet at depths.
+        """Return the scale of zones that meet at depths, m, from the surface, 0, to the deepest.
 
-        Parameters
-        ----------
-        depths : sequence of z + 1 floats
-            From the surface, 0, to the deepest, m.
-        inverse : sequence of z floats
-            As of :class:`Zone`.
-        floor : bool
-            Whether there is a floor at the deepest.
+        ``inverse`` is as of :class:`Zone`, for each of them.
         """
         slices = SLICES if len(inverse) == 1 else LAYERED_SLICES
         ends = [-(-place * (slices - 1) // len(inverse)) for place in range(len(depths))]

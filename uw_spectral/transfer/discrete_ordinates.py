@@ -123,22 +123,17 @@ def solve_discrete_ordinates(
 ) -> SolvedField:
     """Solve the light field of plane-parallel water.
 
+    A finite last layer ends at the Lambertian floor. Without a refractive index the surface lets
+    all light through; it is the average over waves of a mean square slope, flat by default.
+
     Parameters
     ----------
-    layers : sequence of OpticalLayer
-        From the surface down; a finite last one ends at the floor.
     E : array_like, shape (n,)
         Direct downwelling irradiance of the sun just below the surface.
     sun : sequence of 3
         Unit direction that sunlight travels to in the water, z up.
     sky : Sky, optional
         In air, its sun at the azimuth of that in the water; black by default.
-    refractive_index : float, optional
-        Of the water against air; without one the surface lets all light through.
-    slope_variance : float
-        Mean square slope of waves whose average the surface is; flat by default.
-    floor_reflectance : array_like, shape (n,)
-        Of the Lambertian floor.
     streams : int
         Quadrature cosines up and down together, even and at least 4.
     modes : int, optional

@@ -65,13 +65,9 @@ class Facets:
     ) -> Operand:
         """Return that of a white one, as of :func:`.round_highlight`.
 
-        Parameters
-        ----------
-        to_eye, half, to_light : three numbers
-            Unit vectors.
-        angle2 : float or array
-            Mean square angle of the light from its middle, rad². It makes the highlight wider: a
-            mirror is as bright in the middle as an even disc is.
+        Directions are unit vectors. ``angle2`` is the mean square angle of the light from its
+        middle, rad²; it makes the highlight wider: a mirror is as bright in the middle as an even
+        disc is.
         """
         width = m.maximum(self.roughness * self.roughness, _SMOOTHEST)
         width2 = m.minimum(width * width + 0.5 * angle2, 1.0)
@@ -99,12 +95,7 @@ class Facets:
 def specular_index(index: Operand, level: Operand, m: Mathematics = NUMPY) -> Operand:
     """Refractive index of what reflects 2 × level times as much from straight ahead.
 
-    Parameters
-    ----------
-    index : float or array
-        Against what is around it.
-    level : float or array
-        *Specular IOR Level* of Blender's Principled BSDF.
+    ``level`` is the *Specular IOR Level* of Blender's Principled BSDF.
     """
     amplitude = m.absolute((index - 1.0) / (index + 1.0)) * m.sqrt(m.maximum(2.0 * level, 0.0))
     amplitude = m.minimum(amplitude, 0.99)

@@ -80,20 +80,8 @@ def foam_from_above(
     sunlight: Sequence[Operand],
     m: Mathematics = NUMPY,
 ) -> Operand:
-    """Radiance of fresh foam seen from the air.
+    """Radiance of fresh foam seen from the air, from those of :class:`FoamLight`.
 
-    Parameters
-    ----------
-    sun, sky : channels
-        Of :class:`FoamLight`.
-    normal : three numbers
-        Of the surface, upwards.
-    sunlight : three numbers
-        Unit direction that sunlight travels to in air.
-
-    Examples
-    --------
-    >>> foam_from_above(0.1, 0.02, (0.0, 0.0, 1.0), (0.6, 0.0, -0.8)).round(3).item()
-    0.1
+    ``normal`` is the surface's, upwards; ``sunlight`` the unit direction of sunlight in air.
     """
     return sun * m.maximum(-dot(normal, sunlight), 0.0) + sky

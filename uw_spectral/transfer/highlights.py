@@ -32,14 +32,8 @@ def stretched_highlight(
     GGX with Smith's shadowing, with the widths of Blender's Glossy BSDF; what facets throw from
     one to another is left out.
 
-    Parameters
-    ----------
-    n, tangent, to_eye, to_sun : three numbers
-        Unit vectors.
-    roughness, anisotropy : float or array
-        The latter from -1 to 1.
-    rotation : float or array
-        Of the tangent about the normal, in whole turns.
+    Directions are unit vectors; ``anisotropy`` is from -1 to 1, ``rotation`` of the tangent about
+    the normal in whole turns.
 
     Notes
     -----
@@ -79,12 +73,8 @@ def round_highlight(
 ) -> Operand:
     """Return that of a mirror which is as rough along as across, for any light.
 
-    Parameters
-    ----------
-    n, to_eye, half, to_light : three numbers
-        Unit vectors; the third from :func:`halfway`.
-    width2 : float or array
-        Square of the width of slopes: the fourth power of the roughness.
+    Directions are unit vectors. ``width2`` is the square of the width of slopes: the fourth power
+    of the roughness.
     """
     vz, lz = (m.maximum(dot(v, n), _LEAST) for v in (to_eye, to_light))
     hz = dot(half, n)
@@ -123,12 +113,7 @@ def toon_highlight(
 ) -> Operand:
     """Return that of a diffuse toon, which is even in a cone about the normal.
 
-    Parameters
-    ----------
-    n, to_sun : three numbers
-        Unit vectors.
-    size, smooth : float or array
-        Of the cone and of its soft border, over a right angle.
+    Directions are unit vectors; the size of the cone and of its soft border are over a right angle.
     """
     cosine = m.clamp(dot(n, to_sun), _LEAST, 1.0)
     angle, right = m.arccos(cosine), math.pi / 2.0

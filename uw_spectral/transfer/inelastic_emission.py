@@ -25,17 +25,8 @@ def inelastic_emission(
 ) -> Emission:
     """Return what the processes emit in a homogeneous column, as exponentials of depth.
 
-    Parameters
-    ----------
-    processes : sequence of InelasticProcess
-        On these bands.
-    exciting : SolvedField
-        Of the excitation bands, irradiances per nm; its mean over azimuth is enough.
-
-    Returns
-    -------
-    Emission
-        Power per volume and nm in the emission bands.
+    Of the exciting field, per nm, the mean over azimuth is enough; what is emitted is per volume
+    and nm.
 
     Raises
     ------

@@ -7,23 +7,9 @@ from numpy.typing import NDArray
 
 
 def legendre_modes(degree: int, modes: int, mu: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Normalised associated Legendre functions, sqrt((l-m)!/(l+m)!) P_l^m.
+    """Normalised associated Legendre functions, sqrt((l-m)!/(l+m)!) P_l^m; 0 where l < m.
 
-    Parameters
-    ----------
-    degree, modes : int
-        Of l, the largest; of m, how many.
-    mu : array, shape (q,)
-
-    Returns
-    -------
-    array, shape (modes, degree + 1, q)
-        0 where l < m.
-
-    Examples
-    --------
-    >>> legendre_modes(2, 2, np.array([0.5]))[..., 0].round(3).tolist()
-    [[1.0, 0.5, -0.125], [0.0, 0.612, 0.53]]
+    Shape (modes, degree + 1, q) for l to ``degree``, so many m, and mu (q,).
     """
     out = np.zeros((modes, degree + 1, len(mu)))
     out[0, 0] = 1.0

@@ -14,24 +14,12 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def light_from_above(field: SolvedField, y: float, count: int) -> Array:
-    """Return directions that carry equal fractions of the scalar irradiance from above.
+    """Return k directions that carry equal fractions of the scalar irradiance from above, (k, 3).
 
     All bands together; the sun's beam with its forward peak is left out.
 
-    Parameters
-    ----------
-    field : SolvedField
-        Of n bands.
-    y : float
-        Depth, m.
-    count : int
-        k.
-
-    Returns
-    -------
-    array, shape (k, 3)
-        Unit vectors towards where the light comes from, x, y horizontal, z up; straight up
-        where there is no light.
+    They are unit vectors towards where the light comes from, z up; straight up where there is no
+    light.
 
     Notes
     -----

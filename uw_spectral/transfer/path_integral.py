@@ -37,14 +37,8 @@ def attenuated_path(
 ) -> Operand:
     """Return ``e^near G(q, P)``, the integral of ``e^{near - q v}`` over the path.
 
-    Parameters
-    ----------
-    near, far : float or array
-        Exponents at the camera and at the end of the path, far = near - q P.
-    qP : float or array
-        q P; q may have either sign.
-    P : float or array
-        Length of the path, m.
+    ``near`` and ``far`` = near - q P are the exponents at the ends of the path of P metres; ``qP``
+    may have either sign.
 
     Notes
     -----

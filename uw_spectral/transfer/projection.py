@@ -60,24 +60,10 @@ def project(
 ) -> ChannelTables:
     """Project a solved field.
 
-    Parameters
-    ----------
-    field : SolvedField
-        Of n bands.
-    channels : Channels
-        Of the same bands.
-    eye : float
-        Depth of the camera, m; it matters where water differs with depth.
-    sky : array, shape (n,)
-        Level of the sky's radiance in air.
-    measured : sequence of array, shape (n,)
-        Measured reflectances.
-    occlusion : Shades, optional
-        If objects occlude: the sun's forward peak is then part of the direct sun.
-    contrast : callable, optional
-        Of caustics, at depths (d,), of shape (d, n), under waves.
-    emissions : sequence of array, shape (n,)
-        Radiance of objects that emit what is no colour.
+    ``eye`` is the camera's depth, m, which matters where water differs with depth; ``sky`` (n,) the
+    level of the sky's radiance in air; ``measured`` reflectances and ``emissions`` that are no
+    colour have shape (n,). If objects occlude, the sun's forward peak is part of the direct sun.
+    ``contrast`` is that of caustics at depths (d,), of shape (d, n), under waves.
     """
     table = tabulate(field)
     depths = table.depth_scale.depths()

@@ -95,21 +95,9 @@ def upwelling_irradiance(
 ) -> NDArray[np.float64]:
     """Upwelling irradiance: the radiance that comes from below, integrated.
 
-    The two streams' own Eu holds over a bright floor. Where little light comes
-    back it is off by tens of percent, and negative where absorption outweighs
-    scattering; this one is as good as the radiance, and never negative.
-
-    Parameters
-    ----------
-    radiance : callable
-        At depth y along w.
-    y : float or array
-        Depth, m; an array has a last axis of 1 for the bands.
-
-    Returns
-    -------
-    array, shape (..., n)
-        Gauss-Legendre over the cosine, evenly in azimuth.
+    By Gauss-Legendre over the cosine, evenly in azimuth, so never negative, as the two streams' own
+    Eu is where absorption outweighs scattering. ``radiance`` is at depth y, m, along w; an array of
+    depths has a last axis of 1 for the bands. Shape (..., n).
     """
     nodes, weights = np.polynomial.legendre.leggauss(_ELEVATIONS)
     azimuth = (np.arange(_AZIMUTHS) + 0.5) * (2.0 * math.pi / _AZIMUTHS)
@@ -193,16 +181,14 @@ def under_surface(
 
     The sky inside Snell's window and the mirrored water outside it.
 
+    ``w`` is a unit vector away from the camera, z > 0; the radiance gains a factor n².
+
     Parameters
     ----------
     water : Radiant or None
         What the surface mirrors; None for a surface that mirrors black water.
-    w : three floats or arrays
-        Unit view direction, away from the camera; z > 0.
     L_sky : float or array
         Radiance of the sky, in air, where the refracted ray meets it.
-    relative_index : float
-        Index of the water against air, n; the radiance gains a factor n².
     slopes : two floats or arrays, optional
         Slopes of the surface along x and y where w meets it; flat without.
     """
@@ -224,16 +210,8 @@ def sun_image(
 
     The solid angle over which the sun appears is a Gaussian one, so that no pixel misses it.
 
-    Parameters
-    ----------
-    sun : three floats or arrays
-        Direction that sunlight travels to in the water.
-    w : three floats or arrays
-        Unit view direction, away from the camera; z > 0.
-    relative_index : float
-        Index of the water against air.
-    ripples : Ripples
-        The surface where w meets it.
+    ``w`` is a unit vector away from the camera, z > 0; ``sun`` the direction of sunlight in the
+    water.
     """
     n, n2 = relative_index, relative_index * relative_index
     normal = surface_normal(*ripples.slopes, m)

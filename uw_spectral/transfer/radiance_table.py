@@ -93,12 +93,8 @@ def azimuth(
 ) -> Operand:
     """Position of a direction among so many azimuths: 0 towards the sun.
 
-    Parameters
-    ----------
-    w : three floats or arrays
-        Unit view direction, away from the camera, z up; or normal of a patch.
-    sun : three floats or arrays
-        Unit direction the sunlight travels to.
+    ``w`` is a unit view direction, z up, or the normal of a patch; ``sun`` the direction of
+    sunlight.
     """
     size = (w[0] * w[0] + w[1] * w[1]) * (sun[0] * sun[0] + sun[1] * sun[1])
     away = (w[0] * sun[0] + w[1] * sun[1]) / m.sqrt(m.maximum(size, _SLANT**4))

@@ -24,24 +24,13 @@ def facet_by_chance(
 
     Facets are GGX's, of the width that Blender's closures have, as often as they are seen.
 
-    Parameters
-    ----------
-    n, to_eye : three numbers
-        Unit vectors.
-    roughness : float or array
-        As of Blender's closures.
-    chance : two numbers
-        Even from 0 to 1.
+    ``n`` and ``to_eye`` are unit vectors, the roughness is that of Blender's closures, ``chance``
+    two numbers, even from 0 to 1.
 
     Notes
     -----
     J. Dupuy & A. Benyoub, "Sampling Visible GGX Normals with Spherical Caps", Computer Graphics
     Forum 42(8), 2023; the frame is that of T. Duff et al., JCGT 6(1), 2017.
-
-    Examples
-    --------
-    >>> [x.item() for x in facet_by_chance((0.0, 0.0, 1.0), (0.6, 0.0, 0.8), 0.0, (0.3, 0.7))]
-    [0.0, 0.0, 1.0]
     """
     width = roughness * roughness
     up = m.maximum(dot(n, to_eye), _LEAST)

@@ -40,18 +40,9 @@ Array = NDArray[np.float64]
 
 
 def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array, Array, Array]:
-    """Return slopes along x and y of facets, and the fraction of each in the mean surface.
+    """Return slopes along x and y of facets and their fractions of the surface, (rings * around,).
 
-    Parameters
-    ----------
-    slope_variance : float
-        Mean square slope, of both axes together.
-    rings, around : int
-        Number of sizes and of azimuths; the latter lie to both sides of the x axis alike.
-
-    Returns
-    -------
-    x, y, fraction : array, shape (rings * around,)
+    ``slope_variance`` is of both axes together; azimuths lie to both sides of the x axis alike.
     """
     nodes, weights = np.polynomial.legendre.leggauss(rings)
     size = _STEEPEST * (nodes + 1.0) / 2.0
@@ -79,13 +70,7 @@ class RoughSurface:
     slope_variance: float
 
     def reflectance(self, cosine: ArrayLike) -> Array:
-        """Fraction of a beam in air that the waves reflect.
-
-        Parameters
-        ----------
-        cosine : array_like
-            Of its zenith angle, 0 to 1.
-        """
+        """Fraction of a beam in air, at the cosine of a zenith angle, that the waves reflect."""
         return _reflectance(self, _flat(cosine)).reshape(np.shape(cosine))
 
     def entering_cosine(self, cosine: ArrayLike) -> Array:
@@ -94,17 +79,6 @@ class RoughSurface:
         Facets that face a low sun take in most of it, and send it on flatter than a level
         surface would. The harmonic mean, by the light that enters, keeps Ed and E0; it is
         taken over that of a beam from the zenith, which is spread, but not tilted.
-
-        Parameters
-        ----------
-        cosine : array_like
-            Of its zenith angle in air, 0 to 1.
-
-        Examples
-        --------
-        >>> surface = RoughSurface(1.34, 0.04)
-        >>> surface.entering_cosine(np.cos(np.radians([0.0, 60.0, 80.0]))).round(3)
-        array([1.   , 0.749, 0.606])
         """
         *found, zenith = _entering_cosine(self, (*_flat(cosine), 1.0))
         return np.reshape(found, np.shape(cosine)) / zenith
@@ -112,10 +86,7 @@ class RoughSurface:
     def passing(self, cosine: ArrayLike) -> Array:
         """Fraction of the light between a facet and the sky that other waves let pass or mirror.
 
-        Parameters
-        ----------
-        cosine : array_like
-            Of its zenith angle in air; below the horizon as at it.
+        Below the horizon it is as at it.
         """
         nodes, once, unhidden = _beams(self)
         return np.interp(np.asarray(cosine, np.float64), nodes, unhidden + (1.0 - unhidden) * once)
@@ -203,12 +174,8 @@ def exchange(
     uniform sky brings :attr:`RoughSurface.sky_transmittance`. So light is neither lost nor made,
     the exchange is reciprocal, and water of n² under a uniform sky of 1 stays so.
 
-    Parameters
-    ----------
-    mu, weights : tuple of N floats
-        Quadrature cosines of the streams on (0, 1), and their weights.
-    sky : tuple of k floats
-        Increasing cosines of the zenith angle.
+    ``mu`` and ``weights`` are the quadrature on (0, 1) of the N streams, ``sky`` k increasing
+    cosines of the zenith angle.
     """
     n2, cosines = surface.refractive_index**2, np.array(mu)
     met = _meet(surface, cosines, 1.0 / surface.refractive_index)

@@ -56,15 +56,9 @@ class Sky:
     def standard(
         cls, kind: str, irradiance: ArrayLike, sun: Sequence[float] = (0.0, 0.0, -1.0)
     ) -> Sky:
-        """Return a sky of one of the CIE's distributions that brings an irradiance.
+        """Return one of the CIE's skies that brings an irradiance in air, (n,), on a level plane.
 
-        Parameters
-        ----------
-        kind : {"uniform", "overcast", "clear"}
-        irradiance : array_like, shape (n,)
-            Horizontal irradiance of the sky, in air.
-        sun : sequence of 3
-            Unit direction that sunlight travels to in air, z up.
+        ``sun`` is the unit direction that sunlight travels to in air, z up.
 
         Raises
         ------
@@ -84,13 +78,9 @@ class Sky:
         return replace(sky, level=E / sky._rings()[1].sum())
 
     def radiance(self, v: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-        """Radiance in air of the sky that is seen along v.
+        """Radiance in air of the sky that is seen along a unit vector v, z up.
 
-        Parameters
-        ----------
-        v : three floats or arrays
-            Unit direction of view in air, z up; arrays have a last axis of 1. Below the
-            horizon the sky is that of the horizon.
+        Arrays have a last axis of 1. Below the horizon the sky is that of the horizon.
         """
         return self._relative(v, m) * self.level
 
@@ -120,16 +110,9 @@ class Sky:
         m: Mathematics = NUMPY,
         slopes: tuple[Operand, Operand] | None = None,
     ) -> Operand:
-        """Radiance in air of the sky where a view ray that leaves the water meets it.
+        """Radiance in air of the sky where a view ray along w, z > 0, leaves the water.
 
-        Parameters
-        ----------
-        w : three floats or arrays
-            Unit view direction in the water; z > 0.
-        relative_index : float
-            Of the water against air.
-        slopes : two floats or arrays, optional
-            Slopes of the surface along x and y where w meets it; flat without.
+        ``slopes`` are those of the surface along x and y there; flat without.
         """
         if self.kind != UNIFORM:
             normal = _LEVEL_SURFACE if slopes is None else surface_normal(*slopes, m)
@@ -145,18 +128,10 @@ class Sky:
     def modes(
         self, mu: NDArray[np.float64], modes: int, refractive_index: float | None
     ) -> NDArray[np.float64]:
-        """Cosine terms of the radiance just below a flat surface, in azimuth from the sun's.
+        """Cosine terms in azimuth of the radiance just below a flat surface, (modes, n, q).
 
-        Parameters
-        ----------
-        mu : array, shape (q,)
-            Cosines of travel in the water, positive.
-        refractive_index : float or None
-            Of the water against air; None for a surface that lets all light through.
-
-        Returns
-        -------
-        array, shape (modes, n, q)
+        ``mu`` (q,) are cosines of travel in the water, positive. Without an index the surface lets
+        all light through.
         """
         enters, in_air = np.ones_like(mu), mu
         if refractive_index is not None:
@@ -167,12 +142,7 @@ class Sky:
         return self._modes(in_air, modes, enters)
 
     def modes_in_air(self, modes: int) -> NDArray[np.float64]:
-        """Cosine terms of the radiance in air around the cosines :data:`RINGS`.
-
-        Returns
-        -------
-        array, shape (modes, n, k)
-        """
+        """Cosine terms of the radiance in air around the cosines :data:`RINGS`, (modes, n, k)."""
         return self._modes(np.array(RINGS), modes, 1.0)
 
     def _modes(

@@ -173,16 +173,8 @@ class SolvedField:
     def stream_modes(self, depths: ArrayLike, modes: int) -> tuple[Array, Array]:
         """Cosine terms in azimuth of the radiance along the streams, without :meth:`beam`.
 
-        Parameters
-        ----------
-        depths : array_like, shape (d,)
-            m.
-        modes : int
-            How many; those that the field lacks are 0.
-
-        Returns
-        -------
-        down, up : array, shape (modes, n, d, N)
+        Down and up, of shape (modes, n, d, N), at depths (d,) in m; those that the field lacks are
+        0.
         """
         depths, places = np.asarray(depths, np.float64), self._places(depths)
         shape = (2, modes, len(self.light.E), len(depths), len(self._mu))
@@ -211,18 +203,8 @@ class SolvedField:
     def radiance(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
         """Radiance L(y, w) of everything that lies ahead of depths y along view directions w.
 
-        Parameters
-        ----------
-        y : array_like
-            Depths, m.
-        w : three array_like
-            Components of the unit view directions, away from the camera, z up; they
-            broadcast with ``y``.
-
-        Returns
-        -------
-        array, shape (..., n)
-            The sun's own disc is left out.
+        The sun's own disc is left out. Unit vectors ``w`` point away from the camera, z up, and
+        broadcast with ``y``; shape (..., n).
         """
         y, mu, turn, shape = self._rays(y, w)
         seen = self._scattered(y, mu, turn)
@@ -257,12 +239,8 @@ class SolvedField:
     def surface_radiance(self, w: Sequence[ArrayLike], mirrored: ArrayLike | None = None) -> Array:
         """Radiance just below the surface along upward view directions: sky, mirrored water.
 
-        Parameters
-        ----------
-        w : three array_like
-            As of :meth:`radiance`.
-        mirrored : array_like, shape (..., n), optional
-            M* of :meth:`scattered_on_grid` at the surface along the mirrored directions, if known.
+        ``mirrored`` is M* of :meth:`scattered_on_grid` at the surface along the mirrored
+        directions, if known, (..., n).
         """
         _, mu, turn, shape = self._rays(0.0, w)
         if mirrored is not None:
@@ -287,18 +265,14 @@ class SolvedField:
         It is the part of :meth:`radiance` that is smooth in direction: without sunlight
         scattered once by the exact phase function, and without the images of surface and floor.
 
+        Shape (n, d, v, h).
+
         Parameters
         ----------
-        depths : array_like, shape (d,)
-            m.
         mu : array_like, shape (v,)
             Cosines of travel, positive down, not 0.
         turns : array_like, shape (h,)
             Azimuths of travel against the sun's, rad.
-
-        Returns
-        -------
-        array, shape (n, d, v, h)
         """
         depths, mu, turns = (np.asarray(x, np.float64) for x in (depths, mu, turns))
         found = self._scattered_modes(depths[:, None], mu, np.zeros_like(self.light.E))
@@ -311,15 +285,7 @@ class SolvedField:
         With the :attr:`components` p of the phase function towards a direction, Σ p times this
         is the light that :meth:`scattered_on_grid` leaves out, counted with :attr:`extinction`.
 
-        Parameters
-        ----------
-        depths, mu : array_like, shapes (d,) and (v,)
-            As of :meth:`scattered_on_grid`.
-
-        Returns
-        -------
-        array, shape (k, n, d, v)
-            Irradiance.
+        An irradiance, of shape (k, n, d, v).
         """
         depths, mu = np.asarray(depths, np.float64), np.asarray(mu, np.float64)
         found = self.single_scattering_on_rays(np.repeat(depths, len(mu)), np.tile(mu, len(depths)))
@@ -338,20 +304,10 @@ class SolvedField:
         )
 
     def aureole(self, depths: ArrayLike, s2: ArrayLike) -> Array:
-        """Factor on sunlight scattered once that makes it the sun's aureole.
+        """Factor on sunlight scattered once that makes it the sun's aureole, shape (n, d, t).
 
-        Parameters
-        ----------
-        depths : array_like, shape (d,)
-            m.
-        s2 : array_like, shape (t,)
-            Squared sines of half the angle to the sun.
-
-        Returns
-        -------
-        array, shape (n, d, t)
-            Of the light that :meth:`scattered_on_grid` leaves out, counted with the extinction
-            :attr:`extinction`; 1 further than 15° from the sun.
+        It multiplies what :meth:`scattered_on_grid` leaves out, counted with :attr:`extinction`, at
+        squared sines of half the angle to the sun, ``s2`` (t,); 1 further than 15° from it.
         """
         spread = _spread_sun(self, np.asarray(depths, np.float64).tobytes())
         return np.moveaxis(spread.factor(np.asarray(s2, np.float64)), 2, 0).swapaxes(1, 2)

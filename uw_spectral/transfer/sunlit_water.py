@@ -29,24 +29,10 @@ _MOMENTS = 512
 def scattering_transfer(
     b: ArrayLike, phase: BandPhase, mu_s: float, depth: float, q: ArrayLike
 ) -> NDArray[np.float64]:
-    """Exponent b ∫ χ(q s) ds of the transfer function by small-angle scattering.
+    """Exponent b ∫ χ(q s) ds of the transfer function by small-angle scattering, shape (..., n).
 
-    Parameters
-    ----------
-    b : array_like, shape (n,)
-        Scattering, 1/m.
-    mu_s : float
-        Cosine of the in-water sun zenith angle.
-    depth : float
-        m.
-    q : array_like, shape (...)
-        Wave number across the ray, rad/m.
-
-    Returns
-    -------
-    array, shape (..., n)
-        Logarithm of the modulated light relative to the unscattered light:
-        b ℓ at q = 0, 0 for fine detail.
+    It is the logarithm of the modulated light relative to the unscattered light: b ℓ at q = 0, 0
+    for fine detail. ``q`` is the wave number across the ray, rad/m.
     """
     path = depth / mu_s
     q = np.asarray(q, dtype=np.float64)
@@ -117,23 +103,10 @@ class SunlitWater:
     def patterns(
         self, pattern: NDArray, tile: float, depth: float, collector: float = 0.0
     ) -> NDArray[np.float64]:
-        """Relative downwelling irradiance Ed per band.
+        """Relative downwelling irradiance Ed per band, shape (N, N, n), of mean 1.
 
-        Parameters
-        ----------
-        pattern : array, shape (N, N)
-            Of the unscattered sunlight, from :func:`caustic_pattern`.
-        tile : float
-            Its side, m.
-        depth : float
-            m.
-        collector : float
-            Diameter of a horizontal collector that averages it, m.
-
-        Returns
-        -------
-        array, shape (N, N, n)
-            Mean 1.
+        ``pattern`` (N, N) is that of the unscattered sunlight, from :func:`caustic_pattern`, and
+        ``tile`` its side, m; a level ``collector`` averages it over its diameter, m.
         """
         transfer = self._transfer(pattern, tile, depth, collector)
         spectrum = np.fft.rfft2(pattern)
@@ -153,15 +126,11 @@ class SunlitWater:
         return np.sqrt(np.sum(power * transfer**2, axis=(0, 1)))
 
     def contrast(self, pattern: NDArray, tile: float, depth: float) -> NDArray[np.float64]:
-        """Factor per band that fits one grey pattern to the sunlight of the band.
+        """Factor per band, 0 to 1, that fits one grey pattern to the sunlight of the band, (n,).
 
-        The direct and forward-scattered sun of a band is nearly its mean times
-        ``1 + contrast (pattern - 1)``; the variance of Ed is exact.
-
-        Returns
-        -------
-        array, shape (n,)
-            0 to 1 (more would make the light negative in dark places).
+        The direct and forward-scattered sun of a band is nearly its mean times ``1 + contrast
+        (pattern - 1)``; the variance of Ed is exact. More than 1 would make the light negative in
+        dark places.
         """
         grey = math.sqrt(np.sum(pattern_power(pattern)))
         fraction = self.sun_fraction(depth)

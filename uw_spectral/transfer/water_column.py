@@ -35,14 +35,7 @@ FEW_STREAMS = 16
 class DeeperWater(ComparedByContent):
     """Other water from a depth on.
 
-    Parameters
-    ----------
-    top : float
-        Depth in m at which it begins.
-    absorption, scattering : float or array, shape (n,)
-        Coefficients, 1/m.
-    phase : BandPhase
-        Its phase function.
+    Coefficients are in 1/m, per band.
     """
 
     top: float
@@ -60,8 +53,6 @@ class WaterColumn(ComparedByContent):
 
     Parameters
     ----------
-    bands : Bands
-        The n bands.
     absorption, scattering : array, shape (n,)
         Coefficients of the water, or of its first layer, 1/m.
     sun_irradiance : array, shape (n,)
@@ -79,12 +70,8 @@ class WaterColumn(ComparedByContent):
     surface : str
         ``"none"`` (index-matched, sky radiance enters unchanged), ``"flat"``, or
         ``"waves"``, whose light is solved as an average over them.
-    refractive_index : float
-        Of the water against air.
     below : tuple of DeeperWater
         Further layers, from above down.
-    sky : str
-        Distribution of the sky's radiance, one of :data:`.SKIES`.
     slope_variance : float
         Mean square slope of the waves; only ``surface="waves"`` takes note of it.
     sun_in_air : array, shape (3,), optional
@@ -266,17 +253,7 @@ class WaterColumn(ComparedByContent):
         emission: Emission | None = None,
         modes: int | None = None,
     ) -> SolvedField:
-        """Return the light field of the column, solved by discrete ordinates once.
-
-        Parameters
-        ----------
-        phase : BandPhase
-            Of the water, or of its first layer; on the same bands.
-        streams, modes : int
-            As of :func:`.solve_discrete_ordinates`.
-        emission : Emission, optional
-            Light of other origin than sun and sky.
-        """
+        """Return the light field of the column, solved by discrete ordinates once."""
         solved = _few_streams if streams <= FEW_STREAMS else _many_streams
         return solved(self, phase, streams, emission, modes)
 

@@ -76,11 +76,6 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     counting as not scattered (delta scaling), and follow its values from :data:`NARROWEST_DEG`
     on.
 
-    Parameters
-    ----------
-    phase : BandPhase
-        Of n bands: molecules, sea particles, or both.
-
     Notes
     -----
     As in W. J. Wiscombe, J. Atmos. Sci. 34, 1408 (1977), the peak counts as unscattered; here

@@ -28,19 +28,9 @@ DIFFRACTED = 0.5
 def sauter_radius(
     smallest: float = SMALLEST_RADIUS, largest: float = HINZE_RADIUS, slope: float = SIZE_SLOPE
 ) -> float:
-    """Return the radius in m of bubbles with the volume per area of a population.
+    """Return the radius, m, of bubbles with the volume per area of a population.
 
-    Parameters
-    ----------
-    smallest, largest : float
-        Radii between which there are bubbles, m.
-    slope : float
-        Power of the radius that their number follows.
-
-    Examples
-    --------
-    >>> round(1e3 * sauter_radius(), 2)
-    0.6
+    ``slope`` is the power of the radius that their number follows between the two, m.
     """
 
     def moment(power: float) -> float:
@@ -50,12 +40,9 @@ def sauter_radius(
 
 
 def bubble_scattering(void_fraction: float) -> float:
-    """Return the scattering coefficient of bubbles, 1/m, diffraction included.
+    """Return the scattering coefficient, 1/m, of the volume of air in a volume of water and air.
 
-    Parameters
-    ----------
-    void_fraction : float
-        Volume of air in a volume of water and air.
+    Diffraction is included.
 
     Notes
     -----

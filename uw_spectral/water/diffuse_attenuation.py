@@ -23,17 +23,8 @@ def Kd_Lee2013(
     In clear water better than Lee et al. (2005), who take light scattered back by molecules for
     that of particles: up to 8 % too high there.
 
-    Parameters
-    ----------
-    a, bb, bb_molecular : array_like
-        Absorption, backscattering, and the part of it by the water itself, 1/m.
-    sun_zenith : float
-        In air, degrees, 0 to 90.
-
-    Returns
-    -------
-    array
-        Kd in 1/m.
+    The coefficients are absorption, backscattering, and the part of it by the water itself, all in
+    1/m as Kd; the sun is in air, degrees, 0 to 90.
 
     Raises
     ------

@@ -191,12 +191,8 @@ def chlorophyll_process(
 ) -> InelasticProcess:
     """Fluorescence of chlorophyll between two sets of bands.
 
-    Parameters
-    ----------
-    absorption : array_like, shape (n,)
-        Of the phytoplankton in the excitation bands, 1/m.
-    quantum_yield : float
-        Photons out per photon absorbed between 370 and 690 nm, 0 to 1.
+    ``absorption`` (n,) is that of the phytoplankton in the excitation bands, 1/m; ``quantum_yield``
+    are photons out per photon absorbed between 370 and 690 nm.
     """
     if not 0 <= quantum_yield <= 1:
         raise InputError(f"quantum yield must be 0 to 1, got {quantum_yield:g}")
@@ -216,10 +212,7 @@ def chlorophyll_process(
 def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> InelasticProcess:
     """Fluorescence of CDOM between two sets of bands.
 
-    Parameters
-    ----------
-    absorption : array_like, shape (n,)
-        Of the CDOM in the excitation bands, 1/m.
+    ``absorption`` (n,) is that of the CDOM in the excitation bands, 1/m.
     """
     half = emission.widths[:, None] / 2
     grid = emission.centres[:, None] + half * _NODES
@@ -235,12 +228,7 @@ def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> I
 
 
 def parse_processes(text: str) -> tuple[str, ...]:
-    """Read which processes an option switches on.
-
-    Parameters
-    ----------
-    text : str
-        Names of :data:`PROCESSES`, comma separated; ``"all"``; empty for none.
+    """Read which of :data:`PROCESSES` a comma-separated option switches on, or ``"all"``.
 
     Raises
     ------
@@ -265,14 +253,8 @@ def inelastic_processes(
 ) -> tuple[InelasticProcess, ...]:
     """Return the processes of a bio-optical water.
 
-    Parameters
-    ----------
-    excitation, emission : Bands
-        The excitation should reach down to 300 nm, and be at most 20 nm wide.
-    switched_on : sequence of str
-        Operand of :data:`PROCESSES`.
-    quantum_yield : float
-        Of chlorophyll.
+    The excitation should reach down to 300 nm, in bands of at most 20 nm; ``quantum_yield`` is that
+    of chlorophyll.
 
     Raises
     ------

@@ -204,15 +204,10 @@ def water_from_Kd_csv(path: str | Path) -> Water:
 
 
 def water_of_chlorophyll(chlorophyll: float) -> Water:
-    """Case 1 water whose Kd is as measured: that of Morel & Maritorena (2001), inverted.
+    """Case 1 water, 0.01 to 30 mg/m³, with Kd as measured: Morel & Maritorena (2001), inverted.
 
     For a sun at 30°. Its constituents are not told apart. Above 560 nm their Kd is close to a of
     pure water, less than Kd of any water: nowhere is a taken to be below that of pure water.
-
-    Parameters
-    ----------
-    chlorophyll : float
-        mg/m³, 0.01 to 30.
 
     Raises
     ------

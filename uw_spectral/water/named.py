@@ -35,8 +35,6 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water | WaterProfile
         :func:`.water_of_chlorophyll`; ``"case:baltic"``, one of
         :func:`.named_waters`; or a file, as :func:`.read_water` reads it:
         ``"file:water.csv"``, ``"file:profile.csv"``, ``"file:station.sb"``.
-    source : str
-        Source of a Jerlov type, see :meth:`Water.jerlov`.
 
     Raises
     ------

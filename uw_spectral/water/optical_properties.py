@@ -89,18 +89,7 @@ class Water(ComparedByContent):
 
     @classmethod
     def uniform(cls, a: float, b: float, name: str = "uniform water") -> Water:
-        """Water with the same coefficients at every wavelength.
-
-        Parameters
-        ----------
-        a, b : float
-            Absorption and scattering in 1/m.
-
-        Examples
-        --------
-        >>> Water.uniform(0.05, 0.1).c([400, 700]).round(3)
-        array([0.15, 0.15])
-        """
+        """Water with the same absorption and scattering, 1/m, at every wavelength."""
         everywhere = np.array([1.0, 1e6])
         absorption = Spectrum(everywhere, np.full(2, a), f"absorption of {name}")
         scattering = Spectrum(everywhere, np.full(2, b), f"scattering of {name}")
@@ -216,25 +205,15 @@ class Water(ComparedByContent):
         )
 
     def mixed(self, other: Water, fraction: float) -> Water:
-        """Mix with another water, by volume.
+        """Mix with a fraction of another water, by volume.
 
-        Parameters
-        ----------
-        other : Water
-            The water that is mixed in.
-        fraction : float
-            Its share, 0 to 1. Coefficients mix linearly, as absorbing and
-            scattering matter does; Kd, which does not, is dropped.
+        Coefficients mix linearly, as absorbing and scattering matter does; Kd, which does not, is
+        dropped.
 
         Raises
         ------
         InputError
             If the fraction is outside 0 to 1, or the tables do not overlap.
-
-        Examples
-        --------
-        >>> Water.uniform(0.1, 0.2).mixed(Water.uniform(0.3, 0.2), 0.25).a(500).round(3).item()
-        0.15
         """
         if not 0.0 <= fraction <= 1.0:
             raise InputError(f"the fraction of {other.name} is {fraction:g}; give 0 to 1")
@@ -255,25 +234,15 @@ class Water(ComparedByContent):
         )
 
     def concentrated(self, factor: float) -> Water:
-        """Multiply what is in the water beside the water itself.
+        """Multiply what is in the water beside the water itself by a factor; 0 is pure water.
 
         a_w + f (a - a_w), and b likewise, with a_w and b_w of pure sea water; where a table lies
         below these, it stays. Kd, which does not scale so, is dropped.
-
-        Parameters
-        ----------
-        factor : float
-            0 (pure water) or more.
 
         Raises
         ------
         InputError
             If it is negative or not finite.
-
-        Examples
-        --------
-        >>> Water.jerlov("II").concentrated(0.0).a(440).round(5).item()
-        0.00635
         """
         if not (factor >= 0 and np.isfinite(factor)):
             raise InputError(f"the concentration is {factor:g}; give 0 or more")
@@ -296,22 +265,12 @@ class Water(ComparedByContent):
         return replace(self, **parts, diffuse_attenuation=None, name=name)
 
     def scaled(self, absorption: float, scattering: float) -> Water:
-        """Multiply the coefficients.
-
-        Parameters
-        ----------
-        absorption, scattering : float
-            Factors on a and on b, 0 or more.
+        """Multiply the coefficients by factors, 0 or more.
 
         Raises
         ------
         InputError
             If a factor is negative or not finite.
-
-        Examples
-        --------
-        >>> Water.uniform(0.1, 0.2).scaled(2.0, 0.5).c(500).round(3).item()
-        0.3
         """
         for what, factor in (("absorption", absorption), ("scattering", scattering)):
             if not (factor >= 0 and np.isfinite(factor)):

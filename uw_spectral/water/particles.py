@@ -123,29 +123,15 @@ KINDS = {
 
 
 def settling_FergusonChurch2004(diameter: ArrayLike, excess: float) -> Operand:
-    """Terminal speed of a sphere in still sea water, m/s.
+    """Terminal speed, m/s, of spheres of diameters in m in still sea water.
 
-    Parameters
-    ----------
-    diameter : array_like, any shape
-        m.
-    excess : float
-        Difference of its density from that of the water, over that of the water.
-
-    Returns
-    -------
-    array, same shape
+    ``excess`` is the difference of their density from that of the water, over that of the water.
 
     Notes
     -----
     Ferguson & Church 2004, J. Sediment. Res. 74:933, with C1 = 18 and C2 = 0.4 of smooth spheres.
     It joins Stokes' law and a constant drag. Bubbles in sea water are dirty, and rise as rigid
     spheres do.
-
-    Examples
-    --------
-    >>> round(float(settling_FergusonChurch2004(1e-3, 1.0)), 3)
-    0.134
     """
     D = np.asarray(diameter, dtype=np.float64)
     pull = excess * _GRAVITY * D
@@ -164,10 +150,7 @@ def _moment(low: float, high: float, slope: float, power: float) -> float:
 def scattering_fraction(slope: float = TYPICAL_SLOPE) -> float:
     """Fraction of the particles' scattering that those larger than 0.1 mm carry.
 
-    Parameters
-    ----------
-    slope : float
-        Of the size distribution.
+    ``slope`` is that of the size distribution.
 
     Notes
     -----
@@ -180,14 +163,7 @@ def scattering_fraction(slope: float = TYPICAL_SLOPE) -> float:
 
 
 def number_of_scattering(b_p: float, slope: float = TYPICAL_SLOPE) -> float:
-    """Particles larger than 0.1 mm in a litre of a water whose particles scatter so much.
-
-    Parameters
-    ----------
-    b_p : float
-        Scattering coefficient of the particles, 1/m.
-    slope : float
-        Of the size distribution.
+    """Particles larger than 0.1 mm in a litre of a water whose particles scatter b_p, 1/m.
 
     Raises
     ------
@@ -201,15 +177,7 @@ def number_of_scattering(b_p: float, slope: float = TYPICAL_SLOPE) -> float:
 
 
 def particle_scattering(wavelengths: ArrayLike, scattering: ArrayLike) -> float:
-    """Scattering of the particles of a water at 550 nm, 1/m.
-
-    Parameters
-    ----------
-    wavelengths : array_like, shape (n,)
-        nm, increasing.
-    scattering : array_like, shape (n,)
-        Of the water with all in it, 1/m.
-    """
+    """Scattering of the particles of a water at 550 nm, 1/m, by that of the whole water."""
     centres = np.asarray(wavelengths, dtype=np.float64)
     of_particles = np.asarray(scattering) - molecular_scattering(centres)
     return float(max(np.interp(REFERENCE_WAVELENGTH, centres, of_particles), 0.0))
@@ -218,16 +186,9 @@ def particle_scattering(wavelengths: ArrayLike, scattering: ArrayLike) -> float:
 def diameter(
     fraction: Operand, smallest: Operand, largest: Operand, slope: Operand, m: Mathematics = NUMPY
 ) -> Operand:
-    """Diameter below which a fraction of the particles of a power law lie, m.
+    """Diameter, m, below which a fraction of the particles of a power law between two lie.
 
-    Parameters
-    ----------
-    fraction : Operand
-        0 to 1.
-    smallest, largest : Operand
-        Ends of the law, m.
-    slope : Operand
-        Of n(D), above 1.
+    ``slope`` is that of n(D), above 1.
     """
     exponent = 1.0 - slope
     rare = m.power(largest / smallest, exponent)
@@ -310,8 +271,6 @@ def particle_cloud(
         Particles larger than 0.1 mm, per litre. Smaller ones of the kind follow the same law.
     slope : float
         Of the sizes, unless the kind has its own.
-    angle : float
-        Smallest diameter over distance that is drawn, radians.
     reach : float
         Distance from which on nothing is seen, m.
     most : int
@@ -363,14 +322,6 @@ def drifted(
 
     Parameters
     ----------
-    start : sequence of three Operands
-        Where it was, m.
-    time : Operand
-        s.
-    rise : Operand
-        Its speed upwards, m/s.
-    drift : sequence of three Operands
-        Of the water, m/s.
     wander : Operand
         Largest stray from its path along each axis, m.
     pace : Operand

@@ -65,17 +65,7 @@ class PhaseFunction:
         )
 
     def moments(self, count: int) -> NDArray[np.float64]:
-        """Legendre moments χ1 to χn, χl = ∫ p(Θ) P_l(cos Θ) dΩ.
-
-        Parameters
-        ----------
-        count : int
-            Number of moments n; accurate up to a few hundred.
-
-        Returns
-        -------
-        array, shape (n,)
-        """
+        """Legendre moments χ1 to χn, χl = ∫ p(Θ) P_l(cos Θ) dΩ, accurate up to a few hundred."""
         return _moments(self, count)
 
     def for_bands(self, b: ArrayLike, b_molecular: ArrayLike | None = None) -> BandPhase:

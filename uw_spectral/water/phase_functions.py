@@ -189,26 +189,10 @@ class FournierForand(PhaseFunction):
 
     @classmethod
     def of_backscatter_Mobley2002(cls, ratio: float) -> FournierForand:
-        """Make the function of a backscatter ratio on the line of index and slope of sea particles.
+        """Make the function of bb/b, 0.0001 to 0.2, on the line of sea particles.
 
         n = 1.01 + 0.1542 (μ - 3), of C. D. Mobley, L. K. Sundman & E. Boss, Appl. Opt. 41, 1035
         (2002): particles that scatter less backwards are softer as well as larger.
-
-        Parameters
-        ----------
-        ratio : float
-            bb/b, 0.0001 to 0.2.
-
-        Raises
-        ------
-        InputError
-            If the ratio is outside that range.
-
-        Examples
-        --------
-        >>> particles = FournierForand.of_backscatter_Mobley2002(0.0183)
-        >>> round(particles.refractive_index, 3), round(particles.junge_slope, 3)
-        (1.1, 3.583)
         """
         low, high = BACKSCATTER_RANGE
         if not low <= ratio <= high:
@@ -315,20 +299,9 @@ def seawater_mixture(
 ) -> BandPhase:
     """b-weighted mixture of molecular and particle scattering.
 
-    Parameters
-    ----------
-    b : array_like, shape (n,)
-        Scattering of the water, 1/m.
-    b_molecular : array_like, shape (n,)
-        The part of it by the water molecules and ions, 1/m. It counts as at
-        most b: fitted water types can lie a little below the molecular value.
-    particles : PhaseFunction, optional
-        Of the rest; Fournier-Forand 1.10, 0.0183 by default.
-
-    Returns
-    -------
-    BandPhase
-        Components: molecular, particles.
+    ``b_molecular`` is the part of b, 1/m, by water molecules and ions. It counts as at most b:
+    fitted water types can lie a little below the molecular value. Particles are Fournier-Forand
+    1.10, 0.0183 by default.
 
     Warns
     -----
@@ -400,20 +373,10 @@ def parse_phase(text: str) -> PhaseModel:
         ``petzold``, ``rayleigh``, ``einstein-smoluchowski``, ``isotropic``,
         ``mixture`` or ``mixture:0.0183``.
 
-    Returns
-    -------
-    PhaseModel
-        Call ``for_bands(b, b_molecular)`` on it.
-
     Raises
     ------
     InputError
         Unknown name, wrong number of values, or values out of range.
-
-    Examples
-    --------
-    >>> parse_phase("hg:0.8")
-    HenyeyGreenstein(asymmetry=0.8)
     """
     name, _, listed = text.strip().lower().partition(":")
     if name not in _PARSERS:

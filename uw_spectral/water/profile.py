@@ -76,22 +76,10 @@ class DepthProfile(Generic[T]):
 
         The first reaches up to the surface, and the last has no lower end.
 
-        Parameters
-        ----------
-        depths : sequence of float
-            In m, at least two, increasing, not negative.
-        samples : sequence
-            What was found at each.
-
         Raises
         ------
         InputError
             If the depths are not as said.
-
-        Examples
-        --------
-        >>> DepthProfile.of_samples([0.0, 10.0, 30.0], "abc")
-        DepthProfile(tops=(0.0, 5.0, 20.0), layers=('a', 'b', 'c'))
         """
         if len(depths) < 2:
             raise InputError(

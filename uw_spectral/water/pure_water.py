@@ -15,12 +15,10 @@ _SCATTERING_TABLE = "molecular_scattering.csv"
 def pure_water_absorption(
     wavelengths: ArrayLike, source: str = "pope_fry_1997"
 ) -> NDArray[np.float64]:
-    """Absorption of pure water, 1/m.
+    """Absorption of pure water, 1/m, from 300 to 800 nm.
 
     Parameters
     ----------
-    wavelengths : array_like, shape (n,)
-        300 to 800 nm.
     source : str
         ``pope_fry_1997`` (IOCCG 2018 outside 420 to 727.5 nm) or ``smith_baker_1981``.
 
@@ -40,30 +38,20 @@ def pure_water_absorption(
 def molecular_scattering(
     wavelengths: ArrayLike, model: str = "zhang2009_S35_T22"
 ) -> NDArray[np.float64]:
-    """Scattering of the water molecules and salt ions, b_w.
+    """Scattering of the water molecules and salt ions, b_w in 1/m, from 300 to 800 nm.
+
+    Its backscattering is b_w / 2.
 
     Parameters
     ----------
-    wavelengths : array_like, shape (n,)
-        Wavelengths in nm, 300 to 800.
     model : str
         ``zhang2009_S35_T22`` (sea water, 22 °C), ``zhang2009_S0_T20`` (fresh
         water), ``morel1974_sea``, ``smith_baker_1981_sea`` or ``haltrin1999``.
-
-    Returns
-    -------
-    array, shape (n,)
-        b_w in 1/m. Its backscattering is b_w / 2.
 
     Raises
     ------
     InputError
         If a wavelength lies outside the table, or the model is unknown.
-
-    Examples
-    --------
-    >>> molecular_scattering([400, 500]).round(5)
-    array([0.00658, 0.00254])
     """
     table = shipped_table(_SCATTERING_TABLE)
     models = [column for column in table.columns if column != "wavelength_nm"]

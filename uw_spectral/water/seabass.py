@@ -225,19 +225,11 @@ def _noisy(data: SeaBASS, quantities: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def Kd_from_profile(data: SeaBASS) -> Spectrum:
-    """Kd by regression of ln Ed on depth, per wavelength.
+    """Kd, 1/m, by regression of ln Ed on depth, per wavelength.
 
     Depths with less than 1 % of the light of the shallowest one are left out.
 
-    Parameters
-    ----------
-    data : SeaBASS
-        With ``depth`` and columns like ``ed490``.
-
-    Returns
-    -------
-    Spectrum
-        Kd in 1/m; its source states the largest relative standard error.
+    Its source states the largest relative standard error.
 
     Raises
     ------

@@ -24,21 +24,11 @@ By the solver it moves the mean radiance of a band by 0.5 % at most, and Eu by 1
 def alike(
     phases: Sequence[BandPhase], most: int = 3, spread: float = LARGEST_SPREAD
 ) -> list[tuple[int, ...]]:
-    """Group neighbouring bands whose phase functions are nearly the same.
+    """Group neighbouring bands, by their indices, whose phase functions are nearly the same.
 
-    Parameters
-    ----------
-    phases : sequence of BandPhase
-        One for each layer of the water; bands must be alike in all of them.
-    most : int
-        Bands of a group at most.
-    spread : float
-        Range of bb/b, and of 1 - g, over their mean, that is allowed; 0 asks for equal ones.
-
-    Returns
-    -------
-    list of tuple of int
-        Indices of the bands of each group.
+    Bands must be alike in every layer, of which each has one of ``phases``; a group has so many
+    bands at most. ``spread`` is the range of bb/b, and of 1 - g, over their mean that is allowed; 0
+    asks for equal ones.
     """
     kept = [np.stack([p.backscatter_ratio, 1.0 - p.chi1]) for p in phases]
 
