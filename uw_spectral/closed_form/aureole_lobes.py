@@ -26,20 +26,12 @@ _RIDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Aureole:
-    """Coefficients of p* per band; make them with :func:`solve_aureole`.
+    """Coefficients of p* per band; make them with :func:`solve_aureole`."""
 
-    Attributes
-    ----------
-    single : array, shape (n,)
-        Factor e^{-fx} of the phase function itself.
-    smooth : tuple of three arrays, shape (n,)
-        Coefficients of the Legendre polynomials 0, 1, 2 of the cosine.
-    weights, asymmetries : tuple of arrays, shape (n,)
-        Of the Henyey-Greenstein lobes.
-    """
-
-    single: Operand
+    single: Operand  #: Factor e^{-fx} of the phase function itself, (n,).
+    #: Coefficients of the Legendre polynomials 0, 1, 2 of the cosine, (n,).
     smooth: tuple[Operand, ...]
+    #: Of the Henyey-Greenstein lobes, (n,).
     weights: tuple[Operand, ...]
     asymmetries: tuple[Operand, ...]
 

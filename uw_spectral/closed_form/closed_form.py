@@ -35,21 +35,11 @@ class LobeSpread(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ClosedForm(PathField):
-    """Elastic light in closed form, for a camera in water; make it with :func:`solve_closed_form`.
-
-    Attributes
-    ----------
-    field : LightField
-        Light field of the n bands.
-    phase : Scattering
-        Phase function of the n bands.
-    aureole : LobeSpread
-        LobeSpread of the sun at the depth of the camera.
-    """
+    """Elastic light for a camera in water; make it with :func:`solve_closed_form`."""
 
     field: LightField
     phase: Scattering
-    aureole: LobeSpread
+    aureole: LobeSpread  #: Of the sun at the depth of the camera.
     sun: Sequence[Operand]
 
     def astype(self, dtype: DTypeLike) -> ClosedForm:

@@ -39,49 +39,31 @@ class LightField:
     formulas build shader nodes; ``y_f`` and ``mu_s`` are single numbers.
     Arguments of the methods broadcast against the bands: give arrays a last
     axis of 1. ``m`` holds the elementary functions.
-
-    Attributes
-    ----------
-    b, c : array
-        Scattering and extinction, 1/m.
-    bp, cp, gp : array
-        The same, and the asymmetry, after the forward peak χ2 is taken out.
-    k, ks : array
-        Decay of the diffuse light and of the scaled direct sun with depth, 1/m.
-    h : array
-        Flux over scalar irradiance of the diffuse solutions, k/ct.
-    C1, C2, A, B : array
-        Coefficients of E0 and F.
-    Fx : array
-        Horizontal diffuse flux per ``e^{-ks y}`` and sine of the sun zenith.
-    E : array
-        Direct downwelling sun irradiance just below the surface.
-    R, r : array
-        Internal reflectance of the surface; reflectance of the floor.
-    mu_s : float
-        Cosine of the in-water sun zenith angle.
-    y_f : float
-        Depth of the floor, m.
     """
 
+    #: Scattering and extinction, 1/m.
     b: Operand
     c: Operand
+    #: The same, and the asymmetry, after the forward peak χ2 is taken out.
     bp: Operand
     cp: Operand
     gp: Operand
+    #: Decay of the diffuse light and of the scaled direct sun with depth, 1/m.
     k: Operand
     ks: Operand
-    h: Operand
+    h: Operand  #: Flux over scalar irradiance of the diffuse solutions, k/ct.
+    #: Coefficients of E0 and F.
     C1: Operand
     C2: Operand
     A: Operand
     B: Operand
-    Fx: Operand
-    E: Operand
+    Fx: Operand  #: Horizontal diffuse flux per ``e^{-ks y}`` and sine of the sun zenith.
+    E: Operand  #: Direct downwelling sun irradiance just below the surface.
+    #: Internal reflectance of the surface; reflectance of the floor.
     R: Operand
     r: Operand
-    mu_s: Operand
-    y_f: Operand
+    mu_s: Operand  #: Cosine of the in-water sun zenith angle.
+    y_f: Operand  #: Depth of the floor, m.
 
     def astype(self, dtype: DTypeLike) -> LightField:
         """Return the field in another floating-point precision."""

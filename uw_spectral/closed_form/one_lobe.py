@@ -48,19 +48,12 @@ class OneLobe:
 
 @dataclass(frozen=True, eq=False)
 class LobeSeries:
-    """Spread of the sun at a camera, by orders of scattering.
+    """Spread of the sun at a camera, by orders of scattering."""
 
-    Attributes
-    ----------
-    g, f : array
-        Asymmetry, and fraction of the scattering that the scaled beam keeps.
-    x : array
-        Scatterings on the slant path from the surface.
-    """
-
+    #: Asymmetry, and fraction of the scattering that the scaled beam keeps.
     g: Operand
     f: Operand
-    x: Operand
+    x: Operand  #: Scatterings on the slant path from the surface.
 
     def spread(self, p: Operand, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return p*, given the phase function p at s2 = sin²(angle / 2)."""

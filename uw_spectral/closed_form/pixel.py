@@ -30,33 +30,16 @@ def forward_scattered_fraction(water: PathLight, P: Operand, m: Mathematics = NU
 
 @dataclass(frozen=True, eq=False)
 class Pixel:
-    """The light of a pixel in components that add up; each is computed when it is asked for.
-
-    Parameters
-    ----------
-    water : PathLight
-        The unoccluded water.
-    y_o : float or array
-        Depth of the camera, m.
-    w : three floats or arrays
-        Unit view direction, away from the camera, z up.
-    P : float or array
-        Distance of what is seen, m.
-    L_end : float or array
-        Radiance of what is seen.
-    L_beyond : float or array
-        Radiance of the unoccluded water from there on.
-    coverage : float or array
-        Fraction of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
-    """
+    """The light of a pixel in components that add up; each is computed when it is asked for."""
 
     water: PathLight
-    y_o: Operand
-    w: Sequence[Operand]
-    P: Operand
-    L_end: Operand
-    L_beyond: Operand
+    y_o: Operand  #: Depth of the camera, m.
+    w: Sequence[Operand]  #: Unit view direction, away from the camera, z up.
+    P: Operand  #: Distance of what is seen, m.
+    L_end: Operand  #: Radiance of what is seen.
+    L_beyond: Operand  #: Radiance of the unoccluded water from there on.
     m: Mathematics = NUMPY
+    #: Fraction of the pixel that what is seen fills; ``L_end`` is multiplied by it already.
     coverage: Operand = 1.0
 
     @functools.cached_property

@@ -14,20 +14,11 @@ from .pixel import PatchLight, Pixel
 
 @dataclass(frozen=True, eq=False)
 class UnoccludedWater:
-    """Water with its surface and its floor, as if nothing else were in it.
-
-    Parameters
-    ----------
-    elastic : ClosedForm
-        Its light.
-    sky : Sky
-        The sky, in air; black by default.
-    index : float, optional
-        Index of the water against air; without one there is no surface that reflects.
-    """
+    """Water with its surface and its floor, as if nothing else were in it."""
 
     elastic: ClosedForm
-    sky: Sky = BLACK
+    sky: Sky = BLACK  #: In air.
+    #: Index of the water against air; without one there is no surface that reflects.
     index: Operand | None = None
 
     def from_surface(self, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:

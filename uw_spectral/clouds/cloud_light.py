@@ -91,16 +91,10 @@ class Several:
 
 @dataclass(frozen=True, eq=False)
 class Together:
-    """Puffs, and grids one by one; a :class:`Group`.
-
-    Attributes
-    ----------
-    grids : sequence of CloudNumbers
-        One or more.
-    """
+    """Puffs, and grids one by one; a :class:`Group`."""
 
     blobs: Group | None
-    grids: Sequence[CloudNumbers]
+    grids: Sequence[CloudNumbers]  #: One or more.
 
     @property
     def alone(self) -> bool:
@@ -120,19 +114,11 @@ class Together:
 
 @dataclass(frozen=True, eq=False)
 class Clouds:
-    """Clouds, and the sun that shines on them.
-
-    Attributes
-    ----------
-    phases : sequence of Wide
-        Phase functions of their matter, by kind.
-    sun : three numbers
-        Unit direction that sunlight travels to in the water, z up.
-    """
+    """Clouds, and the sun that shines on them."""
 
     group: Group
-    phases: Sequence[Wide]
-    sun: Sequence[Operand]
+    phases: Sequence[Wide]  #: Phase functions of their matter, by kind.
+    sun: Sequence[Operand]  #: Unit direction that sunlight travels to in the water, z up.
     m: Mathematics = NUMPY
 
     @property

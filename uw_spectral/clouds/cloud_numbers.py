@@ -60,65 +60,45 @@ class Wide(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CloudNumbers:
-    """What formulas need of a cloud; channels are arrays of three, or vectors of a shader.
+    """What formulas need of a cloud; channels are arrays of three, or vectors of a shader."""
 
-    Attributes
-    ----------
-    middle, rows
-        Of :class:`.GaussianBlob`.
-    extinction, scaled : channels
-        Of its matter where it is densest, with and without the forward peak, 1/m.
-    albedo : channels
-        Fraction of the scaled extinction that scatters.
-    sun : channels
-        Normal irradiance of the sun, its forward peak included, in the depth of the middle,
-        as it is seen from ``reference``.
-    spread, ambient : channels
-        Scalar irradiance of the other light, likewise: of a beam along that of the sun which has
-        its net downward irradiance, and of the rest, from all sides.
-    sun_decay, ambient_decay : channels
-        Decay of both with depth, 1/m.
-    water : channels
-        Decay along the view, 1/m.
-    forward : channels
-        What water scatters forward from behind the cloud to in front of it, beyond the peak of the
-        water's own tables: the cloud blocks that, 1/m.
-    transport : channels
-        What keeps light from objects below, at density 1, 1/m: it is not scattered forward.
-    reference : number
-        Distance in m that the light is given for.
-    asymmetry, ceiling, peak : numbers
-        Of :class:`.BluntPhase`.
-    kind : number
-        Place of the phase function of its matter among those of :class:`Clouds`.
-    escapes : Row, optional
-        What :meth:`escaping` is at so many standard deviations from the middle, as a mean over
-        all sides; see :func:`with_escapes`.
-    grid : Grid, optional
-        Its density, if it is none of a blob: ``middle`` and ``rows`` are then those of the blob
-        that is most like it.
-    """
-
+    #: Of :class:`.GaussianBlob`.
     middle: Sequence[Operand]
     rows: Sequence[Operand]
+    #: Channels: of its matter where it is densest, with and without the forward peak, 1/m.
     extinction: Operand
     scaled: Operand
-    albedo: Operand
+    albedo: Operand  #: Channels: fraction of the scaled extinction that scatters.
+    #: Channels: normal irradiance of the sun, its forward peak included, in the depth of the
+    #: middle, as it is seen from ``reference``.
     sun: Operand
+    #: Channels: scalar irradiance of the other light, likewise: of a beam along that of the sun
+    #: which has its net downward irradiance, and of the rest, from all sides.
     spread: Operand
     ambient: Operand
+    #: Channels: decay of both with depth, 1/m.
     sun_decay: Operand
     ambient_decay: Operand
-    water: Operand
+    water: Operand  #: Channels: decay along the view, 1/m.
+    #: Channels: what water scatters forward from behind the cloud to in front of it, beyond the
+    #: peak of the water's own tables: the cloud blocks that, 1/m.
     forward: Operand
+    #: Channels: what keeps light from objects below, at density 1, 1/m: it is not scattered
+    #: forward.
     transport: Operand
     transport_albedo: Operand
-    reference: Operand
+    reference: Operand  #: Distance in m that the light is given for.
+    #: Of :class:`.BluntPhase`.
     asymmetry: Operand
     ceiling: Operand
     peak: Operand
+    #: Place of the phase function of its matter among those of :class:`Clouds`.
     kind: Operand = 0.0
+    #: What :meth:`escaping` is at so many standard deviations from the middle, as a mean over all
+    #: sides; see :func:`with_escapes`.
     escapes: Row | None = None
+    #: Its density, if it is none of a blob: ``middle`` and ``rows`` are then those of the blob that
+    #: is most like it.
     grid: Grid | None = None
 
     @property
@@ -168,29 +148,14 @@ class CloudNumbers:
 
 @dataclass(frozen=True, eq=False)
 class Veil:
-    """What clouds before a place do to its light, in channels.
+    """What clouds before a place do to its light, in channels."""
 
-    Attributes
-    ----------
-    unscattered : channels
-        Fraction of light that passes without any change.
-    passed : channels
-        Fraction that passes, or is scattered within the forward peak.
-    light : channels
-        Radiance that the clouds themselves scatter to the camera.
-    middle : number
-        Mean distance of the clouds, m.
-    forward : channels
-        Of the clouds, see :class:`CloudNumbers`, as a mean.
-    sunlit, daylit : channels
-        Of :func:`.daylit_fractions`.
-    """
-
-    unscattered: Operand
-    passed: Operand
-    light: Operand
-    middle: Operand
-    forward: Operand
+    unscattered: Operand  #: Fraction of light that passes without any change.
+    passed: Operand  #: Fraction that passes, or is scattered within the forward peak.
+    light: Operand  #: Radiance that the clouds themselves scatter to the camera.
+    middle: Operand  #: Mean distance of the clouds, m.
+    forward: Operand  #: Of the clouds, see :class:`CloudNumbers`, as a mean.
+    #: Of :func:`.daylit_fractions`.
     sunlit: Operand = 1.0
     daylit: Operand = 1.0
 

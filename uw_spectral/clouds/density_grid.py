@@ -59,27 +59,16 @@ class Grid:
     """A box of nodes.
 
     Formulas run on arrays and build shader nodes.
-
-    Attributes
-    ----------
-    corner : three numbers
-        Place of the first node, m, z up.
-    rows : nine numbers
-        Rows of the matrix that turns a way in the world, m, into nodes along the box's own axes.
-    counts : three numbers
-        Nodes along each axis.
-    nodes : Nodes
-        Density, its integral from there to the sun, and the length of matter, both m, that lets
-        through what escapes from there, see :func:`escape_column`.
-    lamps : LampNodes, optional
-        Integral of the density from there to each lamp, m.
     """
 
-    corner: Sequence[Operand]
+    corner: Sequence[Operand]  #: Place of the first node, m, z up.
+    #: Rows of the matrix that turns a way in the world, m, into nodes along the box's own axes.
     rows: Sequence[Operand]
-    counts: Sequence[Operand]
+    counts: Sequence[Operand]  #: Nodes along each axis.
+    #: Density, its integral from there to the sun, and the length of matter, both m, that lets
+    #: through what escapes from there, see :func:`escape_column`.
     nodes: Nodes
-    lamps: LampNodes | None = None
+    lamps: LampNodes | None = None  #: Integral of the density from there to each lamp, m.
 
     def own(self, way: Sequence[Operand]) -> list[Operand]:
         """Return a way in the world, m, in nodes along the own axes."""
@@ -176,21 +165,11 @@ class ArrayLampNodes:
 
 @dataclass(frozen=True, eq=False)
 class DensityGrid:
-    """Density of a cloud at the nodes of a box in the world.
+    """Density of a cloud at the nodes of a box in the world."""
 
-    Attributes
-    ----------
-    density : array, shape (nx, ny, nz)
-        Not negative, zero at the outermost nodes.
-    corner : array, shape (3,)
-        Place of the first node, m, z up.
-    axes : array, shape (3, 3)
-        Ways in m to the next node along each axis, as columns.
-    """
-
-    density: Array
-    corner: Array
-    axes: Array
+    density: Array  #: Not negative, zero at the outermost nodes, (nx, ny, nz).
+    corner: Array  #: Place of the first node, m, z up, (3,).
+    axes: Array  #: Ways in m to the next node along each axis, as columns, (3, 3).
 
     @property
     def counts(self) -> tuple[int, int, int]:

@@ -24,24 +24,12 @@ FAR = 1e5
 
 @dataclass(frozen=True, eq=False)
 class RayInBlob:
-    """A straight path, as the density along it is a Gaussian of the distance.
+    """A straight path, as the density along it is a Gaussian of the distance."""
 
-    Attributes
-    ----------
-    middle : number
-        Distance at which the density is largest, m.
-    rate : number
-        Inverse of its standard deviation, 1/m.
-    whole : number
-        Integral of the density over the endless path, m.
-    nearly : bool
-        Whether fractions of it may err by 1.4e-4, in a third of the steps.
-    """
-
-    middle: Operand
-    rate: Operand
-    whole: Operand
-    nearly: bool = False
+    middle: Operand  #: Distance at which the density is largest, m.
+    rate: Operand  #: Inverse of its standard deviation, 1/m.
+    whole: Operand  #: Integral of the density over the endless path, m.
+    nearly: bool = False  #: Whether fractions of it may err by 1.4e-4, in a third of the steps.
 
     def until(self, s: Operand, m: Mathematics = NUMPY) -> Operand:
         """Fraction of the integral that lies before a distance, 0 to 1."""
@@ -60,17 +48,11 @@ class GaussianBlob:
     """An ellipsoid of Gaussian density, 1 in its middle.
 
     Formulas run on arrays and build shader nodes.
-
-    Attributes
-    ----------
-    middle : three numbers
-        Place of its middle, m, z up.
-    rows : nine numbers
-        Rows of the matrix that turns a way in the world, m, into standard deviations along
-        the blob's own axes.
     """
 
-    middle: Sequence[Operand]
+    middle: Sequence[Operand]  #: Place of its middle, m, z up.
+    #: Rows of the matrix that turns a way in the world, m, into standard deviations along the
+    #: blob's own axes.
     rows: Sequence[Operand]
 
     @classmethod

@@ -34,29 +34,17 @@ GRID_STEPS = 20
 
 @dataclass(frozen=True, eq=False)
 class LampAndClouds:
-    """A lamp, clouds, and a ray that passes them.
-
-    Attributes
-    ----------
-    past : RayPastLamp
-        Where the ray passes the lamp.
-    origin, w : three numbers
-        Where the ray begins, m, and its unit direction.
-    P : number
-        Its length, m.
-    number : number
-        Of the lamp.
-    rays : mapping
-        Of :meth:`.Clouds.rays`, for all grids.
-    """
+    """A lamp, clouds, and a ray that passes them."""
 
     clouds: Clouds
     lamp: Lamp
-    past: RayPastLamp
+    past: RayPastLamp  #: Where the ray passes the lamp.
+    #: Where the ray begins, m, and its unit direction.
     origin: Sequence[Operand]
     w: Sequence[Operand]
-    P: Operand
-    number: Operand = 0.0
+    P: Operand  #: Its length, m.
+    number: Operand = 0.0  #: Of the lamp.
+    #: Of :meth:`.Clouds.rays`, for all grids.
     rays: Mapping[int, RayInBlob] = field(default_factory=dict)
 
     def seen(

@@ -24,14 +24,9 @@ _HALVINGS, _FAINTEST = 60, 1e-6
 
 @dataclass(frozen=True, eq=False)
 class SuspendedMatter(ComparedByContent):
-    """Matter besides the water, where a cloud is densest.
+    """Matter besides the water, where a cloud is densest."""
 
-    Parameters
-    ----------
-    absorption, scattering : array, shape (n,)
-        What it adds to the coefficients of the water, 1/m.
-    """
-
+    #: What it adds to the coefficients of the water, 1/m, (n,).
     absorption: NDArray[np.float64]
     scattering: NDArray[np.float64]
     phase: PhaseFunction
@@ -92,20 +87,11 @@ class BluntPhase:
     """A phase function whose forward peak counts as not scattered at all.
 
     What is above a ceiling is cut away; the rest is scaled to integrate to 1.
-
-    Attributes
-    ----------
-    peak : float
-        Fraction that is cut away: χ2, as the delta scaling of the closed form has it.
-    ceiling : float
-        Largest value of the rest, 1/sr.
-    asymmetry : float
-        Mean cosine of the rest.
     """
 
-    peak: float
-    ceiling: float
-    asymmetry: float
+    peak: float  #: Fraction that is cut away: χ2, as the delta scaling of the closed form has it.
+    ceiling: float  #: Largest value of the rest, 1/sr.
+    asymmetry: float  #: Mean cosine of the rest.
 
 
 def blunt_phase(phase: PhaseFunction) -> BluntPhase:

@@ -28,15 +28,9 @@ _BESIDE_BEAM = 0.05  # of the intensity
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """A cloud of some matter.
+    """A cloud of some matter."""
 
-    Attributes
-    ----------
-    blob : Blob
-        Of one with a grid, the blob that is most like it.
-    """
-
-    blob: GaussianBlob
+    blob: GaussianBlob  #: Of one with a grid, the blob that is most like it.
     matter: SuspendedMatter
     grid: DensityGrid | None = None
 

@@ -28,32 +28,6 @@ MOST_BITS = 16
 class Detector:
     """A detector at its base ISO.
 
-    Parameters
-    ----------
-    full_well : float
-        Electrons that a pixel holds.
-    read_noise : float
-        Temporal dark noise σ_d without dark current, electrons.
-    dark_current : float
-        Electrons per second and pixel.
-    gain : float
-        Overall system gain K, counts per electron, at the base ISO.
-    bits : int
-        Of a count, 1 to 16.
-    black_level : float
-        Counts without light.
-    base_iso : float
-        A higher ISO multiplies the gain.
-    offsets : float
-        DSNU: standard deviation of the pixels' offsets, electrons.
-    gains : float
-        PRNU: standard deviation of the pixels' gains, as a fraction.
-    device_seed : int
-        Of the pixels' offsets and gains.
-    shot_noise : bool
-        Whether electrons come by chance; without it and with the rest at 0 counts are the
-        expected ones, rounded.
-
     Raises
     ------
     InputError
@@ -64,16 +38,18 @@ class Detector:
     EMVA Standard 1288, Release 4.0 Linear (2021).
     """
 
-    full_well: float = 15_000.0
-    read_noise: float = 3.0
-    dark_current: float = 0.1
-    gain: float = 0.25
-    bits: int = 12
-    black_level: float = 64.0
-    base_iso: float = 100.0
-    offsets: float = 0.0
-    gains: float = 0.0
-    device_seed: int = 0
+    full_well: float = 15_000.0  #: Electrons that a pixel holds.
+    read_noise: float = 3.0  #: Temporal dark noise σ_d without dark current, electrons.
+    dark_current: float = 0.1  #: Electrons per second and pixel.
+    gain: float = 0.25  #: Overall system gain K, counts per electron, at the base ISO.
+    bits: int = 12  #: Of a count, 1 to 16.
+    black_level: float = 64.0  #: Counts without light.
+    base_iso: float = 100.0  #: A higher ISO multiplies the gain.
+    offsets: float = 0.0  #: DSNU: standard deviation of the pixels' offsets, electrons.
+    gains: float = 0.0  #: PRNU: standard deviation of the pixels' gains, as a fraction.
+    device_seed: int = 0  #: Of the pixels' offsets and gains.
+    #: Whether electrons come by chance; without it and with the rest at 0 counts are the expected
+    #: ones, rounded.
     shot_noise: bool = True
 
     def __post_init__(self) -> None:

@@ -20,17 +20,6 @@ from .vignetting import Vignetting
 class RawSettings:
     """How raw pictures are taken.
 
-    Parameters
-    ----------
-    saturation : float
-        Response of a channel that fills the well in this exposure, in the unit of the picture.
-    exposure_time : float
-        s; the light of the picture is that of this time, and the dark current grows with it.
-    iso : float, optional
-        The base ISO of the detector by default.
-    pattern : str, optional
-        One of :data:`.bayer.PATTERNS`; every pixel sees three channels by default.
-
     Raises
     ------
     InputError
@@ -38,9 +27,12 @@ class RawSettings:
     """
 
     detector: Detector
+    #: Response of a channel that fills the well in this exposure, in the unit of the picture.
     saturation: float
+    #: s; the light of the picture is that of this time, and the dark current grows with it.
     exposure_time: float = 0.01
-    iso: float | None = None
+    iso: float | None = None  #: The base ISO of the detector by default.
+    #: One of :data:`.bayer.PATTERNS`; every pixel sees three channels by default.
     pattern: str | None = None
     vignetting: Vignetting | None = None
     seed: int = 0

@@ -15,14 +15,6 @@ from ..errors import InputError
 class Vignetting:
     """Fraction of the light that reaches each pixel.
 
-    Parameters
-    ----------
-    natural : bool
-        Whether it falls with cos⁴ of the angle from the optical axis.
-    radial : tuple of floats
-        k1, k2, … of the fraction 1 + k1 r² + k2 r⁴ + …, with r from the principal point, 1 at the
-        farthest corner.
-
     Raises
     ------
     InputError
@@ -33,7 +25,9 @@ class Vignetting:
     D. B. Goldman, IEEE TPAMI 32, 2276 (2010).
     """
 
-    natural: bool = True
+    natural: bool = True  #: Whether it falls with cos⁴ of the angle from the optical axis.
+    #: k1, k2, … of the fraction 1 + k1 r² + k2 r⁴ + …, with r from the principal point, 1 at the
+    #: farthest corner.
     radial: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:

@@ -25,11 +25,6 @@ class LensCamera:
     first pixel's centre is at (0.5, 0.5). Directions are in OpenCV's camera axes: x to the right,
     y down, z forward.
 
-    Parameters
-    ----------
-    fx, fy, cx, cy : float
-        Focal lengths and principal point, pixels.
-
     Raises
     ------
     InputError
@@ -38,6 +33,7 @@ class LensCamera:
 
     width: int
     height: int
+    #: Focal lengths and principal point, pixels.
     fx: float
     fy: float
     cx: float

@@ -33,29 +33,6 @@ CONTENT = (
 class HousingDescription:
     """What is between the scene and the picture besides the water.
 
-    Parameters
-    ----------
-    port : str
-        ``"none"``, ``"flat"``, ``"dome"``, or ``"file:PATH"`` (:data:`CONTENT`).
-    distance : float
-        From the entrance pupil to the inner face of a flat port, mm.
-    thickness : float
-        Of the port, mm.
-    glass : str
-        One of :data:`.GLASSES`.
-    tilt, towards : float
-        Angle of a flat port's normal to the optical axis, and where it leans to: from the right of
-        the picture (0) to below (90); degrees.
-    radius : float
-        Of the outer face of a dome, mm.
-    forward : float
-        How far the entrance pupil lies before the centre of the dome, mm.
-    lens : str
-        Distortion in air: ``"brown:k1,k2,p1,p2,k3"`` or ``"fisheye:k1,k2,k3,k4"``, later
-        coefficients being 0 where they are left out; empty for none.
-    salinity, temperature : float
-        Of the water, g/kg and °C.
-
     Examples
     --------
     >>> HousingDescription("flat", lens="brown:-0.1").measured().port.distance
@@ -64,15 +41,20 @@ class HousingDescription:
     False
     """
 
-    port: str = NONE
-    distance: float = 30.0
-    thickness: float = 8.0
-    glass: str = "BK7"
+    port: str = NONE  #: ``"none"``, ``"flat"``, ``"dome"``, or ``"file:PATH"`` (:data:`CONTENT`).
+    distance: float = 30.0  #: From the entrance pupil to the inner face of a flat port, mm.
+    thickness: float = 8.0  #: Of the port, mm.
+    glass: str = "BK7"  #: One of :data:`.GLASSES`.
+    #: Angle of a flat port's normal to the optical axis, and where it leans to: from the right of
+    #: the picture (0) to below (90); degrees.
     tilt: float = 0.0
     towards: float = 0.0
-    radius: float = 100.0
-    forward: float = 0.0
+    radius: float = 100.0  #: Of the outer face of a dome, mm.
+    forward: float = 0.0  #: How far the entrance pupil lies before the centre of the dome, mm.
+    #: Distortion in air: ``"brown:k1,k2,p1,p2,k3"`` or ``"fisheye:k1,k2,k3,k4"``, later
+    #: coefficients being 0 where they are left out; empty for none.
     lens: str = ""
+    #: Of the water, g/kg and °C.
     salinity: float = 35.0
     temperature: float = 15.0
 
@@ -117,21 +99,13 @@ class HousingDescription:
 
 @dataclass(frozen=True)
 class MeasuredHousing:
-    """Port and lens, and the camera if it was calibrated.
-
-    Parameters
-    ----------
-    camera : LensCamera, optional
-        As calibrated in air; without, a scene's own camera counts.
-    source : str
-        Who measured it.
-    """
+    """Port and lens, and the camera if it was calibrated."""
 
     port: Port
     lens: Lens = field(default_factory=BrownConrady)
     lateral: LateralColour = field(default_factory=LateralColour)
-    camera: LensCamera | None = None
-    source: str = ""
+    camera: LensCamera | None = None  #: As calibrated in air; without, a scene's own camera counts.
+    source: str = ""  #: Who measured it.
 
     def before(self, camera: LensCamera, water: SeaWater) -> Housing:
         """Return the housing of a camera, of which picture size and, if unknown, focus count.

@@ -21,13 +21,6 @@ class Housing:
     Points and directions are in OpenCV's camera axes (x right, y down, z forward), in m from the
     centre of the lens's entrance pupil. All is exact for every wavelength: nothing is paraxial.
 
-    Parameters
-    ----------
-    camera : LensCamera
-        As calibrated in air.
-    port : Port
-        A :class:`.FlatPort` or a :class:`.DomePort`.
-
     Examples
     --------
     >>> from underwater_spectral.uw_spectral.housing import FlatPort
@@ -38,8 +31,8 @@ class Housing:
     (1440.8, 1437.6)
     """
 
-    camera: LensCamera
-    port: Port
+    camera: LensCamera  #: As calibrated in air.
+    port: Port  #: A :class:`.FlatPort` or a :class:`.DomePort`.
     water: SeaWater = field(default_factory=SeaWater)
 
     def _indices(self, wavelength: ArrayLike) -> tuple[Array, Array]:

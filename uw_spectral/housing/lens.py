@@ -201,13 +201,6 @@ class LateralColour:
     The radius in the picture is r (1 + a + b r²), a and b polynomials of the wavelength without a
     constant: what the lens does at ``reference`` is what its distortion says.
 
-    Parameters
-    ----------
-    magnification, cubic : tuple of floats
-        Coefficients of a and of b by ascending powers, from the first, of (λ - reference) / 100 nm.
-    reference : float
-        nm.
-
     Raises
     ------
     InputError
@@ -225,9 +218,10 @@ class LateralColour:
     ([[1.001, 0.0]], [[1.0, 0.0]])
     """
 
+    #: Coefficients of a and of b by ascending powers, from the first, of (λ - reference) / 100 nm.
     magnification: tuple[float, ...] = ()
     cubic: tuple[float, ...] = ()
-    reference: float = 550.0
+    reference: float = 550.0  #: nm.
 
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (*self.magnification, *self.cubic))):

@@ -20,15 +20,6 @@ _DEEPEST = 11000.0  # dbar: as far as Millard & Seaver go
 class SeaWater:
     """Water before the port.
 
-    Parameters
-    ----------
-    salinity : float
-        g/kg, 0 to 40.
-    temperature : float
-        °C, 0 to 30.
-    pressure : float
-        Above that of the atmosphere, dbar (nearly the depth in m), 0 to 11 000.
-
     Raises
     ------
     InputError
@@ -47,8 +38,9 @@ class SeaWater:
     1.3482
     """
 
-    salinity: float = 35.0
-    temperature: float = 20.0
+    salinity: float = 35.0  #: g/kg, 0 to 40.
+    temperature: float = 20.0  #: °C, 0 to 30.
+    #: Above that of the atmosphere, dbar (nearly the depth in m), 0 to 11 000.
     pressure: float = 0.0
 
     def __post_init__(self) -> None:
@@ -73,11 +65,6 @@ class SeaWater:
 class Glass:
     """Material of a port.
 
-    Parameters
-    ----------
-    terms : tuple of pairs
-        B and C, µm², of Sellmeier's equation n² = 1 + Σ B λ² / (λ² − C).
-
     Raises
     ------
     InputError
@@ -92,6 +79,7 @@ class Glass:
     """
 
     name: str
+    #: B and C, µm², of Sellmeier's equation n² = 1 + Σ B λ² / (λ² − C).
     terms: tuple[tuple[float, float], ...]
     source: str
 

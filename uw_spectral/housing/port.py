@@ -65,15 +65,6 @@ class Port(Protocol):
 class FlatPort:
     """A plane window.
 
-    Parameters
-    ----------
-    distance : float
-        From the entrance pupil to the inner face along its normal, m.
-    thickness : float
-        m; 0 is a window that does not count.
-    normal : three floats
-        Outwards, in the camera's axes, of any length; a tilt turns it away from (0, 0, 1).
-
     Raises
     ------
     InputError
@@ -87,9 +78,10 @@ class FlatPort:
     (0.04, 0.03527, 31.85)
     """
 
-    distance: float
-    thickness: float
+    distance: float  #: From the entrance pupil to the inner face along its normal, m.
+    thickness: float  #: m; 0 is a window that does not count.
     glass: Glass = field(default_factory=lambda: GLASSES["BK7"])
+    #: Outwards, in the camera's axes, of any length; a tilt turns it away from (0, 0, 1).
     normal: Vector = _FORWARD
 
     def __post_init__(self) -> None:
@@ -216,18 +208,6 @@ def _slope(tangent: Array, index: Array) -> tuple[Array, Array]:
 class DomePort:
     """A spherical shell.
 
-    Parameters
-    ----------
-    radius : float
-        Of the outer face, m.
-    thickness : float
-        m; 0 is a shell that does not count.
-    pupil : three floats
-        Place of the entrance pupil, from the centre of the dome, in the camera's axes, m;
-        (0, 0, 0) is centred, and z above 0 is too far forward.
-    half_angle : float
-        How far the dome reaches to all sides, degrees from the optical axis at its centre.
-
     Raises
     ------
     InputError
@@ -241,10 +221,13 @@ class DomePort:
     42.54
     """
 
-    radius: float
-    thickness: float
+    radius: float  #: Of the outer face, m.
+    thickness: float  #: m; 0 is a shell that does not count.
     glass: Glass = field(default_factory=lambda: GLASSES["BK7"])
+    #: Place of the entrance pupil, from the centre of the dome, in the camera's axes, m; (0, 0, 0)
+    #: is centred, and z above 0 is too far forward.
     pupil: Vector = (0.0, 0.0, 0.0)
+    #: How far the dome reaches to all sides, degrees from the optical axis at its centre.
     half_angle: float = 90.0
 
     def __post_init__(self) -> None:

@@ -22,20 +22,13 @@ _CHECKED = 41
 
 @dataclass(frozen=True, eq=False)
 class RayFit:
-    """Origins and directions of the rays of a picture at one wavelength.
+    """Origins and directions of the rays of a picture at one wavelength."""
 
-    Parameters
-    ----------
-    coefficients : array, shape (6, n, n)
-        Of Chebyshev polynomials of x and y, which go from -1 at the left and upper edge of the
-        picture to 1: of the three coordinates of the origin (m), then of the direction, in OpenCV's
-        camera axes.
-    error : float
-        Largest that was found, pixels; origins count by what they move at 1 m.
-    """
-
+    #: Of Chebyshev polynomials of x and y, which go from -1 at the left and upper edge of the
+    #: picture to 1: of the three coordinates of the origin (m), then of the direction, in OpenCV's
+    #: camera axes, (6, n, n).
     coefficients: Array
-    error: float
+    error: float  #: Largest that was found, pixels; origins count by what they move at 1 m.
 
     def rays(self, pixels: ArrayLike, size: tuple[int, int]) -> tuple[Array, Array]:
         """Origins and unit directions, shape (..., 3), of image coordinates, shape (..., 2)."""

@@ -24,17 +24,10 @@ _ROUNDS = 8
 
 @dataclass(frozen=True)
 class PinholeView:
-    """A pinhole in the water, parallel to the camera, and its picture.
+    """A pinhole in the water, parallel to the camera, and its picture."""
 
-    Parameters
-    ----------
-    camera : LensCamera
-        Without distortion.
-    position : three floats
-        Of the pinhole, in the camera's axes from its entrance pupil, m.
-    """
-
-    camera: LensCamera
+    camera: LensCamera  #: Without distortion.
+    #: Of the pinhole, in the camera's axes from its entrance pupil, m.
     position: tuple[float, float, float]
 
     def rays(self) -> Array:

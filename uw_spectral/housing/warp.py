@@ -33,26 +33,18 @@ _FARTHEST = 1e9  # m: stands for infinity where a point is needed
 
 @dataclass(frozen=True, eq=False)
 class SeenPlaces:
-    """What each pixel of a picture through a port sees, at one wavelength.
+    """What each pixel of a picture through a port sees, at one wavelength."""
 
-    Parameters
-    ----------
-    places : array, shape (height, width, 2)
-        Image coordinates in the pinhole picture; NaN where the port shows nothing.
-    points : array, shape (height, width, 3)
-        In the camera's axes from its pupil, m; infinite in open water.
-    distances : array, shape (height, width)
-        Way in the water, from the outer face of the port, m.
-    hidden : array of bool, shape (height, width)
-        Where an object hid from the pinhole what the port shows: what is beside it stands in.
-    extra : array, shape (height, width)
-        Water in the way of the pinhole less that in the way of the port, m.
-    """
-
+    #: Image coordinates in the pinhole picture; NaN where the port shows nothing,
+    #: (height, width, 2).
     places: Array
+    #: In the camera's axes from its pupil, m; infinite in open water, (height, width, 3).
     points: Array
-    distances: Array
+    distances: Array  #: Way in the water, from the outer face of the port, m, (height, width).
+    #: Where an object hid from the pinhole what the port shows: what is beside it stands in,
+    #: (height, width).
     hidden: NDArray[np.bool_]
+    #: Water in the way of the pinhole less that in the way of the port, m, (height, width).
     extra: Array
 
     def sampled(self, picture: ArrayLike, sampling: Sampling = "cubic") -> Array:

@@ -62,20 +62,13 @@ _DARKEST = 1e-30  # fraction of the surface light at a depth that still counts a
 
 @dataclass(frozen=True, eq=False)
 class OptimisedBands:
-    """Bands chosen for a water.
+    """Bands chosen for a water."""
 
-    Parameters
-    ----------
-    bands : Bands
-        They meet half way between neighbours, so that a sum over them is
-        still an integral where the water is not known.
-    delta_e : float
-        Expected ΔE2000 with the weights of :func:`fitted_reduction`, for the
-        eye: root mean square over the expected spectra, geometric mean over
-        the depths.
-    """
-
+    #: They meet half way between neighbours, so that a sum over them is still an integral where the
+    #: water is not known.
     bands: Bands
+    #: Expected ΔE2000 with the weights of :func:`fitted_reduction`, for the eye: root mean square
+    #: over the expected spectra, geometric mean over the depths.
     delta_e: float
 
 

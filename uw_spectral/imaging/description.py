@@ -27,146 +27,85 @@ REFERENCE_BANDS = 60
 
 @dataclass(frozen=True)
 class WaterDescription:
-    """A body of water.
+    """A body of water."""
 
-    Parameters
-    ----------
-    water : str, Constituents, Water or Profile of either
-        Text as :func:`.parse_water` takes it. Constituents keep the parts of
-        their phase function whatever the amounts, so that these can be animated.
-    second : str or Water
-        What is mixed in; empty for nothing.
-    concentration : float
-        Factor on all that is in the water beside the water itself.
-    absorption_factor, scattering_factor : float
-        On the coefficients.
-    phase : str or PhaseModel, optional
-        Text as :func:`.parse_phase` takes it; by default that of the constituents, or the
-        mixture of molecules and sea particles with the bb/b of the water
-        (:attr:`.Water.phase_model`).
-    inelastic : str
-        What changes the wavelength of light, as :func:`.parse_processes` takes it.
-    """
-
+    #: Text as :func:`.parse_water` takes it. Constituents keep the parts of their phase function
+    #: whatever the amounts, so that these can be animated.
     water: str | Constituents | Water | WaterProfile = "jerlov:IB"
     source: str = DEFAULT_SOURCE
-    second: str | Water = ""
+    second: str | Water = ""  #: What is mixed in; empty for nothing.
     second_fraction: float = 0.0
+    #: On the coefficients.
     absorption_factor: float = 1.0
     scattering_factor: float = 1.0
+    #: Text as :func:`.parse_phase` takes it; by default that of the constituents, or the mixture of
+    #: molecules and sea particles with the bb/b of the water (:attr:`.Water.phase_model`).
     phase: str | PhaseModel | None = None
+    #: What changes the wavelength of light, as :func:`.parse_processes` takes it.
     inelastic: str = ""
-    concentration: float = 1.0
+    concentration: float = 1.0  #: Factor on all that is in the water beside the water itself.
 
 
 @dataclass(frozen=True)
 class SunAndSky:
-    """The light above the water.
+    """The light above the water."""
 
-    Parameters
-    ----------
-    illuminant : str or Illuminant
-        Text as :func:`.parse_illuminant` takes it.
-    zenith, azimuth : float
-        The sun in air, degrees; the azimuth is where its light travels to, from +x towards +y.
-    sky_radiance : float
-        Of the uniform sky that brings as much light, as a fraction of the direct light, per
-        steradian.
-    above_surface : bool or None
-        Whether the sun's irradiance is known above the surface, so that part of it is
-        reflected, or just below; None as the illuminant has it.
-    sky : str
-        Distribution of the sky's radiance, one of :data:`.SKIES`.
-    strength : float
-        Factor on all of it; 0 is night.
-    """
-
-    illuminant: str | Illuminant = "d65"
+    illuminant: str | Illuminant = "d65"  #: Text as :func:`.parse_illuminant` takes it.
+    #: The sun in air, degrees; the azimuth is where its light travels to, from +x towards +y.
     zenith: float = 30.0
     azimuth: float = 0.0
+    #: Of the uniform sky that brings as much light, as a fraction of the direct light, per
+    #: steradian.
     sky_radiance: float = 0.0
+    #: Whether the sun's irradiance is known above the surface, so that part of it is reflected, or
+    #: just below; None as the illuminant has it.
     above_surface: bool | None = None
-    sky: str = UNIFORM
-    strength: float = 1.0
+    sky: str = UNIFORM  #: Distribution of the sky's radiance, one of :data:`.SKIES`.
+    strength: float = 1.0  #: Factor on all of it; 0 is night.
 
 
 @dataclass(frozen=True)
 class SurfaceDescription:
-    """The water surface.
-
-    Parameters
-    ----------
-    slope_variance : float
-        Mean square slope of waves, over which the light is averaged:
-        :attr:`.WaveSpectrum.mean_square_slope`.
-    """
+    """The water surface."""
 
     kind: str = "none"
     refractive_index: float = 1.34
+    #: Mean square slope of waves, over which the light is averaged:
+    #: :attr:`.WaveSpectrum.mean_square_slope`.
     slope_variance: float = 0.0
 
 
 @dataclass(frozen=True)
 class FloorDescription:
-    """A flat floor.
+    """A flat floor."""
 
-    Parameters
-    ----------
-    depth : float
-        In m; infinite for none.
-    reflectance : str or Spectrum
-        Text as :func:`.parse_reflectance` takes it.
-    """
-
-    depth: float = math.inf
-    reflectance: str | Spectrum = "0.2"
+    depth: float = math.inf  #: In m; infinite for none.
+    reflectance: str | Spectrum = "0.2"  #: Text as :func:`.parse_reflectance` takes it.
 
 
 @dataclass(frozen=True)
 class CameraDescription:
-    """A camera and the development of its pictures.
+    """A camera and the development of its pictures."""
 
-    Parameters
-    ----------
-    sensor : str or Sensor
-        Text as :func:`.parse_sensor` takes it.
-    white_balance : {"daylight", "depth", "none"}
-    exposure_stops : float, optional
-        None exposes automatically.
-    compensation : float
-        Stops that are added to an automatic exposure.
-    filter : str
-        Before the sensor: text as :func:`.barrier_filter.transmittance` takes it.
-    """
-
-    sensor: str | Sensor = "cie1931"
+    sensor: str | Sensor = "cie1931"  #: Text as :func:`.parse_sensor` takes it.
     white_balance: WhiteBalance = "daylight"
-    exposure_stops: float | None = None
-    compensation: float = 0.0
+    exposure_stops: float | None = None  #: None exposes automatically.
+    compensation: float = 0.0  #: Stops that are added to an automatic exposure.
+    #: Before the sensor: text as :func:`.barrier_filter.transmittance` takes it.
     filter: str = NO_FILTER
 
 
 @dataclass(frozen=True)
 class BandsDescription:
-    """Which bands stand for the spectrum.
-
-    Parameters
-    ----------
-    count : int
-        Number of bands.
-    start, end : float
-        Their range, nm.
-    wavelengths : tuple of float
-        Centres in nm, instead of so many bands.
-    optimised : bool
-        Whether bands are placed for the water, see :func:`.optimised_bands`, and weights
-        fitted to water, depth and sensor; or equal bands.
-    """
+    """Which bands stand for the spectrum."""
 
     count: int = 8
+    #: Their range, nm.
     start: float = 400.0
     end: float = 700.0
-    wavelengths: tuple[float, ...] = ()
+    wavelengths: tuple[float, ...] = ()  #: Centres in nm, instead of so many bands.
+    #: Whether bands are placed for the water, see :func:`.optimised_bands`, and weights fitted to
+    #: water, depth and sensor; or equal bands.
     optimised: bool = False
 
 

@@ -32,19 +32,12 @@ _Model = Callable[[Array], tuple[Array, Array]]
 
 @dataclass(frozen=True)
 class FormationFit:
-    """Constants of the image formation, per channel.
+    """Constants of the image formation, per channel."""
 
-    Parameters
-    ----------
-    beta_direct, beta_backscatter : tuple of RangeAttenuation
-        β_D of the light of objects, and β_B of the backscatter.
-    B_inf : tuple of float
-        Backscatter at infinite range, in the unit of the picture.
-    """
-
+    #: β_D of the light of objects, and β_B of the backscatter.
     beta_direct: tuple[RangeAttenuation, ...]
     beta_backscatter: tuple[RangeAttenuation, ...]
-    B_inf: tuple[float, ...]
+    B_inf: tuple[float, ...]  #: Backscatter at infinite range, in the unit of the picture.
 
     def transmittance(self, z: ArrayLike) -> Array:
         """Share e^{-β_D(z) z} of the direct light at ranges z in m, shape (..., k)."""

@@ -33,23 +33,14 @@ LEVEL = (1.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class FormationCurves:
-    """Coefficients of k channels over m ranges.
+    """Coefficients of k channels over m ranges."""
 
-    Parameters
-    ----------
-    z : array, shape (m,)
-        Euclidean ranges, m.
-    beta_direct, beta_backscatter : array, shape (m, k)
-        β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the fraction left is
-        e^{-β(z) z}.
-    B_inf : array, shape (k,)
-        What the water sends to the camera where nothing is in its way.
-    """
-
-    z: Array
+    z: Array  #: Euclidean ranges, m, (m,).
+    #: β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the fraction left is e^{-β(z)
+    #: z}, (m, k).
     beta_direct: Array
     beta_backscatter: Array
-    B_inf: Array
+    B_inf: Array  #: What the water sends to the camera where nothing is in its way, (k,).
 
     def transmittance(self, z: ArrayLike) -> Array:
         """Share e^{-β_D(z) z} left at ranges z in m, shape (..., k); 0 at infinite ones.
@@ -79,24 +70,13 @@ class FormationCurves:
 
 @dataclass(frozen=True, eq=False)
 class ImageFormation:
-    """What turns objects into a picture, for one camera.
+    """What turns objects into a picture, for one camera."""
 
-    Parameters
-    ----------
-    depth : float
-        Of the camera, m.
-    direction : three floats
-        Unit view direction that it was computed for, z up.
-    channels : FormationCurves
-        Of the sensor's three channels; B∞ in their response to radiance, before white balance.
-    bands : FormationCurves
-        Of the n bands; B∞ is a radiance.
-    """
-
-    depth: float
-    direction: tuple[float, float, float]
+    depth: float  #: Of the camera, m.
+    direction: tuple[float, float, float]  #: Unit view direction that it was computed for, z up.
+    #: Of the sensor's three channels; B∞ in their response to radiance, before white balance.
     channels: FormationCurves
-    bands: FormationCurves
+    bands: FormationCurves  #: Of the n bands; B∞ is a radiance.
 
 
 def compute_image_formation(

@@ -20,29 +20,16 @@ ALL, NONE = "all", "none"
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer.
-
-    Parameters
-    ----------
-    text : str
-        What it holds.
-    kind : str
-        ``radiance``, ``irradiance`` and ``fraction`` are given for the channels of the sensor, and
-        for each band where bands are rendered; a ``map`` is the same for all light.
-    units : str
-        Of a fraction or a map; those of light are the picture's.
-    channels : tuple of str
-        Of a map; one without a name is the map itself.
-    whole : bool
-        Whether it needs 32 bits.
-    """
+    """A layer."""
 
     name: str
     text: str
+    #: ``radiance``, ``irradiance`` and ``fraction`` are given for the channels of the sensor, and
+    #: for each band where bands are rendered; a ``map`` is the same for all light.
     kind: Kind = "radiance"
-    units: str = ""
-    channels: tuple[str, ...] = ("",)
-    whole: bool = False
+    units: str = ""  #: Of a fraction or a map; those of light are the picture's.
+    channels: tuple[str, ...] = ("",)  #: Of a map; one without a name is the map itself.
+    whole: bool = False  #: Whether it needs 32 bits.
 
     @property
     def is_map(self) -> bool:

@@ -72,31 +72,20 @@ class Excitation:
 
 @dataclass(frozen=True, eq=False)
 class ResolvedOptics(ComparedByContent):
-    """What a description stands for; make it with :func:`resolve`.
-
-    Parameters
-    ----------
-    waters : DepthProfile of Water
-        The layers of the water; one, where it does not differ with depth.
-    floor : Spectrum
-        Reflectance of the floor.
-    phase : BandPhase
-        Phase function on the bands, of the first layer.
-    excitation : Excitation, optional
-        What changes the wavelength of light, if anything does.
-    reference : tuple of WaterColumn and BandPhase, optional
-        The same on many bands, to which the weights of few are fitted.
-    """
+    """What a description stands for; make it with :func:`resolve`."""
 
     description: Description
+    #: The layers of the water; one, where it does not differ with depth.
     waters: DepthProfile[Water]
     illuminant: Illuminant
     sensor: Sensor
-    floor: Spectrum
+    floor: Spectrum  #: Reflectance of the floor.
     bands: Bands
-    phase: BandPhase
+    phase: BandPhase  #: Phase function on the bands, of the first layer.
     column: WaterColumn
+    #: What changes the wavelength of light, if anything does.
     excitation: Excitation | None = dataclasses.field(default=None, compare=False)
+    #: The same on many bands, to which the weights of few are fitted.
     reference: tuple[WaterColumn, BandPhase] | None = None
 
     @property

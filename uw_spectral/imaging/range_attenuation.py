@@ -32,19 +32,14 @@ _FASTEST = 20.0  # rate, per longest range
 class RangeAttenuation:
     """Attenuation coefficient β(z) = a e^{bz} + c e^{dz} of a channel.
 
-    Parameters
-    ----------
-    a, c : float
-        1/m, positive.
-    b, d : float
-        1/m.
-
     References
     ----------
     D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 11.
     """
 
+    #: 1/m, positive.
     a: float
+    #: 1/m.
     b: float
     c: float
     d: float

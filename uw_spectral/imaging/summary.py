@@ -16,30 +16,15 @@ from .water_colour import DominantColour, dominant_colour, water_swatch
 
 @dataclass(frozen=True, eq=False)
 class Readouts:
-    """Everything a panel shows about one water.
+    """Everything a panel shows about one water."""
 
-    Parameters
-    ----------
-    visibility : float
-        Level sighting range of a black target at 2 % contrast, m.
-    euphotic_depth : float
-        Depth of 1 % of PAR, m.
-    colour : DominantColour
-        Of the open water.
-    swatch : array, shape (3,)
-        sRGB of the open water through the camera.
-    transmitted_light : Spectrum
-        Fraction of the light that reaches the camera's depth, per reference band.
-    colour_error : ColourError
-        Of the chosen bands.
-    """
-
-    visibility: float
-    euphotic_depth: float
-    colour: DominantColour
-    swatch: NDArray[np.float64]
+    visibility: float  #: Level sighting range of a black target at 2 % contrast, m.
+    euphotic_depth: float  #: Depth of 1 % of PAR, m.
+    colour: DominantColour  #: Of the open water.
+    swatch: NDArray[np.float64]  #: sRGB of the open water through the camera, (3,).
+    #: Fraction of the light that reaches the camera's depth, per reference band.
     transmitted_light: Spectrum
-    colour_error: ColourError
+    colour_error: ColourError  #: Of the chosen bands.
 
 
 def readouts(view: Viewpoint, reference: Viewpoint) -> Readouts:

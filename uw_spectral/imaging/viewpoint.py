@@ -31,23 +31,6 @@ from ..water.phase import BandPhase
 class Viewpoint(ComparedByContent):
     """A camera at a depth in a column of water; what is computed from it is kept.
 
-    Parameters
-    ----------
-    phase : BandPhase
-        Phase function on the bands of the column.
-    depth : float
-        Depth of the camera, m.
-    white_balance : {"daylight", "depth", "none"}
-    exposure_stops : float, optional
-        None exposes automatically: a white diffuser at depth has luminance 0.9.
-    lamplight : array, shape (n,), optional
-        Irradiance that lamps put on objects before the camera (:func:`.lamplight`).
-    compensation : float
-        Stops that are added to the automatic exposure.
-    filter : str
-        Before the sensor, as :func:`.barrier_filter.transmittance` takes it. White balance and
-        automatic exposure are those without it.
-
     Raises
     ------
     InputError
@@ -56,14 +39,18 @@ class Viewpoint(ComparedByContent):
     """
 
     column: WaterColumn
-    phase: BandPhase
+    phase: BandPhase  #: Phase function on the bands of the column.
     illuminant: Illuminant
     sensor: Sensor
-    depth: float
+    depth: float  #: Depth of the camera, m.
     white_balance: WhiteBalance = "daylight"
+    #: None exposes automatically: a white diffuser at depth has luminance 0.9.
     exposure_stops: float | None = None
+    #: Irradiance that lamps put on objects before the camera (:func:`.lamplight`), (n,).
     lamplight: NDArray[np.float64] | None = None
-    compensation: float = 0.0
+    compensation: float = 0.0  #: Stops that are added to the automatic exposure.
+    #: Before the sensor, as :func:`.barrier_filter.transmittance` takes it. White balance and
+    #: automatic exposure are those without it.
     filter: str = NO_FILTER
 
     def __post_init__(self) -> None:

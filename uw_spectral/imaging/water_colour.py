@@ -32,22 +32,13 @@ _SMALLEST_PURITY = 0.02
 
 @dataclass(frozen=True)
 class DominantColour:
-    """Colour of a light against a white.
+    """Colour of a light against a white."""
 
-    Parameters
-    ----------
-    wavelength : float
-        Dominant wavelength in nm; of the complementary colour, and negative,
-        for purples; NaN for a light without colour.
-    purity : float
-        Excitation purity, 0 (white) to 1 (spectral).
-    name : str
-        Hue in words, ``"grey"`` without colour.
-    """
-
+    #: Dominant wavelength in nm; of the complementary colour, and negative, for purples; NaN for a
+    #: light without colour.
     wavelength: float
-    purity: float
-    name: str
+    purity: float  #: Excitation purity, 0 (white) to 1 (spectral).
+    name: str  #: Hue in words, ``"grey"`` without colour.
 
 
 def dominant_colour(view: Viewpoint) -> DominantColour:

@@ -117,15 +117,9 @@ class ValueGrid:
 
 @dataclass(frozen=True, eq=False)
 class WaterSpread(ComparedByContent):
-    """The tables of a water of n bands, kept for equal ones.
+    """The tables of a water of n bands, kept for equal ones."""
 
-    Parameters
-    ----------
-    b : array, shape (n,)
-        Scattering, 1/m.
-    """
-
-    b: Array
+    b: Array  #: Scattering, 1/m, (n,).
     phase: BandPhase
 
     @property

@@ -39,22 +39,13 @@ _GENERATIONS = (1.0, 1.2)  # of the file generation type
 
 @dataclass(frozen=True, eq=False)
 class Photometry(ComparedByContent):
-    """Luminous intensity of a lamp by direction; nadir, 0°, is its axis.
-
-    Parameters
-    ----------
-    vertical : array, shape (v,)
-        Angle from the axis, degrees, 0 to at most 180.
-    horizontal : array, shape (h,)
-        Azimuth about it, degrees; the range tells the symmetry.
-    candela : array, shape (h, v)
-        cd, with multiplier and ballast factors.
-    """
+    """Luminous intensity of a lamp by direction; nadir, 0°, is its axis."""
 
     name: str
-    vertical: NDArray[np.float64]
+    vertical: NDArray[np.float64]  #: Angle from the axis, degrees, 0 to at most 180, (v,).
+    #: Azimuth about it, degrees; the range tells the symmetry, (h,).
     horizontal: NDArray[np.float64]
-    candela: NDArray[np.float64]
+    candela: NDArray[np.float64]  #: cd, with multiplier and ballast factors, (h, v).
 
     @property
     def mean_candela(self) -> NDArray[np.float64]:

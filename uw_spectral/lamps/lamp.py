@@ -26,25 +26,14 @@ _COTANGENT = 1.0 / math.tan(OBJECT)
 
 @dataclass(frozen=True, eq=False)
 class LitPart:
-    """A part of the objects that a lamp stands for, which shine on what is near them.
+    """A part of the objects that a lamp stands for, which shine on what is near them."""
 
-    Parameters
-    ----------
-    position, axis : sequence of 3
-        World coordinates, m; unit vector about which it is Lambertian.
-    fraction : array, shape (n,)
-        Of the lamp's intensity.
-    radius : float
-        m.
-    shadow : Lookup, optional
-        How far it shines, a map of :data:`.PART_SIDE`.
-    """
-
+    #: World coordinates, m; unit vector about which it is Lambertian.
     position: Sequence[Operand]
     axis: Sequence[Operand]
-    fraction: Operand
-    radius: Operand
-    shadow: Lookup | None = None
+    fraction: Operand  #: Of the lamp's intensity, (n,).
+    radius: Operand  #: m.
+    shadow: Lookup | None = None  #: How far it shines, a map of :data:`.PART_SIDE`.
 
 
 class Parts(Protocol):
@@ -66,50 +55,26 @@ class LitParts(tuple[LitPart, ...]):
 
 @dataclass(frozen=True, eq=False)
 class Lamp:
-    """A torch, a strobe or the light of a vehicle, of n bands.
+    """A torch, a strobe or the light of a vehicle, of n bands."""
 
-    Parameters
-    ----------
-    position : sequence of 3
-        World coordinates, m, z up.
-    axis : sequence of 3
-        Unit vector it shines along.
-    intensity : array, shape (n,)
-        Radiant intensity where the profile is 1 (:func:`.radiant_intensity`).
-    profile : LampProfile
-        Of the angle from the axis.
-    radius : float
-        Of what emits, m; nothing is nearer to the lamp than this.
-    seen : float
-        1 where the lamp itself is seen, 0 where only its light is.
-    shadow : Lookup, optional
-        How far it shines into the water (:func:`.shadow_map`); everywhere without.
-    virtual : float
-        1 where it stands for objects that throw light back (:func:`.virtual_point_lights`).
-    unblocked : float
-        1 where objects do not keep its light from others.
-    dry : float
-        How high over the water it seems to be, m; 0 in the water (:mod:`.over_water`).
-    stands : sequence of 3, optional
-        Where it is, m, if that is not where it seems to be.
-    soft : SoftShadow, optional
-        What of its scattered light objects leave; without, what they leave of the other.
-    parts : Parts, optional
-        Of the objects that it stands for: what is not scattered comes from these to others.
-    """
-
-    position: Sequence[Operand]
-    axis: Sequence[Operand]
+    position: Sequence[Operand]  #: World coordinates, m, z up.
+    axis: Sequence[Operand]  #: Unit vector it shines along.
+    #: Radiant intensity where the profile is 1 (:func:`.radiant_intensity`), (n,).
     intensity: Operand
-    profile: LampProfile = field(default_factory=IsotropicProfile)
-    radius: Operand = 0.01
-    seen: Operand = 1.0
+    profile: LampProfile = field(default_factory=IsotropicProfile)  #: Of the angle from the axis.
+    radius: Operand = 0.01  #: Of what emits, m; nothing is nearer to the lamp than this.
+    seen: Operand = 1.0  #: 1 where the lamp itself is seen, 0 where only its light is.
+    #: How far it shines into the water (:func:`.shadow_map`); everywhere without.
     shadow: Lookup | None = None
+    #: 1 where it stands for objects that throw light back (:func:`.virtual_point_lights`).
     virtual: Operand = 0.0
-    unblocked: Operand = 0.0
+    unblocked: Operand = 0.0  #: 1 where objects do not keep its light from others.
+    #: How high over the water it seems to be, m; 0 in the water (:mod:`.over_water`).
     dry: Operand = 0.0
-    stands: Sequence[Operand] | None = None
+    stands: Sequence[Operand] | None = None  #: Where it is, m, if that is not where it seems to be.
+    #: What of its scattered light objects leave; without, what they leave of the other.
     soft: SoftShadow | None = None
+    #: Of the objects that it stands for: what is not scattered comes from these to others.
     parts: Parts | None = None
 
     @property
@@ -166,39 +131,22 @@ class Lamp:
 
 @dataclass(frozen=True, eq=False)
 class RayPastLamp:
-    """A ray and a lamp: what all bands share.
+    """A ray and a lamp: what all bands share."""
 
-    Attributes
-    ----------
-    t0 : float or array
-        Distance along the ray to its point nearest to the lamp, m; negative behind.
-    h : float or array
-        Distance of that point from the lamp, m; at least its radius.
-    near, far : float or array
-        Distances of the ends of the path from that point, along the ray, m.
-    first : float or array
-        Where light begins to count, likewise; see :func:`ray_past_lamp`.
-    offset : float or array
-        Distance of the ray from the middle of the lamp, m.
-    across, along : float or array
-        Cosine between the lamp's axis and the direction to the nearest point, and the ray.
-    nearest, w : three floats or arrays
-        The nearest point as seen from the lamp, m; the direction of the ray.
-    before_surface : bool
-        Whether no light comes from beyond the end.
-    """
-
-    t0: Operand
-    h: Operand
+    t0: Operand  #: Distance along the ray to its point nearest to the lamp, m; negative behind.
+    h: Operand  #: Distance of that point from the lamp, m; at least its radius.
+    #: Distances of the ends of the path from that point, along the ray, m.
     near: Operand
     far: Operand
-    first: Operand
-    offset: Operand
+    first: Operand  #: Where light begins to count, likewise; see :func:`ray_past_lamp`.
+    offset: Operand  #: Distance of the ray from the middle of the lamp, m.
+    #: Cosine between the lamp's axis and the direction to the nearest point, and the ray.
     across: Operand
     along: Operand
+    #: The nearest point as seen from the lamp, m; the direction of the ray.
     nearest: Sequence[Operand]
     w: Sequence[Operand]
-    before_surface: bool = False
+    before_surface: bool = False  #: Whether no light comes from beyond the end.
 
     def place(self, s: Operand) -> tuple[Operand, ...]:
         """Return the place at a distance along the ray from the nearest, as the lamp sees it."""

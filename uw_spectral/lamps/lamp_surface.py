@@ -97,36 +97,20 @@ def _dimmed(
 
 @dataclass(frozen=True, eq=False)
 class PatchPastLamp:
-    """A lamp as a patch sees it: what all bands share.
+    """A lamp as a patch sees it: what all bands share."""
 
-    Attributes
-    ----------
-    r : float or array
-        Distance, m, at least the radius of the lamp.
-    per_intensity : float or array
-        Normal irradiance over intensity without water, Φ(θ) / (r² + R²), 1/m².
-    cosine : float or array
-        Between the patch's normal and the direction to the lamp; negative behind it.
-    off_axis : float or array
-        Cosine between the lamp's axis and the direction to the patch.
-    against : float or array
-        Cosine between the lamp's axis and the direction into the patch.
-    wet : float or array
-        Of the distance what is in the water, m.
-    transmittance : float or array
-        Fraction of what is scattered to it from about the lamp that it gets where it does not see
-        it.
-    point, normal : three floats or arrays
-        Of the patch; only what lamps that have parts do is computed from them.
-    """
-
-    r: Operand
+    r: Operand  #: Distance, m, at least the radius of the lamp.
+    #: Normal irradiance over intensity without water, Φ(θ) / (r² + R²), 1/m².
     per_intensity: Operand
+    #: Between the patch's normal and the direction to the lamp; negative behind it.
     cosine: Operand
-    off_axis: Operand
-    against: Operand
-    wet: Operand
+    off_axis: Operand  #: Cosine between the lamp's axis and the direction to the patch.
+    against: Operand  #: Cosine between the lamp's axis and the direction into the patch.
+    wet: Operand  #: Of the distance what is in the water, m.
+    #: Fraction of what is scattered to it from about the lamp that it gets where it does not see
+    #: it.
     transmittance: Operand = 0.0
+    #: Of the patch; only what lamps that have parts do is computed from them.
     point: Sequence[Operand] = ()
     normal: Sequence[Operand] = ()
 
@@ -189,25 +173,14 @@ def surface_irradiance(
 
 @dataclass(frozen=True, eq=False)
 class ArrivingLight:
-    """Irradiance over the intensity of a lamp, absorption apart.
+    """Irradiance over the intensity of a lamp, absorption apart."""
 
-    Attributes
-    ----------
-    direct : array
-        Unscattered.
-    straight, about : array
-        Unscattered, and scattered from about the lamp, on a patch that faces it.
-    rest : array
-        Scattered from elsewhere.
-    length : float or array
-        Of the way of what is not scattered in the water, m.
-    """
-
-    direct: Operand
+    direct: Operand  #: Unscattered.
+    #: Unscattered, and scattered from about the lamp, on a patch that faces it.
     straight: Operand
     about: Operand
-    rest: Operand
-    length: Operand
+    rest: Operand  #: Scattered from elsewhere.
+    length: Operand  #: Of the way of what is not scattered in the water, m.
 
     def shadowed(self, patch: PatchPastLamp, visible: Operand) -> ArrivingLight:
         """Return what arrives where so much of the lamp is seen."""

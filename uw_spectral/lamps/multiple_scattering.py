@@ -82,31 +82,17 @@ class LampField(ComparedByContent):
 
 @dataclass(frozen=True, eq=False)
 class LampWater:
-    """Water as the light of lamps meets it, of n bands; make it with :func:`lamp_water`.
+    """Water as the light of lamps meets it, of n bands; make it with :func:`lamp_water`."""
 
-    Attributes
-    ----------
-    a, b, c : array
-        Absorption, scattering and extinction, 1/m.
-    phase : Mixture
-        Phase function.
-    spread : Spread
-        Tables of light that goes nearly straight on.
-    field : Field
-        Of what is turned more.
-    wide : array, shape (n,)
-        Scattering that the field has, 1/m.
-    reach : float
-        Distance from the camera, or beyond the lamp, from which no scattered light is counted, m.
-    """
-
+    #: Absorption, scattering and extinction, 1/m.
     a: Operand
     b: Operand
     c: Operand
     phase: Mixture
-    spread: Spread
-    field: Field
-    wide: Operand
+    spread: Spread  #: Tables of light that goes nearly straight on.
+    field: Field  #: Of what is turned more.
+    wide: Operand  #: Scattering that the field has, 1/m, (n,).
+    #: Distance from the camera, or beyond the lamp, from which no scattered light is counted, m.
     reach: Operand
 
     def of_bands(self, indices: ArrayLike) -> LampWater:

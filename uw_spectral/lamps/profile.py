@@ -118,13 +118,6 @@ class SpotProfile(LampProfile):
     is the smoothstep x² (3 - 2 x), as Cycles and EEVEE have it. It is 1 on the axis, where the
     intensity is that of a point light of the same power: P/4π.
 
-    Parameters
-    ----------
-    size : float
-        Full angle of the cone, rad, 0 to π.
-    blend : float
-        0 to 1: the fraction of the cone's cosines over which the edge rises.
-
     Raises
     ------
     InputError
@@ -137,8 +130,8 @@ class SpotProfile(LampProfile):
     array([1.   , 0.356, 0.   ])
     """
 
-    size: float
-    blend: float = 0.15
+    size: float  #: Full angle of the cone, rad, 0 to π.
+    blend: float = 0.15  #: 0 to 1: the fraction of the cone's cosines over which the edge rises.
 
     def __post_init__(self) -> None:
         if not 0 < self.size <= math.pi:
@@ -179,11 +172,6 @@ class SpreadProfile(LampProfile):
     at half the spread, as Cycles has it. Its light is that of the matt surface without a grid,
     only narrower.
 
-    Parameters
-    ----------
-    spread : float
-        Full angle, rad, above 0 and below π.
-
     Raises
     ------
     InputError
@@ -195,7 +183,7 @@ class SpreadProfile(LampProfile):
     0.3954
     """
 
-    spread: float
+    spread: float  #: Full angle, rad, above 0 and below π.
 
     def __post_init__(self) -> None:
         if not 0 < self.spread < math.pi:
@@ -224,21 +212,14 @@ class SpreadProfile(LampProfile):
 class TableProfile(ComparedByContent, LampProfile):
     """Measured profile, linear in the cosine between its points; make it of angles.
 
-    Parameters
-    ----------
-    cosines : array, shape (n,)
-        Increasing, -1 to 1; the last is 1.
-    values : array, shape (n,)
-        Not negative.
-
     Notes
     -----
     A shader evaluates two or three nodes a point: thin a long table out
     (:meth:`of_angles`, ``points``).
     """
 
-    cosines: NDArray[np.float64]
-    values: NDArray[np.float64]
+    cosines: NDArray[np.float64]  #: Increasing, -1 to 1; the last is 1, (n,).
+    values: NDArray[np.float64]  #: Not negative, (n,).
 
     @classmethod
     def of_angles(

@@ -21,18 +21,10 @@ _CONDITION = 1e-10  # of the three bands, below which they are taken for fewer
 
 @dataclass(frozen=True, eq=False)
 class RepresentativeBands:
-    """Three of n bands, and the fraction of each in every band.
+    """Three of n bands, and the fraction of each in every band."""
 
-    Attributes
-    ----------
-    indices : array of int, shape (3,)
-        One of them may stand more than once.
-    fractions : array, shape (3, n)
-        They may be negative.
-    """
-
-    indices: NDArray[np.intp]
-    fractions: Array
+    indices: NDArray[np.intp]  #: One of them may stand more than once, (3,).
+    fractions: Array  #: They may be negative, (3, n).
 
 
 def representative_bands(values: ArrayLike, light: ArrayLike) -> RepresentativeBands:

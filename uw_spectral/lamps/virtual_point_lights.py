@@ -56,39 +56,21 @@ _AXES = np.stack(
 
 @dataclass(frozen=True, eq=False)
 class LampRays:
-    """Directions in which a lamp is looked from; make it with :func:`rays_of`.
+    """Directions in which a lamp is looked from; make it with :func:`rays_of`."""
 
-    Attributes
-    ----------
-    directions : array, shape (k, 3)
-        Unit vectors; the first are those of a map (:func:`.shadow_directions`).
-    solid_angles : array, shape (k,)
-        That each stands for, sr.
-    """
-
+    #: Unit vectors; the first are those of a map (:func:`.shadow_directions`), (k, 3).
     directions: Array
-    solid_angles: Array
+    solid_angles: Array  #: That each stands for, sr, (k,).
 
 
 @dataclass(frozen=True, eq=False)
 class LitSurfaces:
-    """What lies in directions from a lamp.
+    """What lies in directions from a lamp."""
 
-    Attributes
-    ----------
-    rays : LampRays
-        k of them.
-    distances : array, shape (k,)
-        m; infinite where nothing is.
-    normals : array, shape (k, 3)
-        Unit vectors towards the lamp.
-    reflectance : array, shape (k, n)
-    """
-
-    rays: LampRays
-    distances: Array
-    normals: Array
-    reflectance: Array
+    rays: LampRays  #: k of them.
+    distances: Array  #: m; infinite where nothing is, (k,).
+    normals: Array  #: Unit vectors towards the lamp, (k, 3).
+    reflectance: Array  #: Shape (k, n).
 
 
 def virtual_point_lights(

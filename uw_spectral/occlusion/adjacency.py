@@ -36,21 +36,12 @@ _COLOUR_COUNT = len(COLOURS)
 
 @dataclass(frozen=True, eq=False)
 class Adjacency:
-    """What objects in view do to light that is scattered forward, in channels.
+    """What objects in view do to light that is scattered forward, in channels."""
 
-    Attributes
-    ----------
-    blocked : array, shape (3, SIZE, SIZE)
-        Fraction of scattering that stays within objects.
-    own : array, shape (3, SIZE, SIZE)
-        Fraction of that which has the light of the pixel.
-    beside : array, shape (3, SIZE, SIZE)
-        What the objects there send besides: their mean radiance, less that fraction of the one that
-        is seen.
-    """
-
-    blocked: Array
-    own: Array
+    blocked: Array  #: Fraction of scattering that stays within objects, (3, SIZE, SIZE).
+    own: Array  #: Fraction of that which has the light of the pixel, (3, SIZE, SIZE).
+    #: What the objects there send besides: their mean radiance, less that fraction of the one that
+    #: is seen, (3, SIZE, SIZE).
     beside: Array
 
 

@@ -18,17 +18,6 @@ Array = NDArray[np.float64]
 class Grid:
     """Cubic cells in a box.
 
-    Parameters
-    ----------
-    lower : three floats
-        Its lowest corner, m; x, y horizontal, z up.
-    cell : float
-        Edge of a cell, m.
-    shape : three ints
-        Cells along each axis.
-    anchor : three floats
-        A corner of cells, m, from which places on a lattice are counted.
-
     Raises
     ------
     InputError
@@ -41,9 +30,10 @@ class Grid:
     array([ 1.5,  0. , -0.5])
     """
 
-    lower: tuple[float, float, float]
-    cell: float
-    shape: tuple[int, int, int]
+    lower: tuple[float, float, float]  #: Its lowest corner, m; x, y horizontal, z up.
+    cell: float  #: Edge of a cell, m.
+    shape: tuple[int, int, int]  #: Cells along each axis.
+    #: A corner of cells, m, from which places on a lattice are counted.
     anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:

@@ -40,27 +40,14 @@ _TYPICAL = 0.1, 0.9
 
 @dataclass(frozen=True)
 class OcclusionBox:
-    """Where the table lies, and what its ratios are mixed with; numbers or node values.
+    """Where the table lies, and what its ratios are mixed with; numbers or node values."""
 
-    Attributes
-    ----------
-    lower : sequence of 3
-        Middle of the first cell of the grid, m; one cell around it has the light beyond.
-    per_metre : float
-        Cells in a metre.
-    last : sequence of 3
-        Number of the last cell of the table along each axis.
-    weight : sequence of 6
-        Of the unoccluded light on patches, by tile.
-    reach : float
-        Distance that :data:`STEPS` are spread over, m.
-    """
-
+    #: Middle of the first cell of the grid, m; one cell around it has the light beyond.
     lower: Sequence[Operand]
-    per_metre: Operand
-    last: Sequence[Operand]
-    weight: Sequence[Operand]
-    reach: Operand
+    per_metre: Operand  #: Cells in a metre.
+    last: Sequence[Operand]  #: Number of the last cell of the table along each axis.
+    weight: Sequence[Operand]  #: Of the unoccluded light on patches, by tile.
+    reach: Operand  #: Distance that :data:`STEPS` are spread over, m.
 
     def place(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
         """Position of a point among the cells of the table; far away is its border."""
@@ -129,20 +116,14 @@ def along_ray(
 
 @dataclass(frozen=True, eq=False)
 class OcclusionTable:
-    """Ratios of n bands at the cells of a grid; make it with :func:`occlusion_table`.
-
-    Attributes
-    ----------
-    atlas : array, shape (TILES, nz + 2, ny + 2, nx + 2, 3)
-        Mean over the bands, fraction of the spectrum, and of the sun that is seen; those of patches
-        times the weight of the tile.
-    spectrum : array, shape (n,)
-    """
+    """Ratios of n bands at the cells of a grid; make it with :func:`occlusion_table`."""
 
     grid: Grid
     box: OcclusionBox
+    #: Mean over the bands, fraction of the spectrum, and of the sun that is seen; those of patches
+    #: times the weight of the tile, (TILES, nz + 2, ny + 2, nx + 2, 3).
     atlas: NDArray[np.float32]
-    spectrum: Array
+    spectrum: Array  #: Shape (n,).
 
     def on(self, centres: Array, others: Array) -> OcclusionTable:
         """Return the table, which has bands at some centres, on others, between them linear."""

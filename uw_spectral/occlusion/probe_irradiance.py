@@ -42,35 +42,20 @@ WATERS = 2  # that are kept
 
 @dataclass(frozen=True, eq=False)
 class ProbeIrradiance:
-    """Light at probes over the unoccluded light, of n bands.
+    """Light at probes over the unoccluded light, of n bands."""
 
-    Attributes
-    ----------
-    grid : Grid
-        Of the p probes.
-    valid : array of bool, shape (p,)
-        Which stand for water; the others have the light of one close by.
-    irradiance : array, shape (p, 6, n)
-        Ratio of the irradiance, without the beam of the sun, on patches that face
-        :data:`.unoccluded_field.AXES`.
-    scattered : array, shape (p, COUNT, n)
-        Ratio of the light, without the beam, that the water scatters against the view directions
-        of :mod:`.view_directions`.
-    sunlit : array, shape (p,)
-        Fraction of the sun's beam.
-    weight : array, shape (6,)
-        Mean unoccluded irradiance on each of them, over the sum of the six.
-    solution : Solution, optional
-        What the light of another frame may start from.
-    """
-
-    grid: Grid
+    grid: Grid  #: Of the p probes.
+    #: Which stand for water; the others have the light of one close by, (p,).
     valid: NDArray[np.bool_]
+    #: Ratio of the irradiance, without the beam of the sun, on patches that face
+    #: :data:`.unoccluded_field.AXES`, (p, 6, n).
     irradiance: Light
+    #: Ratio of the light, without the beam, that the water scatters against the view directions of
+    #: :mod:`.view_directions`, (p, COUNT, n).
     scattered: Light
-    sunlit: Array
-    weight: Array
-    solution: Solution | None = None
+    sunlit: Array  #: Fraction of the sun's beam, (p,).
+    weight: Array  #: Mean unoccluded irradiance on each of them, over the sum of the six, (6,).
+    solution: Solution | None = None  #: What the light of another frame may start from.
 
     @property
     def serves(self) -> bool:
@@ -130,29 +115,15 @@ def lengthened(values: Light, count: int) -> Light:
 
 @dataclass(eq=False)
 class LightOfProbes:
-    """The light of v probes, as far as it is known.
+    """The light of v probes, as far as it is known."""
 
-    Attributes
-    ----------
-    E : array, shape (v, 6, n)
-        Irradiance on the axes, without the beam.
-    J : array, shape (v, RAYS, n)
-        Light scattered against each direction, over the unoccluded.
-    beam : array, shape (v, n)
-        Irradiance of the sun's beam, mean over surfaces of all slopes.
-    on_axes : array, shape (v, 6)
-        Unoccluded irradiance on the axes, of all bands.
-    sent : array, shape (v, n)
-        Radiance of surfaces that are lit as a probe is.
-    of_sides : array, shape (2 k, n)
-        Radiance of the sides of surfaces.
-    """
-
-    E: Light
-    J: Light
-    beam: Light
-    on_axes: Light
+    E: Light  #: Irradiance on the axes, without the beam, (v, 6, n).
+    J: Light  #: Light scattered against each direction, over the unoccluded, (v, RAYS, n).
+    beam: Light  #: Irradiance of the sun's beam, mean over surfaces of all slopes, (v, n).
+    on_axes: Light  #: Unoccluded irradiance on the axes, of all bands, (v, 6).
+    #: Radiance of surfaces that are lit as a probe is, (v, n).
     sent: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
+    #: Radiance of the sides of surfaces, (2 k, n).
     of_sides: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
 
     @property

@@ -73,55 +73,29 @@ def set_of(grid: Grid) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """What the probes see; geometry alone, whatever the water.
+    """What the probes see; geometry alone, whatever the water."""
 
-    Attributes
-    ----------
-    grid : Grid
-        Of the p probes.
-    point : array, shape (p, 3)
-        Where each probe gathers: free water in its cell, m.
-    valid : array of bool, shape (p,)
-        Whether there is any.
-    distance : array, shape (p, r)
-        Along each of its :func:`directions`, to a surface or the side of the box, m.
-    hit : array of int, shape (p, r)
-        Side of a surface that is seen: twice its number, one more for the side away from its
-        normal; -1 for none.
-    further : array, shape (p, r)
-        Of rays that leave the box, from there to a surface or to where they are not followed, m.
-    blocked : array of bool, shape (p, r)
-        Whether there is a surface; or one in the box of which it is not clear how it is lit.
-    probe_of_side : array of int, shape (2 k,)
-        Valid probe next to each side of each surface.
-    sunlit : array, shape (p,)
-        Fraction of the sun that reaches a probe's surroundings.
-    side_sunlit : array, shape (2 k,)
-        Whether the sun reaches each side of each surface.
-    beyond : SurfaceVoxels
-        Surfaces in a larger box.
-    to_sun : array, shape (3,)
-    reached : array of bool, shape (nx, ny, nz)
-        Voxels of water.
-    lit : array of bool
-        Which of them the sun reaches.
-    """
-
-    grid: Grid
+    grid: Grid  #: Of the p probes.
     voxels: SurfaceVoxels
-    point: Array
-    valid: NDArray[np.bool_]
+    point: Array  #: Where each probe gathers: free water in its cell, m, (p, 3).
+    valid: NDArray[np.bool_]  #: Whether there is any, (p,).
+    #: Along each of its :func:`directions`, to a surface or the side of the box, m, (p, r).
     distance: Array
+    #: Side of a surface that is seen: twice its number, one more for the side away from its normal;
+    #: -1 for none, (p, r).
     hit: NDArray[np.int32]
+    #: Of rays that leave the box, from there to a surface or to where they are not followed, m,
+    #: (p, r).
     further: Array
+    #: Whether there is a surface; or one in the box of which it is not clear how it is lit, (p, r).
     blocked: NDArray[np.bool_]
-    probe_of_side: NDArray[np.intp]
-    sunlit: Array
-    side_sunlit: Array
-    beyond: SurfaceVoxels
-    to_sun: Array
-    reached: NDArray[np.bool_]
-    lit: NDArray[np.bool_]
+    probe_of_side: NDArray[np.intp]  #: Valid probe next to each side of each surface, (2 k,).
+    sunlit: Array  #: Fraction of the sun that reaches a probe's surroundings, (p,).
+    side_sunlit: Array  #: Whether the sun reaches each side of each surface, (2 k,).
+    beyond: SurfaceVoxels  #: Surfaces in a larger box.
+    to_sun: Array  #: Shape (3,).
+    reached: NDArray[np.bool_]  #: Voxels of water, (nx, ny, nz).
+    lit: NDArray[np.bool_]  #: Which of them the sun reaches.
 
     @property
     def open_water(self) -> NDArray[np.bool_]:

@@ -21,23 +21,14 @@ _BEHIND = 1e-3  # 1 + cosine of what lies straight behind
 
 @dataclass(frozen=True)
 class ViewMap:
-    """Places of a picture of all directions about an axis, of equal area (Lambert's azimuthal).
+    """Places of a picture of all directions about an axis, of equal area (Lambert's azimuthal)."""
 
-    Attributes
-    ----------
-    centre : sequence of 3
-        Of the view, m.
-    right, up, ahead : sequences of 3
-        Unit vectors; ``ahead`` is the middle of the picture.
-    per_unit : float
-        Texels per unit of 2 sin(θ/2), for the angle θ from the middle.
-    """
-
-    centre: Sequence[Operand]
+    centre: Sequence[Operand]  #: Of the view, m.
+    #: Unit vectors; ``ahead`` is the middle of the picture.
     right: Sequence[Operand]
     up: Sequence[Operand]
     ahead: Sequence[Operand]
-    per_unit: Operand
+    per_unit: Operand  #: Texels per unit of 2 sin(θ/2), for the angle θ from the middle.
 
     @property
     def corner(self) -> float:

@@ -34,50 +34,31 @@ _BACK = 1e-3  # weight of faces that look away, which show where there are no ot
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Triangles of an object.
+    """Triangles of an object."""
 
-    Attributes
-    ----------
-    corners : array, shape (t, 3, 3)
-        m; counter-clockwise from outside.
-    colours : array, shape (t, 3)
-        What they reflect, linear Rec.709.
-    each : float
-        How many triangles each stands for.
-    """
-
-    corners: NDArray[np.floating]
-    colours: NDArray[np.floating]
-    each: float = 1.0
+    corners: NDArray[np.floating]  #: m; counter-clockwise from outside, (t, 3, 3).
+    colours: NDArray[np.floating]  #: What they reflect, linear Rec.709, (t, 3).
+    each: float = 1.0  #: How many triangles each stands for.
 
 
 @dataclass(frozen=True, eq=False)
 class VisibilityBuffer:
-    """What of a view objects cover.
-
-    Attributes
-    ----------
-    covered, with_floor : array, shape (SIZE, SIZE)
-        Fraction of each texel that objects cover, rows upwards; and that they and the floor do.
-    seen, floor : array of bool, shape (SIZE, SIZE)
-        Where there are surfaces, what follows is 0 elsewhere; and where the floor is what is seen:
-        the level one of the water itself, or surfaces that lie on it.
-    distance : array, shape (SIZE, SIZE)
-        From the camera, m.
-    normal, colour : array, shape (SIZE, SIZE, 3)
-        Towards the camera's side; what they reflect.
-    level, plane : array of float, of bool, shape (SIZE, SIZE)
-        Distance of the level floor, m, infinite without; and where it is what is seen.
-    """
+    """What of a view objects cover."""
 
     view: ViewMap
+    #: Fraction of each texel that objects cover, rows upwards; and that they and the floor do,
+    #: (SIZE, SIZE).
     covered: Array
     with_floor: Array
+    #: Where there are surfaces, what follows is 0 elsewhere; and where the floor is what is seen:
+    #: the level one of the water itself, or surfaces that lie on it, (SIZE, SIZE).
     seen: NDArray[np.bool_]
     floor: NDArray[np.bool_]
-    distance: Array
+    distance: Array  #: From the camera, m, (SIZE, SIZE).
+    #: Towards the camera's side; what they reflect, (SIZE, SIZE, 3).
     normal: Array
     colour: Array
+    #: Distance of the level floor, m, infinite without; and where it is what is seen, (SIZE, SIZE).
     level: Array
     plane: NDArray[np.bool_]
 

@@ -32,28 +32,15 @@ _Value = TypeVar("_Value", bound=np.generic)
 
 @dataclass(frozen=True, eq=False)
 class SurfaceVoxels:
-    """Voxels that surfaces cross.
-
-    Attributes
-    ----------
-    number : array of int, shape (nx, ny, nz)
-        Of the surface in a voxel, -1 in free ones.
-    centre : array, shape (k, 3)
-        Mean of the samples of a surface, m.
-    normal : array, shape (k, 3)
-        Unit normal of its first side.
-    colour : array, shape (k, 3)
-        Mean base colour, linear Rec.709.
-    ground_below : float
-        Height, m, below which the lowest surface of a column is the ground: a seabed is a sheet,
-        but there is no water under it.
-    """
+    """Voxels that surfaces cross."""
 
     grid: Grid
-    number: Indices
-    centre: Array
-    normal: Array
-    colour: Array
+    number: Indices  #: Of the surface in a voxel, -1 in free ones, (nx, ny, nz).
+    centre: Array  #: Mean of the samples of a surface, m, (k, 3).
+    normal: Array  #: Unit normal of its first side, (k, 3).
+    colour: Array  #: Mean base colour, linear Rec.709, (k, 3).
+    #: Height, m, below which the lowest surface of a column is the ground: a seabed is a sheet, but
+    #: there is no water under it.
     ground_below: float = -math.inf
 
     def __len__(self) -> int:

@@ -20,21 +20,14 @@ class Bands(ComparedByContent):
     A band stands for the spectrum over its width, taken at its centre
     (midpoint rule).
 
-    Parameters
-    ----------
-    centres : array, shape (n,)
-        Band centres in nm, strictly increasing.
-    widths : array, shape (n,)
-        Band widths in nm, positive.
-
     Raises
     ------
     InputError
         If centres do not increase or a width is not positive.
     """
 
-    centres: NDArray[np.float64]
-    widths: NDArray[np.float64]
+    centres: NDArray[np.float64]  #: Band centres in nm, strictly increasing, (n,).
+    widths: NDArray[np.float64]  #: Band widths in nm, positive, (n,).
 
     def __post_init__(self) -> None:
         centres = constant(np.atleast_1d(self.centres))

@@ -39,37 +39,24 @@ class SensorReduction:
     """The linear map from band radiances to scene-linear Rec.709.
 
     ``rgb = weights @ radiance``, with radiance per nm at the band centres.
-
-    Parameters
-    ----------
-    weights : array, shape (3, n)
-        Sensitivity times band width, white balance, colour matrix, exposure.
-    matrix : array, shape (3, 3)
-        The part of ``weights`` that acts on the sensor's three responses; of few bands it may
-        have no inverse.
-    response : array, shape (3, n)
-        Sensitivities of the sensor's channels times band widths, or what was fitted in their
-        place.
-    white : array, shape (3,)
-        Sensor responses to a white diffuser in the light that was balanced
-        for (in the surface light if the white balance is ``"none"``).
-    delta_e : float
-        Mean ΔE2000 of the training reflectances in the surface light,
-        balanced for it, against CIE 1931 on a fine grid: what sensor and
-        bands together cost in colour.
-    method : str
-        What was done, in words.
-    stops : float
-        The exposure in ``weights``.
     """
 
+    #: Sensitivity times band width, white balance, colour matrix, exposure, (3, n).
     weights: NDArray[np.float64]
+    #: The part of ``weights`` that acts on the sensor's three responses; of few bands it may have
+    #: no inverse, (3, 3).
     matrix: NDArray[np.float64]
+    #: Sensitivities of the sensor's channels times band widths, or what was fitted in their place,
+    #: (3, n).
     response: NDArray[np.float64]
+    #: Sensor responses to a white diffuser in the light that was balanced for (in the surface light
+    #: if the white balance is ``"none"``), (3,).
     white: NDArray[np.float64]
+    #: Mean ΔE2000 of the training reflectances in the surface light, balanced for it, against CIE
+    #: 1931 on a fine grid: what sensor and bands together cost in colour.
     delta_e: float
-    method: str
-    stops: float = 0.0
+    method: str  #: What was done, in words.
+    stops: float = 0.0  #: The exposure in ``weights``.
 
     @property
     def description(self) -> str:

@@ -40,15 +40,6 @@ _GRID = np.arange(250.0, 1000.5, 1.0)  # nm, of the shipped ones
 class Fluorophore(ComparedByContent):
     """What a fluorophore absorbs and emits.
 
-    Parameters
-    ----------
-    excitation : Spectrum
-        Absorptance over its largest value; nothing beyond the table.
-    emission : Spectrum
-        In photons per nm, of any scale; nothing beyond the table.
-    quantum_yield : float
-        Photons emitted per photon absorbed.
-
     Raises
     ------
     InputError
@@ -56,9 +47,9 @@ class Fluorophore(ComparedByContent):
     """
 
     name: str
-    excitation: Spectrum
-    emission: Spectrum
-    quantum_yield: float
+    excitation: Spectrum  #: Absorptance over its largest value; nothing beyond the table.
+    emission: Spectrum  #: In photons per nm, of any scale; nothing beyond the table.
+    quantum_yield: float  #: Photons emitted per photon absorbed.
     source: str
 
     def __post_init__(self) -> None:

@@ -29,24 +29,16 @@ _G173_SUN_ZENITH, _G173_TILT = 48.19, 37.0
 
 @dataclass(frozen=True, eq=False)
 class Illuminant(ComparedByContent):
-    """Horizontal spectral irradiance of sun and sky.
-
-    Parameters
-    ----------
-    direct, diffuse : Spectrum
-        Horizontal irradiance of the sun and of the sky, on one grid.
-    unit : str
-        ``"W m-2 nm-1"``, or ``"relative"`` (direct is 1 at 560 nm).
-    above_surface : bool
-        Whether it is that above the surface, of which a part is reflected; spectra without
-        a place are taken just below it.
-    """
+    """Horizontal spectral irradiance of sun and sky."""
 
     name: str
+    #: Horizontal irradiance of the sun and of the sky, on one grid.
     direct: Spectrum
     diffuse: Spectrum
-    unit: str
+    unit: str  #: ``"W m-2 nm-1"``, or ``"relative"`` (direct is 1 at 560 nm).
     source: str
+    #: Whether it is that above the surface, of which a part is reflected; spectra without a place
+    #: are taken just below it.
     above_surface: bool = False
 
     @property

@@ -32,29 +32,17 @@ _DATES = ("%Y%m%d", "%Y-%m-%d")
 
 @dataclass(frozen=True, eq=False)
 class SeaBASS:
-    """Contents of a SeaBASS file.
-
-    Parameters
-    ----------
-    header : dict
-        ``/key=value`` lines, keys in lower case.
-    fields, units : tuple of str
-        Column names and units in lower case.
-    columns : dict
-        Numbers by column; missing ones are NaN, columns of text are left out.
-    lines : array
-        Line number of each row.
-    cells : dict
-        All columns as they are written, without what is missing.
-    """
+    """Contents of a SeaBASS file."""
 
     path: Path
-    header: dict[str, str]
+    header: dict[str, str]  #: ``/key=value`` lines, keys in lower case.
+    #: Column names and units in lower case.
     fields: tuple[str, ...]
     units: tuple[str, ...]
+    #: Numbers by column; missing ones are NaN, columns of text are left out.
     columns: dict[str, NDArray[np.float64]]
-    lines: NDArray[np.int_]
-    cells: dict[str, tuple[str, ...]]
+    lines: NDArray[np.int_]  #: Line number of each row.
+    cells: dict[str, tuple[str, ...]]  #: All columns as they are written, without what is missing.
 
     def place(self, field: str, row: int) -> str:
         """Return where a value stands, for messages."""

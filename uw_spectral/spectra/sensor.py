@@ -50,23 +50,15 @@ _JIANG2013_WAVELENGTHS = np.arange(400.0, 721.0, 10.0)
 class Sensor(ComparedByContent):
     """Three spectral sensitivities.
 
-    Parameters
-    ----------
-    name : str
-        As :func:`list_sensors` spells it.
-    sensitivity : Spectrum
-        Three columns: R, G, B of a camera (relative), the cyan-, magenta- and
-        yellow-forming layers of a film, which record R, G and B, or the colour
-        matching functions x, y, z of an observer.
-    kind : {"camera", "film", "observer"}
-
     Raises
     ------
     InputError
         If there are not three columns, one is negative or too large, or one is zero throughout.
     """
 
-    name: str
+    name: str  #: As :func:`list_sensors` spells it.
+    #: Three columns: R, G, B of a camera (relative), the cyan-, magenta- and yellow-forming layers
+    #: of a film, which record R, G and B, or the colour matching functions x, y, z of an observer.
     sensitivity: Spectrum
     kind: Kind
     source: str

@@ -24,27 +24,16 @@ DATA_DIRECTORY = Path(__file__).resolve().parents[2] / "data"
 class Spectrum(ComparedByContent):
     """Values over wavelength, linearly interpolated, never extrapolated.
 
-    Parameters
-    ----------
-    wavelengths : array, shape (n,)
-        Wavelengths in nm, strictly increasing.
-    values : array, shape (n,) or (n, k)
-        The quantity at each wavelength.
-    name : str
-        What it is, for messages (``"absorption of Jerlov IB"``).
-    source : str
-        Where the numbers come from.
-
     Raises
     ------
     InputError
         If the grid is not increasing, or a number is not finite.
     """
 
-    wavelengths: NDArray[np.float64]
-    values: NDArray[np.float64]
-    name: str
-    source: str = ""
+    wavelengths: NDArray[np.float64]  #: Wavelengths in nm, strictly increasing, (n,).
+    values: NDArray[np.float64]  #: The quantity at each wavelength, (n,) or (n, k).
+    name: str  #: What it is, for messages (``"absorption of Jerlov IB"``).
+    source: str = ""  #: Where the numbers come from.
 
     def __post_init__(self) -> None:
         wavelengths = constant(np.atleast_1d(self.wavelengths))
@@ -211,23 +200,12 @@ def read_text(path: str | Path, kind: str = "", advice: str = "save it as CSV (U
 
 @dataclass(frozen=True)
 class TableText:
-    """Rows of a table as they are written: columns between commas, semicolons or tabs.
+    """Rows of a table as they are written: columns between commas, semicolons or tabs."""
 
-    Parameters
-    ----------
-    place : str
-        Where it is from, for messages.
-    header : str
-        Its comment lines, which start with ``#``.
-    names : tuple of str
-        Of the columns.
-    rows : tuple
-        Number of the line and cells, the names first; decimals have a point.
-    """
-
-    place: str
-    header: str
-    names: tuple[str, ...]
+    place: str  #: Where it is from, for messages.
+    header: str  #: Its comment lines, which start with ``#``.
+    names: tuple[str, ...]  #: Of the columns.
+    #: Number of the line and cells, the names first; decimals have a point.
     rows: tuple[tuple[int, tuple[str, ...]], ...]
 
 

@@ -27,12 +27,6 @@ _SEARCHED = 1e-4
 class ToneCurve:
     """A monotone curve from scene-linear values to display-linear ones, for each channel.
 
-    Parameters
-    ----------
-    values, outputs : array, shape (k,)
-        Increasing nodes; between them cubics that do not overshoot (Fritsch & Carlson 1980),
-        beyond them the ends.
-
     Examples
     --------
     >>> curve = camera_curve("nikon-d7000")
@@ -40,6 +34,8 @@ class ToneCurve:
     (0.18, 1.0)
     """
 
+    #: Increasing nodes; between them cubics that do not overshoot (Fritsch & Carlson 1980), beyond
+    #: them the ends, (k,).
     values: NDArray[np.float64]
     outputs: NDArray[np.float64]
 

@@ -210,20 +210,11 @@ class CausticLayers:
     ``sunlight(y, band) = mean × (1 + contrast(y, band) × (blend(y) - 1))``, not
     below 0, where blend goes linearly in log y from layer to layer and stays as
     it is above the first and below the last. Make it with :func:`bake_layers`.
-
-    Attributes
-    ----------
-    tile : float
-        Side of the images, m.
-    depths : array, shape (d,)
-        Increasing, m.
-    images : array, shape (d, N, N)
-        Patterns of :func:`caustic_pattern`, mean 1.
     """
 
-    tile: float
-    depths: NDArray[np.float64]
-    images: NDArray[np.float32]
+    tile: float  #: Side of the images, m.
+    depths: NDArray[np.float64]  #: Increasing, m, (d,).
+    images: NDArray[np.float32]  #: Patterns of :func:`caustic_pattern`, mean 1, (d, N, N).
 
     def position(self, depth: float) -> tuple[int, float]:
         """Lower layer and the fraction of the next one at a depth."""

@@ -46,26 +46,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Patch:
-    """Foam about a place.
+    """Foam about a place."""
 
-    Attributes
-    ----------
-    x, y : float
-        m.
-    area : float
-        Of the sea that it covers, m².
-    long, short : float
-        Half widths along and across it, m.
-    turn : float
-        Of its length from +x towards +y, rad.
-    """
-
+    #: m.
     x: float
     y: float
-    area: float
+    area: float  #: Of the sea that it covers, m².
+    #: Half widths along and across it, m.
     long: float = _NARROWEST
     short: float = _NARROWEST
-    turn: float = 0.0
+    turn: float = 0.0  #: Of its length from +x towards +y, rad.
 
 
 def patches(waves: RaisedWaves, middle: Sequence[float], radius: float) -> list[Patch]:

@@ -53,24 +53,15 @@ def sunk_below_crests(
 class Swell:
     """A long wave that comes from afar.
 
-    Parameters
-    ----------
-    height : float
-        From trough to crest, m; 0 for none.
-    length : float
-        From crest to crest, m.
-    direction : float
-        It runs *to* it, degrees from +x towards +y.
-
     Raises
     ------
     InputError
         If it would break, or has no length.
     """
 
-    height: float = 0.0
-    length: float = 25.0
-    direction: float = 0.0
+    height: float = 0.0  #: From trough to crest, m; 0 for none.
+    length: float = 25.0  #: From crest to crest, m.
+    direction: float = 0.0  #: It runs *to* it, degrees from +x towards +y.
 
     def __post_init__(self) -> None:
         if not (self.length > 0 and self.height >= 0):
@@ -110,20 +101,13 @@ NO_SWELL = Swell()
 
 @dataclass(frozen=True, eq=False)
 class HeightTile:
-    """A periodic part of the surface over the mean level.
-
-    Attributes
-    ----------
-    elevation : array, shape (N, N)
-        m; row i, column j is y = i tile/N, x = j tile/N.
-    crowding : array, shape (N, N), optional
-        Of the waves that break, if there is foam.
-    """
+    """A periodic part of the surface over the mean level."""
 
     tile: float
-    elevation: NDArray[np.float64]
+    elevation: NDArray[np.float64]  #: m; row i, column j is y = i tile/N, x = j tile/N, (N, N).
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
+    #: Of the waves that break, if there is foam, (N, N).
     crowding: NDArray[np.float64] | None = None
 
     def image(self) -> NDArray[np.float32]:
@@ -146,14 +130,9 @@ class HeightTile:
 
 @dataclass(frozen=True, eq=False)
 class RaisedWaves:
-    """The surface with its heights.
+    """The surface with its heights."""
 
-    Attributes
-    ----------
-    near, far : HeightTile
-        Short waves, and those that are longer than their tile.
-    """
-
+    #: Short waves, and those that are longer than their tile.
     near: HeightTile
     far: HeightTile
     foam: Foam | None = None

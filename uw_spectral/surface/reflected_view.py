@@ -22,25 +22,15 @@ _STEPS = tuple(8.0 / _RATIO**k for k in range(6))
 
 @dataclass(frozen=True)
 class ReflectedView:
-    """Places of the picture of a pinhole at the mirror image of a camera.
+    """Places of the picture of a pinhole at the mirror image of a camera."""
 
-    Attributes
-    ----------
-    eye : sequence of 3
-        The mirror image, m, above the surface.
-    right, up : sequences of 3
-        Columns from the left and rows from below are d·right/d·ahead and d·up/d·ahead, for a
-        direction d from the eye.
-    ahead : sequence of 3
-        Unit vector, the axis.
-    columns, rows : float
-        Size of the picture; 0 if there is none.
-    """
-
-    eye: Sequence[Operand]
+    eye: Sequence[Operand]  #: The mirror image, m, above the surface.
+    #: Columns from the left and rows from below are d·right/d·ahead and d·up/d·ahead, for a
+    #: direction d from the eye.
     right: Sequence[Operand]
     up: Sequence[Operand]
-    ahead: Sequence[Operand]
+    ahead: Sequence[Operand]  #: Unit vector, the axis.
+    #: Size of the picture; 0 if there is none.
     columns: Operand
     rows: Operand
 

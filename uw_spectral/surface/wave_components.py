@@ -22,28 +22,17 @@ class WaveComponents:
     """A sea surface: a sum of travelling cosines on the lattice of a tile.
 
     ``η = Σ a cos(k·x - ω t + φ)`` with ``k = 2π index / tile``.
-
-    Attributes
-    ----------
-    tile : float
-        Side of the square after which the surface repeats, m.
-    index : array of int, shape (m, 2)
-        Periods per tile along x and y.
-    amplitude, frequency, phase : array, shape (m,)
-        a in m, ω in rad/s, φ in rad.
-    wind_direction : float
-        Degrees from +x towards +y, where the wind blows to.
-    longer, shorter : array, shape (2,)
-        Slope variance along and across the wind of the waves left out because
-        they are longer than the tile, and shorter than its resolution.
     """
 
-    tile: float
-    index: NDArray[np.int64]
+    tile: float  #: Side of the square after which the surface repeats, m.
+    index: NDArray[np.int64]  #: Periods per tile along x and y, (m, 2).
+    #: a in m, ω in rad/s, φ in rad, (m,).
     amplitude: NDArray[np.float64]
     frequency: NDArray[np.float64]
     phase: NDArray[np.float64]
-    wind_direction: float
+    wind_direction: float  #: Degrees from +x towards +y, where the wind blows to.
+    #: Slope variance along and across the wind of the waves left out because they are longer than
+    #: the tile, and shorter than its resolution, (2,).
     longer: NDArray[np.float64]
     shorter: NDArray[np.float64]
 
@@ -205,28 +194,18 @@ class ChoppySurface:
     """A surface whose points are displaced horizontally too; all arrays have shape (N, N).
 
     The point that rests at y = i tile/N, x = j tile/N is at that place plus its shift.
-
-    Attributes
-    ----------
-    tile : float
-        Side of the square after which the surface repeats, m.
-    elevation : array
-        m.
-    shift_x, shift_y : array
-        Horizontal displacement, m.
-    slope_x, slope_y : array
-        Slopes of the displaced surface at the point.
-    stretch : array
-        Jacobian of the displacement: area of the mean surface that a unit of area at rest covers.
-        Small at crests; below 0 the surface folds over.
     """
 
-    tile: float
-    elevation: NDArray[np.float64]
+    tile: float  #: Side of the square after which the surface repeats, m.
+    elevation: NDArray[np.float64]  #: m.
+    #: Horizontal displacement, m.
     shift_x: NDArray[np.float64]
     shift_y: NDArray[np.float64]
+    #: Slopes of the displaced surface at the point.
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
+    #: Jacobian of the displacement: area of the mean surface that a unit of area at rest covers.
+    #: Small at crests; below 0 the surface folds over.
     stretch: NDArray[np.float64]
 
     def over_mean(self, resolution: int, *fields: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -49,36 +49,20 @@ class Sea:
     Wind speeds are 0 to 40 m/s; fetch, depth and tile in m.
 
     A value out of its range raises :class:`InputError` when the sea is computed.
-
-    Parameters
-    ----------
-    wind_direction : float
-        The wind blows *to* it, degrees from +x towards +y.
-    fetch : float
-        m.
-    tile : float
-        Side of the square after which the waves repeat, m.
-    loop_seconds : float, optional
-        Time after which the motion repeats.
-    raised : bool
-        Whether the surface has heights and sharp crests; else it is a plane with slopes.
-    swell : Swell
-        That runs under the wind's waves, if they are raised.
-    foam : bool
-        Whether they leave foam where they break, if they are raised.
     """
 
     wind_speed: float
-    wind_direction: float = 0.0
-    fetch: float = LONGEST_FETCH
+    wind_direction: float = 0.0  #: The wind blows *to* it, degrees from +x towards +y.
+    fetch: float = LONGEST_FETCH  #: m.
     depth: float = math.inf
     seed: int = 0
-    tile: float = 10.0
+    tile: float = 10.0  #: Side of the square after which the waves repeat, m.
     resolution: int = 512
-    loop_seconds: float | None = None
+    loop_seconds: float | None = None  #: Time after which the motion repeats.
+    #: Whether the surface has heights and sharp crests; else it is a plane with slopes.
     raised: bool = False
-    swell: Swell = NO_SWELL
-    foam: bool = False
+    swell: Swell = NO_SWELL  #: That runs under the wind's waves, if they are raised.
+    foam: bool = False  #: Whether they leave foam where they break, if they are raised.
 
     @property
     def spectrum(self) -> WaveSpectrum:
@@ -189,22 +173,13 @@ def _foam(sea: Sea) -> Foam:
 
 @dataclass(frozen=True, eq=False)
 class WavePatterns:
-    """Waves at one moment.
+    """Waves at one moment."""
 
-    Attributes
-    ----------
-    layers : CausticLayers
-        Relative sunlight at the four depths.
-    slope_x, slope_y : array, shape (N, N)
-        Slopes of the surface; row i, column j is y = i tile/N, x = j tile/N.
-    finer : float
-        Slope variance of the waves too short for them.
-    """
-
-    layers: CausticLayers
+    layers: CausticLayers  #: Relative sunlight at the four depths.
+    #: Slopes of the surface; row i, column j is y = i tile/N, x = j tile/N, (N, N).
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
-    finer: float
+    finer: float  #: Slope variance of the waves too short for them.
     raised: RaisedWaves | None = None
 
     def glitter_width(self, refractive_index: float) -> float:

@@ -39,17 +39,6 @@ _SHORT = 10.0  # times the peak: where the scaling of the shorter waves is half 
 class WaveSpectrum:
     """Directional wave spectrum: Elfouhaily et al. (1997), slopes of Cox & Munk (1954).
 
-    Parameters
-    ----------
-    wind_speed : float
-        At 10 m height, m/s, 0 to 40. No wind, no waves.
-    wind_direction : float
-        The wind blows *to* it, degrees from +x towards +y.
-    fetch : float
-        Length over which it blows, m.
-    depth : float
-        Of the water, m; it enters the dispersion only.
-
     Raises
     ------
     InputError
@@ -69,10 +58,10 @@ class WaveSpectrum:
     2.2
     """
 
-    wind_speed: float
-    wind_direction: float = 0.0
-    fetch: float = LONGEST_FETCH
-    depth: float = math.inf
+    wind_speed: float  #: At 10 m height, m/s, 0 to 40. No wind, no waves.
+    wind_direction: float = 0.0  #: The wind blows *to* it, degrees from +x towards +y.
+    fetch: float = LONGEST_FETCH  #: Length over which it blows, m.
+    depth: float = math.inf  #: Of the water, m; it enters the dispersion only.
 
     def __post_init__(self) -> None:
         if not 0 <= self.wind_speed <= FASTEST_WIND:

@@ -61,18 +61,10 @@ def foam_reflectance(wavelength: ArrayLike) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Foam:
-    """Bounds of the crowding.
+    """Bounds of the crowding."""
 
-    Attributes
-    ----------
-    first : float
-        Where foam begins.
-    per_crowding : float
-        How fast its fraction of the surface grows from there.
-    """
-
-    first: float
-    per_crowding: float
+    first: float  #: Where foam begins.
+    per_crowding: float  #: How fast its fraction of the surface grows from there.
 
     def fraction(self, crowding: Operand, m: Mathematics = NUMPY) -> Operand:
         """Fraction of the surface, 0 to 1, that is fresh foam: it reflects so much of that's."""

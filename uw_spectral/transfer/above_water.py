@@ -33,29 +33,15 @@ def leaving_fraction(reflectance: Operand, relative_index: Operand) -> Operand:
 
 @dataclass(frozen=True, eq=False)
 class LightInAir:
-    """Sun and sky above the water.
+    """Sun and sky above the water."""
 
-    Attributes
-    ----------
-    sun : array, shape (n,)
-        Irradiance on a plane across the sunlight.
-    sky : array, shape (n,)
-        Irradiance of the sky on a level plane.
-    mirrored : float
-        Fraction of the sky's irradiance that the water sends back up.
-    level : array, shape (n,)
-        Of the sky's radiance, see :class:`.Sky`.
-    sun_mirrored : float
-        Fraction of the sun's irradiance that the water sends on, as a mirror does.
-    leaving : array, shape (n,)
-        Irradiance, on a level plane that looks down, of the light that comes out of the water.
-    """
-
-    sun: Operand
-    sky: Operand
-    mirrored: Operand
-    level: Operand = 0.0
+    sun: Operand  #: Irradiance on a plane across the sunlight, (n,).
+    sky: Operand  #: Irradiance of the sky on a level plane, (n,).
+    mirrored: Operand  #: Fraction of the sky's irradiance that the water sends back up.
+    level: Operand = 0.0  #: Of the sky's radiance, see :class:`.Sky`, (n,).
+    #: Fraction of the sun's irradiance that the water sends on, as a mirror does.
     sun_mirrored: Operand = 0.0
+    #: Irradiance, on a level plane that looks down, of the light that comes out of the water, (n,).
     leaving: Operand = 0.0
 
     def reflected(

@@ -39,23 +39,14 @@ WIDEST = math.sin(_FADES[1] / 2) ** 2
 
 @dataclass(frozen=True, eq=False)
 class SpreadSun:
-    """The sun's beam at some depths, spread by small angles; make it with :func:`spread_sun`.
+    """The sun's beam at some depths, spread by small angles; make it with :func:`spread_sun`."""
 
-    Attributes
-    ----------
-    parts : sequence of (BandPhase, array of shape (d, n))
-        Phase function of each layer, and its fraction in the scatterings on the way.
-    single : array, shape (d, n)
-        Fraction that was scattered by the peak alone or not at all.
-    rest : array, shape (l, d, n)
-        Moments of the light that was scattered more.
-    counts : array of bool, shape (d, n)
-        Whether the peak is one: what streams leave out of a backward peak has no place here.
-    """
-
+    #: Phase function of each layer, and its fraction in the scatterings on the way, (d, n)).
     parts: Sequence[tuple[BandPhase, NDArray[np.float64]]]
+    #: Fraction that was scattered by the peak alone or not at all, (d, n).
     single: NDArray[np.float64]
-    rest: NDArray[np.float64]
+    rest: NDArray[np.float64]  #: Moments of the light that was scattered more, (l, d, n).
+    #: Whether the peak is one: what streams leave out of a backward peak has no place here, (d, n).
     counts: NDArray[np.bool_]
 
     def factor(self, s2: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -21,21 +21,12 @@ _SEEN = 1e-3  # fraction of a channel from which on a band counts for its slowes
 
 @dataclass(frozen=True, eq=False)
 class OcclusionSpectrum:
-    """What objects do to the spectrum of light.
+    """What objects do to the spectrum of light."""
 
-    Attributes
-    ----------
-    spectrum : array, shape (n,)
-        The one that light is multiplied with besides a number for all bands.
-    typical : array, shape (k, n)
-        What is left of light at some usual places, of any scale.
-    low_stream_field : SolvedField
-        Of the same water in fewer streams: what counts as unscattered there does here, so that the
-        light that shade works on changes with direction no faster than occlusion is known.
-    """
-
-    spectrum: Array
-    typical: Array
+    spectrum: Array  #: The one that light is multiplied with besides a number for all bands, (n,).
+    typical: Array  #: What is left of light at some usual places, of any scale, (k, n).
+    #: Of the same water in fewer streams: what counts as unscattered there does here, so that the
+    #: light that shade works on changes with direction no faster than occlusion is known.
     low_stream_field: SolvedField
 
 

@@ -55,26 +55,14 @@ _DEEP = 1e4  # m; below every table
 
 @dataclass(frozen=True, eq=False)
 class ChannelWater:
-    """Solved water in channels, as one ray sees it.
-
-    Attributes
-    ----------
-    sun : three numbers
-        Unit direction that sunlight travels to in the water.
-    parts : sequence of numbers
-        Of the phase function for sunlight that turns against the ray.
-    layered : bool
-        Whether the water differs with depth.
-    fastest : number
-        Of :func:`.path_unit`; only for layered water.
-    """
+    """Solved water in channels, as one ray sees it."""
 
     tables: Tables
     numbers: ChannelNumbers
-    sun: Sequence[Operand]
-    parts: Sequence[Operand]
-    layered: bool = False
-    fastest: Operand = 0.0
+    sun: Sequence[Operand]  #: Unit direction that sunlight travels to in the water.
+    parts: Sequence[Operand]  #: Of the phase function for sunlight that turns against the ray.
+    layered: bool = False  #: Whether the water differs with depth.
+    fastest: Operand = 0.0  #: Of :func:`.path_unit`; only for layered water.
     m: Mathematics = NUMPY
 
     def unit(self, y: Operand) -> Operand:

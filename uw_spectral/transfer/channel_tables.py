@@ -85,123 +85,85 @@ class LengthScale:
 
 @dataclass(frozen=True, eq=False)
 class ChannelNumbers:
-    """What formulas need besides tables; channels are arrays of three, or vectors of a shader.
+    """What formulas need besides tables; channels are arrays of three, or vectors of a shader."""
 
-    Attributes
-    ----------
-    scale, decay : channels
-        Light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
-    extinction : channels
-        κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each depth
-        has its own, it is :attr:`ChannelTables.rates`, as are the next four.
-    peak : channels
-        Part of the extinction that scatters forward and counts as unscattered, 1/m.
-    scattering : channels
-        Scattering coefficient b, 1/m.
-    mean_extinction : channels
-        Without that part, and of all that a channel sees at the camera, 1/m.
-    sun_decay : channels
-        Sunlight in its table is divided by e^{-κs y} besides, 1/m.
-    single_decay : channels
-        Sunlight scattered once is divided by e^{-x}, for the optical path x times this.
-    mu_s, y_f : float
-        Cosine of the in-water zenith angle; depth of the floor, m.
-    """
-
+    #: Channels: light in the tables of depth and direction is divided by ``scale e^{-decay y}``.
     scale: Operand
     decay: Operand
+    #: Channels: κ: tables over distance are divided by e^{-κP}, 1/m. In layered water, where each
+    #: depth has its own, it is :attr:`ChannelTables.rates`, as are the next four.
     extinction: Operand
+    #: Channels: part of the extinction that scatters forward and counts as unscattered, 1/m.
     peak: Operand
-    scattering: Operand
+    scattering: Operand  #: Channels: scattering coefficient b, 1/m.
+    #: Channels: without that part, and of all that a channel sees at the camera, 1/m.
     mean_extinction: Operand
-    sun_decay: Operand
+    sun_decay: Operand  #: Channels: sunlight in its table is divided by e^{-κs y} besides, 1/m.
+    #: Channels: sunlight scattered once is divided by e^{-x}, for the optical path x times this.
     single_decay: Operand
     lengths: LengthScale
+    #: Cosine of the in-water zenith angle; depth of the floor, m.
     mu_s: Operand
     y_f: Operand
 
 
 @dataclass(frozen=True, eq=False)
 class ChannelTables:
-    """Tables of three channels; make them with :func:`project`. The first axis is the channel.
-
-    Attributes
-    ----------
-    components : tuple of PhaseFunction
-        The k parts of the phase function.
-    scattered : array, shape (3, slices, ELEVATIONS, AZIMUTHS)
-        M(y, w).
-    beyond : array, of that shape
-        Sunlight that is scattered once ahead.
-    irradiance : array, shape (3, slices, TILTS, TURNS)
-        On patches, without the direct sun; with the sun's forward peak unless objects occlude.
-    aureole : array, shape (3, slices, ANGLES)
-        Factor on sunlight scattered once.
-    dimmed : array, shape (3, 3, slices, LENGTHS)
-        [j]: what is left over a distance of light at a depth, per unit of its channel j.
-    peaked : array, of that shape
-        The same where light that the forward peak scatters counts as unscattered, over that.
-    matte : array, shape (3, 3 + i, 3, slices, LENGTHS)
-        [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones.
-    sunlit : array, shape (3 + i, 3, slices, LENGTHS)
-        [k]: what is left over a distance of direct sunlight on colour k, normal irradiance.
-    caustics : array, shape (3 + i, 3, slices, LENGTHS), or (0, ...) without waves
-        [k]: what is added to that per unit of the waves' pattern above 1.
-    glowing : array, shape (3 + e, 3, slices, LENGTHS)
-        [k]: of the light of a lamp of colour k; after red, green and blue other emissions.
-    occlusion_matrix : array, shape (2, 3, 3, slices)
-        [i, j]: of light times the spectrum of the occlusion, per unit of its channel j: on patches
-        (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`).
-    rates : array, shape (5, 3, slices)
-        Those of :data:`RATES` of :class:`ChannelNumbers`, by depth.
-    parts : array, shape (k, 3)
-        Fraction of each part of the phase function in the scattering about the camera.
-    image : array, shape (3, ELEVATIONS, AZIMUTHS)
-        Radiance of the surface from just below, and of the floor.
-    image_transmittance : array, shape (2, 3, LENGTHS)
-        Fraction of that which is left over a distance: of the surface, of the floor.
-    sky, glitter, floor : array, shape (3, LENGTHS)
-        Of the sky per its relative radiance, of the sun's irradiance, of the floor.
-    mirrored : array, shape (3, 3, LENGTHS)
-        [j]: of light that the surface mirrors down.
-    single : array, shape (k, 3, LENGTHS), or (k, 3, ELEVATIONS, LENGTHS)
-        Sunlight scattered once: what is left of it after an optical path, or, in layered
-        water, between the camera and a distance along an elevation, per distance.
-    drawn, drawn_at : array, shape (k, 3, LENGTHS)
-        The same with the whole extinction, and its density; of water of one layer.
-    layered : bool
-        Whether the water differs with depth: then all holds for one depth of the camera.
-    fastest : float
-        Largest extinction of the bands, 1/m.
-    """
+    """Tables of three channels; make them with :func:`project`. The first axis is the channel."""
 
     numbers: ChannelNumbers
     depth_scale: DepthScale
-    components: tuple[PhaseFunction, ...]
-    scattered: Array
-    beyond: Array
+    components: tuple[PhaseFunction, ...]  #: The k parts of the phase function.
+    scattered: Array  #: M(y, w), (3, slices, ELEVATIONS, AZIMUTHS).
+    beyond: Array  #: Sunlight that is scattered once ahead, of that shape.
+    #: On patches, without the direct sun; with the sun's forward peak unless objects occlude,
+    #: (3, slices, TILTS, TURNS).
     irradiance: Array
-    aureole: Array
+    aureole: Array  #: Factor on sunlight scattered once, (3, slices, ANGLES).
+    #: [j]: what is left over a distance of light at a depth, per unit of its channel j,
+    #: (3, 3, slices, LENGTHS).
     dimmed: Array
+    #: The same where light that the forward peak scatters counts as unscattered, over that,
+    #: of that shape.
     peaked: Array
+    #: [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones,
+    #: (3, 3 + i, 3, slices, LENGTHS).
     matte: Array
+    #: [k]: what is left over a distance of direct sunlight on colour k, normal irradiance,
+    #: (3 + i, 3, slices, LENGTHS).
     sunlit: Array
+    #: [k]: what is added to that per unit of the waves' pattern above 1,
+    #: (3 + i, 3, slices, LENGTHS), or (0, ...).
     caustics: Array
+    #: [k]: of the light of a lamp of colour k; after red, green and blue other emissions,
+    #: (3 + e, 3, slices, LENGTHS).
     glowing: Array
+    #: [i, j]: of light times the spectrum of the occlusion, per unit of its channel j: on patches
+    #: (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`), (2, 3, 3, slices).
     occlusion_matrix: Array
-    rates: Array
+    rates: Array  #: Those of :data:`RATES` of :class:`ChannelNumbers`, by depth, (5, 3, slices).
+    #: Fraction of each part of the phase function in the scattering about the camera, (k, 3).
     parts: Array
+    #: Radiance of the surface from just below, and of the floor, (3, ELEVATIONS, AZIMUTHS).
     image: Array
+    #: Fraction of that which is left over a distance: of the surface, of the floor,
+    #: (2, 3, LENGTHS).
     image_transmittance: Array
+    #: Of the sky per its relative radiance, of the sun's irradiance, of the floor, (3, LENGTHS).
     sky: Array
     glitter: Array
     floor: Array
-    mirrored: Array
+    mirrored: Array  #: [j]: of light that the surface mirrors down, (3, 3, LENGTHS).
+    #: Sunlight scattered once: what is left of it after an optical path, or, in layered water,
+    #: between the camera and a distance along an elevation, per distance,
+    #: (k, 3, LENGTHS), or (k, 3, ELEVATIONS, LENGTHS).
     single: Array
+    #: The same with the whole extinction, and its density; of water of one layer, (k, 3, LENGTHS).
     drawn: Array
     drawn_at: Array
+    #: Whether the water differs with depth: then all holds for one depth of the camera.
     layered: bool
-    fastest: float
+    fastest: float  #: Largest extinction of the bands, 1/m.
 
 
 def path_unit(P: Operand, c: Operand) -> Operand:

@@ -22,21 +22,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """Three functionals of n bands, and what a red, a green and a blue colour are in these.
+    """Three functionals of n bands, and what a red, a green and a blue colour are in these."""
 
-    Attributes
-    ----------
-    weights : array, shape (3, n)
-        What a channel has per unit radiance of each band.
-    reflectance : array, shape (n, 3)
-        Of a red, a green and a blue surface.
-    emission : array, shape (n, 3)
-        Radiance of a red, a green and a blue light.
-    """
-
-    weights: Array
-    reflectance: Array
-    emission: Array
+    weights: Array  #: What a channel has per unit radiance of each band, (3, n).
+    reflectance: Array  #: Of a red, a green and a blue surface, (n, 3).
+    emission: Array  #: Radiance of a red, a green and a blue light, (n, 3).
 
     def project(self, spectra: ArrayLike) -> Array:
         """Return the channels of spectra, shape (..., n) to (..., 3).

@@ -23,22 +23,13 @@ LAYERED_SLICES = 32
 
 @dataclass(frozen=True)
 class Zone:
-    """Water between two depths.
+    """Water between two depths."""
 
-    Attributes
-    ----------
-    top, thickness : float
-        m.
-    inverse : float
-        Of the distance from an end within which slices are evenly spaced, 1/m.
-    above, below, start : float
-        Slices per logarithm of the distance from the top and from the bottom, and where they
-        start.
-    """
-
+    #: m.
     top: Operand
     thickness: Operand
-    inverse: Operand
+    inverse: Operand  #: Of the distance from an end within which slices are evenly spaced, 1/m.
+    #: Slices per logarithm of the distance from the top and from the bottom, and where they start.
     above: Operand
     below: Operand
     start: Operand

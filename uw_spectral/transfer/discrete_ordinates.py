@@ -50,18 +50,12 @@ _FAINT = 1e-5  # fraction of the light in an azimuth mode below which it is left
 
 @dataclass(frozen=True, eq=False)
 class Emission(ComparedByContent):
-    """Light emitted in all directions alike, as a sum of j exponentials of depth.
+    """Light emitted in all directions alike, as a sum of j exponentials of depth."""
 
-    Parameters
-    ----------
-    rate : array, shape (j, n)
-        1/m: not negative of an exponential that falls from the top of its layer, negative
-        of one that rises to its bottom.
-    power : array, shape (j, n)
-        Emitted per volume where the exponential is 1; a single one may be negative.
-    """
-
+    #: 1/m: not negative of an exponential that falls from the top of its layer, negative of one
+    #: that rises to its bottom, (j, n).
     rate: Array
+    #: Emitted per volume where the exponential is 1; a single one may be negative, (j, n).
     power: Array
 
     def __post_init__(self) -> None:
@@ -88,25 +82,14 @@ class Emission(ComparedByContent):
 
 @dataclass(frozen=True, eq=False)
 class OpticalLayer:
-    """Homogeneous water down to a depth.
+    """Homogeneous water down to a depth."""
 
-    Parameters
-    ----------
-    bottom : float
-        Depth of its lower end, m; infinite for deep water.
-    absorption, scattering : array, shape (n,)
-        1/m, per band.
-    phase : BandPhase
-        On the same bands.
-    emission : Emission, optional
-        Light of other origin than sun and sky.
-    """
-
-    bottom: float
+    bottom: float  #: Depth of its lower end, m; infinite for deep water.
+    #: 1/m, per band, (n,).
     absorption: Array
     scattering: Array
-    phase: BandPhase
-    emission: Emission | None = None
+    phase: BandPhase  #: On the same bands.
+    emission: Emission | None = None  #: Light of other origin than sun and sky.
 
 
 def solve_discrete_ordinates(

@@ -27,25 +27,15 @@ class Facets:
 
     At an angle with the cosine u they reflect ``even`` + ``grazing`` (1 - u)⁵ + ``clear`` F(u), F
     by Fresnel's equations.
-
-    Attributes
-    ----------
-    normal : three floats or arrays
-        Unit vector.
-    roughness : float or array
-        As of Blender's closures.
-    even, grazing, clear : three floats or arrays
-        Linear Rec.709.
-    index : float or array
-        Refractive index against what is around it.
     """
 
-    normal: Vector
-    roughness: Operand
+    normal: Vector  #: Unit vector.
+    roughness: Operand  #: As of Blender's closures.
+    #: Linear Rec.709.
     even: Sequence[Operand] = (0.0, 0.0, 0.0)
     grazing: Sequence[Operand] = (0.0, 0.0, 0.0)
     clear: Sequence[Operand] = (0.0, 0.0, 0.0)
-    index: Operand = 1.0
+    index: Operand = 1.0  #: Refractive index against what is around it.
 
     def colour(self, cosine: Operand, m: Mathematics = NUMPY) -> list[Operand]:
         """What they reflect at an angle."""

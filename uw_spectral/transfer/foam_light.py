@@ -22,37 +22,19 @@ from .water_column import WaterColumn
 
 @dataclass(frozen=True, eq=False)
 class FoamLight:
-    """Radiance of fresh foam; arrays of shape (n,).
+    """Radiance of fresh foam; arrays of shape (n,)."""
 
-    Attributes
-    ----------
-    sun : array
-        Seen from the air, by the sun straight onto it.
-    sky : array
-        Seen from the air, by the sky.
-    below : array
-        Just below it, by both.
-    """
-
-    sun: NDArray[np.float64]
-    sky: NDArray[np.float64]
-    below: NDArray[np.float64]
+    sun: NDArray[np.float64]  #: Seen from the air, by the sun straight onto it.
+    sky: NDArray[np.float64]  #: Seen from the air, by the sky.
+    below: NDArray[np.float64]  #: Just below it, by both.
 
 
 @dataclass(frozen=True)
 class FoamAhead:
-    """Foam on the surface where a ray from below meets it.
+    """Foam on the surface where a ray from below meets it."""
 
-    Attributes
-    ----------
-    fraction : number
-        Of the surface.
-    radiance : channels
-        Just below fresh foam.
-    """
-
-    fraction: Operand
-    radiance: Operand
+    fraction: Operand  #: Of the surface.
+    radiance: Operand  #: Channels: just below fresh foam.
 
 
 def foam_light(column: WaterColumn) -> FoamLight:

@@ -36,30 +36,14 @@ class Tables(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class ChannelPixel:
-    """The light of a pixel in components that add up, in channels.
+    """The light of a pixel in components that add up, in channels."""
 
-    Attributes
-    ----------
-    path : channels
-        Light scattered by the water on the way.
-    direct : channels
-        Unscattered light of what is seen.
-    forward_scattered : channels
-        Light of the surroundings, blurred over what is seen.
-    L_end : channels
-        Radiance of what is seen, where it is.
-    single_scattering : channels
-        Part of the path that was scattered once.
-    lamps : channels
-        Light of lamps that the water on the way scatters.
-    """
-
-    path: Operand
-    direct: Operand
-    forward_scattered: Operand
-    L_end: Operand = 0.0
-    single_scattering: Operand = 0.0
-    lamps: Operand = 0.0
+    path: Operand  #: Light scattered by the water on the way.
+    direct: Operand  #: Unscattered light of what is seen.
+    forward_scattered: Operand  #: Light of the surroundings, blurred over what is seen.
+    L_end: Operand = 0.0  #: Radiance of what is seen, where it is.
+    single_scattering: Operand = 0.0  #: Part of the path that was scattered once.
+    lamps: Operand = 0.0  #: Light of lamps that the water on the way scatters.
 
     @property
     def water(self) -> Operand:
@@ -74,18 +58,10 @@ class ChannelPixel:
 
 @dataclass(frozen=True, eq=False)
 class OcclusionFactor:
-    """Fraction of light that objects leave or bring, as :class:`.OcclusionTable` has it.
+    """Fraction of light that objects leave or bring, as :class:`.OcclusionTable` has it."""
 
-    Attributes
-    ----------
-    mean : channels or number
-        Of all bands.
-    fraction : channels or number, optional
-        Of the spectrum of the occlusion.
-    """
-
-    mean: Operand = 1.0
-    fraction: Operand | None = None
+    mean: Operand = 1.0  #: Of all bands.
+    fraction: Operand | None = None  #: Of the spectrum of the occlusion.
 
 
 NO_OCCLUSION = OcclusionFactor()
@@ -93,18 +69,10 @@ NO_OCCLUSION = OcclusionFactor()
 
 @dataclass(frozen=True, eq=False)
 class OcclusionOnPath:
-    """What objects leave of the light that a path gathers.
+    """What objects leave of the light that a path gathers."""
 
-    Attributes
-    ----------
-    scattered : OcclusionFactor
-        Of M.
-    single : number
-        Fraction of sunlight scattered once.
-    """
-
-    scattered: OcclusionFactor = NO_OCCLUSION
-    single: Operand = 1.0
+    scattered: OcclusionFactor = NO_OCCLUSION  #: Of M.
+    single: Operand = 1.0  #: Fraction of sunlight scattered once.
 
 
 UNOCCLUDED = OcclusionOnPath()
@@ -112,97 +80,53 @@ UNOCCLUDED = OcclusionOnPath()
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """What objects about a pixel do to light that is scattered forward, see :mod:`.adjacency`.
+    """What objects about a pixel do to light that is scattered forward, see :mod:`.adjacency`."""
 
-    Attributes
-    ----------
-    blocked : channels
-        Fraction of scattering that stays within them.
-    own : channels
-        Fraction of that which has the light of what is seen.
-    beside : channels
-        What they send besides: their mean radiance, less that fraction of the one that is seen.
-    """
-
-    blocked: Operand
-    own: Operand = 1.0
+    blocked: Operand  #: Channels: fraction of scattering that stays within them.
+    own: Operand = 1.0  #: Channels: fraction of that which has the light of what is seen.
+    #: Channels: what they send besides: their mean radiance, less that fraction of the one that is
+    #: seen.
     beside: Operand = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMaterial:
-    """What an object in the water reflects and emits, in colours that may be measured ones.
+    """What an object in the water reflects and emits, in colours that may be measured ones."""
 
-    Attributes
-    ----------
-    columns : sequence
-        Of its colours: :data:`COLOURS`, or the one of a measured reflectance.
-    response : sequence of numbers
-        Per column: radiance per normal irradiance of a white sun, shadows included; empty where
-        another draws it.
-    base : sequence of numbers
-        Per column: its reflectance for light from many sides.
-    mirrored : sequence of numbers
-        Part of it that mirrors.
-    L_mirrored : channels
-        Radiance that it mirrors, the direct sun's apart.
-    emitted : sequence of numbers
-        Per red, green and blue: radiance that it emits; empty if it emits nothing.
-    pattern : number, optional
-        Of the waves there, of mean 1.
-    occlusion : OcclusionFactor
-        Of the light from all sides, the direct sun apart.
-    behind : number, optional
-        Fraction of its matte colours that the light from behind it shines through.
-    occlusion_behind : OcclusionFactor
-        Of the light from all sides that falls on the other side.
-    fluorescing : sequence of numbers
-        Per emission that is no colour: how much it is excited, over π.
-    """
-
+    #: Of its colours: :data:`COLOURS`, or the one of a measured reflectance.
     columns: Sequence[Operand]
+    #: Per column: radiance per normal irradiance of a white sun, shadows included; empty where
+    #: another draws it.
     response: Sequence[Operand]
-    base: Sequence[Operand]
-    mirrored: Sequence[Operand] = ()
-    L_mirrored: Operand = 0.0
+    base: Sequence[Operand]  #: Per column: its reflectance for light from many sides.
+    mirrored: Sequence[Operand] = ()  #: Part of it that mirrors.
+    L_mirrored: Operand = 0.0  #: Channels: radiance that it mirrors, the direct sun's apart.
+    #: Per red, green and blue: radiance that it emits; empty if it emits nothing.
     emitted: Sequence[Operand] = ()
-    pattern: Operand | None = None
-    occlusion: OcclusionFactor = NO_OCCLUSION
+    pattern: Operand | None = None  #: Of the waves there, of mean 1.
+    occlusion: OcclusionFactor = NO_OCCLUSION  #: Of the light from all sides, the direct sun apart.
+    #: Fraction of its matte colours that the light from behind it shines through.
     behind: Operand | None = None
+    #: Of the light from all sides that falls on the other side.
     occlusion_behind: OcclusionFactor = NO_OCCLUSION
+    #: Per emission that is no colour: how much it is excited, over π.
     fluorescing: Sequence[Operand] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class ReflectedRadiance:
-    """What a picture shows of the light that the surface mirrors.
+    """What a picture shows of the light that the surface mirrors."""
 
-    Attributes
-    ----------
-    radiance : channels
-        That comes up to the surface, objects included.
-    known : number
-        1 where the picture shows it, 0 elsewhere.
-    """
-
-    radiance: Operand
-    known: Operand
+    radiance: Operand  #: Channels: that comes up to the surface, objects included.
+    known: Operand  #: 1 where the picture shows it, 0 elsewhere.
 
 
 @dataclass(frozen=True, eq=False)
 class RefractedRadiance:
-    """What a picture shows of the objects above the water.
+    """What a picture shows of the objects above the water."""
 
-    Attributes
-    ----------
-    radiance : channels
-        In air, times what they cover.
-    covered : number
-        Fraction of the sky behind that they hide.
-    """
-
-    radiance: Operand
-    covered: Operand
+    radiance: Operand  #: Channels: in air, times what they cover.
+    covered: Operand  #: Fraction of the sky behind that they hide.
 
 
 Direction = Sequence[Operand]

@@ -152,20 +152,11 @@ def project(
 
 @dataclass(frozen=True, eq=False)
 class _Directed:
-    """Light at all depths from all directions: its channels, and what else tables need of it.
+    """Light at all depths from all directions: its channels, and what else tables need of it."""
 
-    Attributes
-    ----------
-    projected : array, shape (3, d, v, h)
-    most : array, shape (n, d)
-        Largest from any direction.
-    some : array, shape (n, d, i, j)
-        From some of the directions.
-    """
-
-    projected: Array
-    most: Array
-    some: Array
+    projected: Array  #: Shape (3, d, v, h).
+    most: Array  #: Largest from any direction, (n, d).
+    some: Array  #: From some of the directions, (n, d, i, j).
 
 
 def _directed(spectra: BandSpectra, at: Callable[[int], Array]) -> _Directed:
@@ -209,24 +200,12 @@ def _scattered(spectra: BandSpectra) -> Callable[[int], Array]:
 
 @dataclass(frozen=True, eq=False)
 class _Once:
-    """Sunlight scattered once from all depths on.
+    """Sunlight scattered once from all depths on."""
 
-    Attributes
-    ----------
-    parts : array, shape (k, v, h)
-        Of the phase function.
-    light : array, shape (k, n, d, v)
-        Per value of these.
-    near : array of bool, shape (v, h)
-        Directions of the sun's aureole.
-    aureole : array, shape (n, d, t)
-        Its factor there.
-    """
-
-    parts: Array
-    light: Array
-    near: NDArray[np.bool_]
-    aureole: Array
+    parts: Array  #: Of the phase function, (k, v, h).
+    light: Array  #: Per value of these, (k, n, d, v).
+    near: NDArray[np.bool_]  #: Directions of the sun's aureole, (v, h).
+    aureole: Array  #: Its factor there, (n, d, t).
 
     def at(self, place: int) -> Array:
         """Return that from a depth on, (n, v, h)."""

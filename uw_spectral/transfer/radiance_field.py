@@ -111,25 +111,15 @@ def upwelling_irradiance(
 
 @dataclass(frozen=True, eq=False)
 class Ripples:
-    """The moving surface where a view ray meets it.
+    """The moving surface where a view ray meets it."""
 
-    Parameters
-    ----------
-    slopes : two floats or arrays
-        Along x and y.
-    glitter_width : float
-        Mean squared angle, in air, of the sun's disc and of the waves that the
-        slopes leave out; positive, rad².
-    glitter : float
-        Factor on the sun's image; 1 is physical.
-    sun : three floats, optional
-        Direction that sunlight travels to in air; that of the water's beam below a level
-        surface without.
-    """
-
-    slopes: tuple[Operand, Operand]
+    slopes: tuple[Operand, Operand]  #: Along x and y.
+    #: Mean squared angle, in air, of the sun's disc and of the waves that the slopes leave out;
+    #: positive, rad².
     glitter_width: Operand
-    glitter: Operand = 1.0
+    glitter: Operand = 1.0  #: Factor on the sun's image; 1 is physical.
+    #: Direction that sunlight travels to in air; that of the water's beam below a level surface
+    #: without.
     sun: Sequence[Operand] | None = None
 
 

@@ -113,28 +113,20 @@ def table_unit(scale: Operand, decay: Operand, y: Operand, m: Mathematics = NUMP
 
 @dataclass(frozen=True, eq=False)
 class RadianceTable:
-    """Tables of n bands; make them with :func:`tabulate`.
-
-    Attributes
-    ----------
-    scale, decay : array, shape (n,)
-        What is tabulated is divided by ``scale e^{-decay y}``.
-    radiance : array, shape (n, slices, ELEVATIONS, AZIMUTHS)
-        Scattered light M(y, w).
-    irradiance : array, shape (n, slices, TILTS, TURNS)
-        On a patch that faces a direction, without the direct sun and its forward peak.
-    image : array, shape (n, ELEVATIONS, AZIMUTHS)
-        Radiance of the surface from just below and of the floor, over ``scale`` alone.
-    aureole : array, shape (n, slices, ANGLES)
-        Factor on sunlight scattered once, :meth:`.SolvedField.aureole`.
-    """
+    """Tables of n bands; make them with :func:`tabulate`."""
 
     depth_scale: DepthScale
+    #: What is tabulated is divided by ``scale e^{-decay y}``, (n,).
     scale: Array
     decay: Array
-    radiance: Array
+    radiance: Array  #: Scattered light M(y, w), (n, slices, ELEVATIONS, AZIMUTHS).
+    #: On a patch that faces a direction, without the direct sun and its forward peak,
+    #: (n, slices, TILTS, TURNS).
     irradiance: Array
+    #: Radiance of the surface from just below and of the floor, over ``scale`` alone,
+    #: (n, ELEVATIONS, AZIMUTHS).
     image: Array
+    #: Factor on sunlight scattered once, :meth:`.SolvedField.aureole`, (n, slices, ANGLES).
     aureole: Array
 
     def scattered(self, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:

@@ -56,18 +56,10 @@ def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array,
 
 @dataclass(frozen=True)
 class RoughSurface:
-    """A water surface of isotropic normal slopes.
+    """A water surface of isotropic normal slopes."""
 
-    Parameters
-    ----------
-    refractive_index : float
-        Of the water against air, n.
-    slope_variance : float
-        Mean square slope, of both axes together; positive.
-    """
-
-    refractive_index: float
-    slope_variance: float
+    refractive_index: float  #: Of the water against air, n.
+    slope_variance: float  #: Mean square slope, of both axes together; positive.
 
     def reflectance(self, cosine: ArrayLike) -> Array:
         """Fraction of a beam in air, at the cosine of a zenith angle, that the waves reflect."""
@@ -143,17 +135,11 @@ def internal_reflectance(refractive_index: float, slope_variance: float = 0.0) -
 
 @dataclass(frozen=True, eq=False)
 class Exchange:
-    """Light that comes down from the waves along streams, per cosine mode of azimuth.
+    """Light that comes down from the waves along streams, per cosine mode of azimuth."""
 
-    Attributes
-    ----------
-    reflected : array, shape (modes, N, N)
-        Of the radiance that rises along the streams of the last axis.
-    entering : array, shape (modes, N, k)
-        Of the sky's radiance in air around the zenith angles of the last axis.
-    """
-
+    #: Of the radiance that rises along the streams of the last axis, (modes, N, N).
     reflected: Array
+    #: Of the sky's radiance in air around the zenith angles of the last axis, (modes, N, k).
     entering: Array
 
 

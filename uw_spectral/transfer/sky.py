@@ -35,21 +35,13 @@ _LEVEL_SURFACE = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class Sky:
-    """Radiance of the sky in air; :meth:`standard` makes one of a known irradiance.
+    """Radiance of the sky in air; :meth:`standard` makes one of a known irradiance."""
 
-    Parameters
-    ----------
-    level : array, shape (n,)
-        Factor per band on the relative distribution; the radiance of a uniform sky.
-    kind : str
-        One of :data:`SKIES`.
-    sun : three floats
-        Unit direction that sunlight travels to in air, z up; the clear sky is brighter
-        around the sun.
-    """
-
+    #: Factor per band on the relative distribution; the radiance of a uniform sky, (n,).
     level: Operand = 0.0
-    kind: str = UNIFORM
+    kind: str = UNIFORM  #: One of :data:`SKIES`.
+    #: Unit direction that sunlight travels to in air, z up; the clear sky is brighter around the
+    #: sun.
     sun: Sequence[Operand] = (0.0, 0.0, -1.0)
 
     @classmethod

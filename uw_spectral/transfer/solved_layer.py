@@ -36,35 +36,23 @@ class Boundaries:
 
 @dataclass(frozen=True, eq=False)
 class SolvedLayer:
-    """Homogeneous water as a sum of k exponentials per azimuth mode m and band n.
+    """Homogeneous water as a sum of k exponentials per azimuth mode m and band n."""
 
-    Parameters
-    ----------
-    top, bottom : float
-        Depths, m; the last bottom may be infinite.
-    c, scaled : array, shape (n,)
-        Extinction, and that after the forward peak is taken out, 1/m.
-    b : array, shape (n,)
-        Scattering coefficient, 1/m.
-    rate : array, shape (m, n, k)
-        Per scaled optical depth: positive of an exponential that falls from 1 at the
-        top, negative of one that rises to 1 at the bottom.
-    down, up : array, shape (m, n, N, k)
-        Radiance along the streams where the exponential is 1.
-    source : array, shape (m, n, l, k)
-        The source function there, by degree of the Legendre functions.
-    """
-
+    #: Depths, m; the last bottom may be infinite.
     top: float
     bottom: float
+    #: Extinction, and that after the forward peak is taken out, 1/m, (n,).
     c: Array
     scaled: Array
-    b: Array
+    b: Array  #: Scattering coefficient, 1/m, (n,).
     phase: BandPhase
+    #: Per scaled optical depth: positive of an exponential that falls from 1 at the top, negative
+    #: of one that rises to 1 at the bottom, (m, n, k).
     rate: Array
+    #: Radiance along the streams where the exponential is 1, (m, n, N, k).
     down: Array
     up: Array
-    source: Array
+    source: Array  #: The source function there, by degree of the Legendre functions, (m, n, l, k).
 
     @property
     def depth(self) -> Array:

@@ -69,14 +69,10 @@ class SunlitWater:
     """How much of the light in a water column carries the pattern, per band.
 
     Below the floor, where the patterns of coarse images may lie, it is as at the floor.
-
-    Parameters
-    ----------
-    field : SolvedField
-        Of the n bands, in water of one layer; its streams decide what :meth:`sun_fraction` counts
-        as sun, so take those that are drawn.
     """
 
+    #: Of the n bands, in water of one layer; its streams decide what :meth:`sun_fraction` counts as
+    #: sun, so take those that are drawn.
     field: SolvedField
 
     def modulated(self, depth: float, q: ArrayLike) -> NDArray[np.float64]:

@@ -51,33 +51,6 @@ class WaterColumn(ComparedByContent):
     Water that is the same at every depth is one layer. Where it is not, ``below`` holds
     the layers under the first; they need not end above the floor.
 
-    Parameters
-    ----------
-    absorption, scattering : array, shape (n,)
-        Coefficients of the water, or of its first layer, 1/m.
-    sun_irradiance : array, shape (n,)
-        Direct downwelling (horizontal) irradiance of the sun just below the surface.
-    sun_cosine : float
-        Cosine of the in-water sun zenith angle.
-    sun_direction : array, shape (3,)
-        Direction the sunlight travels to in the water; x, y horizontal, z up.
-    sky_radiance : array, shape (n,)
-        Radiance in air of the uniform sky that brings the same irradiance.
-    floor_depth : float
-        Depth of the floor in m; infinite for deep water.
-    floor_reflectance : array, shape (n,)
-        Reflectance of the Lambertian floor.
-    surface : str
-        ``"none"`` (index-matched, sky radiance enters unchanged), ``"flat"``, or
-        ``"waves"``, whose light is solved as an average over them.
-    below : tuple of DeeperWater
-        Further layers, from above down.
-    slope_variance : float
-        Mean square slope of the waves; only ``surface="waves"`` takes note of it.
-    sun_in_air : array, shape (3,), optional
-        Direction that sunlight travels to in air, where that in the water is not what a flat
-        surface makes of it.
-
     Raises
     ------
     InputError
@@ -86,19 +59,28 @@ class WaterColumn(ComparedByContent):
     """
 
     bands: Bands
+    #: Coefficients of the water, or of its first layer, 1/m, (n,).
     absorption: NDArray[np.float64]
     scattering: NDArray[np.float64]
+    #: Direct downwelling (horizontal) irradiance of the sun just below the surface, (n,).
     sun_irradiance: NDArray[np.float64]
-    sun_cosine: float
+    sun_cosine: float  #: Cosine of the in-water sun zenith angle.
+    #: Direction the sunlight travels to in the water; x, y horizontal, z up, (3,).
     sun_direction: NDArray[np.float64]
+    #: Radiance in air of the uniform sky that brings the same irradiance, (n,).
     sky_radiance: NDArray[np.float64]
-    floor_depth: float
-    floor_reflectance: NDArray[np.float64]
+    floor_depth: float  #: Depth of the floor in m; infinite for deep water.
+    floor_reflectance: NDArray[np.float64]  #: Reflectance of the Lambertian floor, (n,).
+    #: ``"none"`` (index-matched, sky radiance enters unchanged), ``"flat"``, or ``"waves"``, whose
+    #: light is solved as an average over them.
     surface: str
     refractive_index: float
-    below: tuple[DeeperWater, ...] = ()
+    below: tuple[DeeperWater, ...] = ()  #: Further layers, from above down.
     sky: str = UNIFORM
+    #: Mean square slope of the waves; only ``surface="waves"`` takes note of it.
     slope_variance: float = 0.0
+    #: Direction that sunlight travels to in air, where that in the water is not what a flat surface
+    #: makes of it, (3,).
     sun_in_air: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:

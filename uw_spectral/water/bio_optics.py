@@ -61,36 +61,6 @@ _RANGES = {
 class Constituents:
     """What a water holds besides the water itself.
 
-    Parameters
-    ----------
-    chlorophyll : float
-        mg/m³, 0 to 100. Absorbs as phytoplankton; scatters as all the
-        particles that go with it.
-    cdom : float
-        Absorption a_y(440) of coloured dissolved organic matter, 1/m.
-    minerals : float
-        Suspended minerals, g/m³; they absorb and scatter.
-    detritus : float
-        Absorption a_d(400) of dead organic particles, 1/m. Their scattering
-        is part of that of the phytoplankton.
-    cdom_slope, detritus_slope : float
-        Decay of the two absorptions with wavelength, 1/nm.
-    backscatter : float or None
-        bb/b of the organic particles; None takes it from the chlorophyll
-        (Morel & Maritorena 2001).
-    salinity : float
-        g/kg, 0 to 40; it changes the molecular scattering only. The
-        temperature has no place here: no table of its effect on absorption
-        has a licence that lets it ship.
-    mineral_slope : float
-        Decay of the absorption of minerals with wavelength, 1/nm: the mean of
-        Babin et al. (2003), 0.0123 ± 0.0013.
-    mineral_exponent : float
-        Of the wavelength in their scattering, λ^-1.7: small terrigenic
-        particles (Haltrin 1999); large ones have 0.3.
-    mineral_backscatter : float
-        bb/b of the minerals, 0.001 to 0.2: 0.039 for small ones (Haltrin 1999).
-
     Raises
     ------
     InputError
@@ -102,16 +72,28 @@ class Constituents:
     array([0.094, 0.074, 0.468])
     """
 
+    #: mg/m³, 0 to 100. Absorbs as phytoplankton; scatters as all the particles that go with it.
     chlorophyll: float = 0.0
-    cdom: float = 0.0
-    minerals: float = 0.0
+    cdom: float = 0.0  #: Absorption a_y(440) of coloured dissolved organic matter, 1/m.
+    minerals: float = 0.0  #: Suspended minerals, g/m³; they absorb and scatter.
+    #: Absorption a_d(400) of dead organic particles, 1/m. Their scattering is part of that of the
+    #: phytoplankton.
     detritus: float = 0.0
+    #: Decay of the two absorptions with wavelength, 1/nm.
     cdom_slope: float = 0.014
     detritus_slope: float = 0.011
+    #: bb/b of the organic particles; None takes it from the chlorophyll (Morel & Maritorena 2001).
     backscatter: float | None = None
+    #: g/kg, 0 to 40; it changes the molecular scattering only. The temperature has no place here:
+    #: no table of its effect on absorption has a licence that lets it ship.
     salinity: float = SEA_SALINITY
+    #: Decay of the absorption of minerals with wavelength, 1/nm: the mean of Babin et al. (2003),
+    #: 0.0123 ± 0.0013.
     mineral_slope: float = 0.0123
+    #: Of the wavelength in their scattering, λ^-1.7: small terrigenic particles (Haltrin 1999);
+    #: large ones have 0.3.
     mineral_exponent: float = 1.7
+    #: bb/b of the minerals, 0.001 to 0.2: 0.039 for small ones (Haltrin 1999).
     mineral_backscatter: float = 0.039
 
     def __post_init__(self) -> None:

@@ -43,23 +43,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class BoundedPhase(ComparedByContent):
-    """Two Draine lobes for each of n bands, that stand for a phase function.
+    """Two Draine lobes for each of n bands, that stand for a phase function."""
 
-    Attributes
-    ----------
-    asymmetries, alphas : array, shape (2, n)
-        See :func:`.draine`.
-    fractions : array, shape (2, n)
-        Fraction of each lobe in the scattering coefficient. What their sum lacks to 1 goes on
-        as if it were not scattered.
-    error : array, shape (n,)
-        Relative error of the phase function that 95 % of the angles beyond
-        :data:`NARROWEST_DEG` keep to.
-    """
-
+    #: See :func:`.draine`, (2, n).
     asymmetries: Array
     alphas: Array
+    #: Fraction of each lobe in the scattering coefficient, (2, n). What their sum lacks to 1 goes
+    #: on as if it were not scattered.
     fractions: Array
+    #: Relative error of the phase function that 95 % of the angles beyond :data:`NARROWEST_DEG`
+    #: keep to, (n,).
     error: Array
 
     def per_steradian(self, s2: Array) -> Array:

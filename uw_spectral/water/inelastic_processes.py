@@ -51,27 +51,17 @@ _error_function = np.vectorize(math.erf, otypes=[float])
 
 @dataclass(frozen=True, eq=False)
 class InelasticProcess:
-    """One way in which photons change wavelength, on bands.
+    """One way in which photons change wavelength, on bands."""
 
-    Parameters
-    ----------
-    name : str
-        ``"raman"``, ``"chlorophyll"`` or ``"cdom"``.
-    coefficient : array, shape (n,)
-        b_I: events per metre of a photon in each excitation band, 1/m. Those
-        of fluorescence are part of the absorption of the water; those of
-        Raman scattering, 3e-4 1/m, come on top of it.
-    photons : array, shape (n, k)
-        f: photons that come out in each emission band per event. A row adds up
-        to the quantum yield, 1 for Raman, as far as the bands reach.
-    phase : PhaseFunction
-        Where they go.
-    """
-
-    name: str
+    name: str  #: ``"raman"``, ``"chlorophyll"`` or ``"cdom"``.
+    #: b_I: events per metre of a photon in each excitation band, 1/m, (n,). Those of fluorescence
+    #: are part of the absorption of the water; those of Raman scattering, 3e-4 1/m, come on top of
+    #: it.
     coefficient: NDArray[np.float64]
+    #: f: photons that come out in each emission band per event, (n, k). A row adds up to the
+    #: quantum yield, 1 for Raman, as far as the bands reach.
     photons: NDArray[np.float64]
-    phase: PhaseFunction
+    phase: PhaseFunction  #: Where they go.
 
     def energy_matrix(self, excitation: Bands, emission: Bands) -> NDArray[np.float64]:
         """Emitted power per spectral scalar irradiance, 1/m, shape (n, k).

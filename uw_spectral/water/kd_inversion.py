@@ -50,26 +50,15 @@ _ACCURACY = (
 
 @dataclass(frozen=True, eq=False)
 class KdInversion:
-    """What Kd says about a water.
+    """What Kd says about a water."""
 
-    Parameters
-    ----------
-    water : Water
-        Best estimate, with the measured Kd.
-    a_range, b_range : array, shape (2, n)
-        Bounds at the wavelengths of Kd, 1/m, for particle scattering from 0.4
-        to 1.5 times its mean law.
-    chlorophyll : float
-        Of the case 1 water with the same Kd(490), mg/m³.
-    backscatter : float
-        bb/b of the particles.
-    """
-
-    water: Water
+    water: Water  #: Best estimate, with the measured Kd.
+    #: Bounds at the wavelengths of Kd, 1/m, for particle scattering from 0.4 to 1.5 times its mean
+    #: law, (2, n).
     a_range: NDArray[np.float64]
     b_range: NDArray[np.float64]
-    chlorophyll: float
-    backscatter: float
+    chlorophyll: float  #: Of the case 1 water with the same Kd(490), mg/m³.
+    backscatter: float  #: bb/b of the particles.
 
 
 def invert_Kd(

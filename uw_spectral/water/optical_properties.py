@@ -40,22 +40,6 @@ _PURE = np.arange(300.0, 801.0, 5.0)  # nm, where pure water is known
 class Water(ComparedByContent):
     """Inherent optical properties of a homogeneous body of water.
 
-    Parameters
-    ----------
-    absorption, scattering : Spectrum
-        a and b in 1/m.
-    diffuse_attenuation : Spectrum or None
-        Kd in 1/m where the source has one; only comparisons and plots use it.
-    name, source : str
-        What it is and where the numbers come from.
-    caveats : tuple of str
-        What a user of the data should know, at all wavelengths.
-    doubts : tuple of Doubt
-        What they should know at some wavelengths.
-    particle_backscatter : float or None
-        bb/b of the particles, where the source says something of it; it chooses the default
-        phase function. None stands for the average of Petzold's, 0.0183.
-
     Raises
     ------
     InputError
@@ -63,13 +47,18 @@ class Water(ComparedByContent):
         one of sea particles.
     """
 
+    #: a and b in 1/m.
     absorption: Spectrum
     scattering: Spectrum
+    #: Kd in 1/m where the source has one; only comparisons and plots use it.
     diffuse_attenuation: Spectrum | None
+    #: What it is and where the numbers come from.
     name: str
     source: str
-    caveats: tuple[str, ...] = ()
-    doubts: tuple[Doubt, ...] = ()
+    caveats: tuple[str, ...] = ()  #: What a user of the data should know, at all wavelengths.
+    doubts: tuple[Doubt, ...] = ()  #: What they should know at some wavelengths.
+    #: bb/b of the particles, where the source says something of it; it chooses the default phase
+    #: function. None stands for the average of Petzold's, 0.0183.
     particle_backscatter: float | None = None
 
     def __post_init__(self) -> None:

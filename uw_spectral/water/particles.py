@@ -45,42 +45,23 @@ _LITRE = 1e-3
 
 @dataclass(frozen=True)
 class ParticleKind:
-    """Particles of one kind.
-
-    Parameters
-    ----------
-    smallest, largest : float
-        Diameter, m.
-    reflectance : tuple of three floats
-        Linear Rec.709; of bubbles none is needed.
-    speed : float
-        Speed upwards of a particle of 1 mm, m/s, for those that follow a power law.
-    exponent : float
-        Of that power law.
-    excess : float
-        Density over that of sea water, less 1, of those that fall or rise as spheres do; 0 for
-        the power law.
-    wander : float
-        How far it strays from its path, m.
-    period : float
-        In about that time, s.
-    stretch : float
-        Longest side over the mean of the others.
-    slope : float or None
-        Of the sizes; None takes the setting.
-    """
+    """Particles of one kind."""
 
     name: str
+    #: Diameter, m.
     smallest: float
     largest: float
-    reflectance: tuple[float, float, float]
+    reflectance: tuple[float, float, float]  #: Linear Rec.709; of bubbles none is needed.
+    #: Speed upwards of a particle of 1 mm, m/s, for those that follow a power law.
     speed: float = 0.0
-    exponent: float = 0.0
+    exponent: float = 0.0  #: Of that power law.
+    #: Density over that of sea water, less 1, of those that fall or rise as spheres do; 0 for the
+    #: power law.
     excess: float = 0.0
-    wander: float = 0.0
-    period: float = 1.0
-    stretch: float = 1.0
-    slope: float | None = None
+    wander: float = 0.0  #: How far it strays from its path, m.
+    period: float = 1.0  #: In about that time, s.
+    stretch: float = 1.0  #: Longest side over the mean of the others.
+    slope: float | None = None  #: Of the sizes; None takes the setting.
 
     def rise(self, diameter: ArrayLike) -> Operand:
         """Return the speed upwards, m/s, of diameters in m, same shape.
@@ -202,47 +183,25 @@ def wrapped(place: Operand, middle: Operand, side: Operand, m: Mathematics = NUM
 
 @dataclass(frozen=True)
 class SizeClass:
-    """Particles between two diameters, in a box around the camera.
+    """Particles between two diameters, in a box around the camera."""
 
-    Parameters
-    ----------
-    smallest, largest : float
-        Diameter, m.
-    side : float
-        Of the box, m.
-    count : int
-        Particles in it.
-    rise : tuple of two floats
-        Speed upwards of the smallest and of the largest, m/s.
-    """
-
+    #: Diameter, m.
     smallest: float
     largest: float
-    side: float
-    count: int
-    rise: tuple[float, float]
+    side: float  #: Of the box, m.
+    count: int  #: Particles in it.
+    rise: tuple[float, float]  #: Speed upwards of the smallest and of the largest, m/s.
 
 
 @dataclass(frozen=True)
 class ParticleCloud:
-    """Particles of one kind around the camera.
-
-    Parameters
-    ----------
-    per_litre : float
-        Larger than 0.1 mm, per litre.
-    slope : float
-        Of their sizes.
-    angle : float
-        Smallest that is drawn: diameter over distance, radians.
-    classes : tuple of SizeClass
-        From small to large, each up to twice the diameter of the last.
-    """
+    """Particles of one kind around the camera."""
 
     kind: ParticleKind
-    per_litre: float
-    slope: float
-    angle: float
+    per_litre: float  #: Larger than 0.1 mm, per litre.
+    slope: float  #: Of their sizes.
+    angle: float  #: Smallest that is drawn: diameter over distance, radians.
+    #: From small to large, each up to twice the diameter of the last.
     classes: tuple[SizeClass, ...]
 
     @property

@@ -84,18 +84,10 @@ class PhaseModel(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """Phase functions added up; the weights may be values of shader nodes.
+    """Phase functions added up; the weights may be values of shader nodes."""
 
-    Parameters
-    ----------
-    components : tuple of PhaseFunction
-        The k parts.
-    weights : sequence of k
-        Their shares.
-    """
-
-    components: tuple[PhaseFunction, ...]
-    weights: Operand
+    components: tuple[PhaseFunction, ...]  #: The k parts.
+    weights: Operand  #: Their shares.
 
     def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the value in 1/sr; arrays ``s2`` need a last axis of 1 for the bands."""

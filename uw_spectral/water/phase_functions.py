@@ -132,13 +132,6 @@ class Rayleigh(EinsteinSmoluchowski):
 class FournierForand(PhaseFunction):
     """Fournier-Forand function: spheres of a Junge (power law) size distribution.
 
-    Parameters
-    ----------
-    refractive_index : float
-        Real index of the particles relative to water, above 1, at most 1.5.
-    backscatter : float
-        bb/b, between 0 and 0.5. It fixes the Junge slope μ between 3 and 5.
-
     Raises
     ------
     InputError
@@ -156,7 +149,9 @@ class FournierForand(PhaseFunction):
     3.5833
     """
 
+    #: Real index of the particles relative to water, above 1, at most 1.5.
     refractive_index: float = 1.10
+    #: bb/b, between 0 and 0.5. It fixes the Junge slope μ between 3 and 5.
     backscatter: float = 0.0183
 
     def __post_init__(self) -> None:

@@ -35,22 +35,16 @@ MOST_LAYERS = 16
 class DepthProfile(Generic[T]):
     """Something for each layer of the water, from the surface down.
 
-    Parameters
-    ----------
-    tops : tuple of float
-        Depth in m at which each layer begins, the first at 0. The last one has no lower
-        end, but for the floor.
-    layers : tuple
-        What each of them holds, such as a :class:`.Water`.
-
     Raises
     ------
     InputError
         If the depths do not increase from 0, or there are more than :data:`MOST_LAYERS`.
     """
 
+    #: Depth in m at which each layer begins, the first at 0. The last one has no lower end, but for
+    #: the floor.
     tops: tuple[float, ...]
-    layers: tuple[T, ...]
+    layers: tuple[T, ...]  #: What each of them holds, such as a :class:`.Water`.
 
     def __post_init__(self) -> None:
         increase = all(upper < lower for upper, lower in itertools.pairwise(self.tops))
