@@ -141,6 +141,9 @@ def solve_light_field(
     Coefficients in 1/m; moments χ1 and χ2 of the phase function; E of the sun just below the
     surface, E_sky of what the surface lets in; r of the Lambertian floor. Arrays have shape (n,).
 
+    J. H. Joseph, W. J. Wiscombe & J. A. Weinman, J. Atmos. Sci. 33, 2452 (1976),
+    with f = χ2 as the forward peak.
+
     Parameters
     ----------
     mu_s : float
@@ -156,11 +159,6 @@ def solve_light_field(
     ------
     InputError
         If a quantity is negative, not finite or above its bound.
-
-    Notes
-    -----
-    J. H. Joseph, W. J. Wiscombe & J. A. Weinman, J. Atmos. Sci. 33, 2452 (1976),
-    with f = χ2 as the forward peak.
     """
     quantities = {
         "absorption": (a, math.inf),

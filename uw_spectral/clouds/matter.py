@@ -51,14 +51,12 @@ def suspended_matter(
 
     The scattering of phytoplankton grows less than its chlorophyll does.
 
+    What bubbles only diffract counts as not scattered, see :mod:`.bubbles`.
+
     Raises
     ------
     InputError
         If there is no such constituent, or the concentration is out of range.
-
-    Notes
-    -----
-    What bubbles only diffract counts as not scattered, see :mod:`.bubbles`.
     """
     if constituent not in UNITS:
         raise unknown_name("constituent of a cloud", constituent, UNITS)

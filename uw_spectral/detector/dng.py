@@ -44,6 +44,8 @@ def write_dng(
 ) -> None:
     """Write the counts of a mosaic.
 
+    Adobe, Digital Negative (DNG) Specification 1.4.0.0 (2012).
+
     Parameters
     ----------
     pattern : str
@@ -59,10 +61,6 @@ def write_dng(
     ------
     InputError
         If the counts are no mosaic, a matrix or grey is not usable, or the file cannot be written.
-
-    References
-    ----------
-    Adobe, Digital Negative (DNG) Specification 1.4.0.0 (2012).
     """
     matrix, grey = np.asarray(xyz_to_camera, np.float64), np.asarray(neutral, np.float64)
     if counts.dtype != np.uint16 or counts.ndim != 2:

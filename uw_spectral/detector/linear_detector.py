@@ -28,14 +28,12 @@ MOST_BITS = 16
 class Detector:
     """A detector at its base ISO.
 
+    EMVA Standard 1288, Release 4.0 Linear (2021).
+
     Raises
     ------
     InputError
         If a number is out of its domain.
-
-    References
-    ----------
-    EMVA Standard 1288, Release 4.0 Linear (2021).
     """
 
     full_well: float = 15_000.0  #: Electrons that a pixel holds.

@@ -15,14 +15,12 @@ from ..errors import InputError
 class Vignetting:
     """Fraction of the light that reaches each pixel.
 
+    D. B. Goldman, IEEE TPAMI 32, 2276 (2010).
+
     Raises
     ------
     InputError
         If a coefficient is not finite.
-
-    References
-    ----------
-    D. B. Goldman, IEEE TPAMI 32, 2276 (2010).
     """
 
     natural: bool = True  #: Whether it falls with cos⁴ of the angle from the optical axis.

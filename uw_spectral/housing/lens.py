@@ -50,8 +50,6 @@ def _smallest_extremum(derivative: Sequence[float]) -> float:
 class BrownConrady:
     """A rectilinear lens with distortion, in OpenCV's order; none by default.
 
-    References
-    ----------
     D. C. Brown, Photogramm. Eng. 32, 444 (1966).
     """
 
@@ -130,8 +128,6 @@ class KannalaBrandt:
 
     Coefficients are in the order of OpenCV's ``fisheye``.
 
-    References
-    ----------
     J. Kannala & S. S. Brandt, IEEE TPAMI 28, 1335 (2006).
     """
 
@@ -201,14 +197,12 @@ class LateralColour:
     The radius in the picture is r (1 + a + b r²), a and b polynomials of the wavelength without a
     constant: what the lens does at ``reference`` is what its distortion says.
 
+    The form is that of S. B. Kang, ECCV, 4th workshop (2007), for every wavelength.
+
     Raises
     ------
     InputError
         If a number is not finite, or the reference not positive.
-
-    References
-    ----------
-    The form is that of S. B. Kang, ECCV, 4th workshop (2007), for every wavelength.
 
     Examples
     --------

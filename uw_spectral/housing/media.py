@@ -20,15 +20,13 @@ _DEEPEST = 11000.0  # dbar: as far as Millard & Seaver go
 class SeaWater:
     """Water before the port.
 
+    Index at the surface: :func:`.refractive_index_QuanFry1995`. What pressure adds: R. C. Millard &
+    G. Seaver, Deep-Sea Res. 37, 1909 (1990), the terms with pressure; from 500 to 700 nm.
+
     Raises
     ------
     InputError
         If a value is out of its range.
-
-    References
-    ----------
-    Index at the surface: :func:`.refractive_index_QuanFry1995`. What pressure adds: R. C. Millard &
-    G. Seaver, Deep-Sea Res. 37, 1909 (1990), the terms with pressure; from 500 to 700 nm.
 
     Examples
     --------

@@ -20,8 +20,6 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
 
     Distances from the pupil, m; infinite for an object at infinity behind a flat port.
 
-    References
-    ----------
     E. Hecht, Optics, 5.2. For far objects a thin dome of radius R images at R / (n - 1) before its
     face, some three radii.
     """

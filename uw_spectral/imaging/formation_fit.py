@@ -54,6 +54,8 @@ def fit_formation(
 ) -> FormationFit:
     """Fit the image formation to pixels of known range.
 
+    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 20; CVPR 2019, Eq. 10 and 11.
+
     Parameters
     ----------
     values : array_like, shape (n, k)
@@ -70,10 +72,6 @@ def fit_formation(
     ------
     InputError
         If shapes differ, a value is not finite, or too few ranges of a kind are there.
-
-    References
-    ----------
-    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 20; CVPR 2019, Eq. 10 and 11.
     """
     seen, z = np.asarray(values, np.float64), np.asarray(z, np.float64)
     if seen.ndim != 2 or z.shape != seen.shape[:1]:

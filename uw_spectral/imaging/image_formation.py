@@ -89,6 +89,8 @@ def compute_image_formation(
 ) -> ImageFormation:
     """Compute the coefficients of image formation.
 
+    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
+
     Parameters
     ----------
     direction : three floats
@@ -102,10 +104,6 @@ def compute_image_formation(
     ------
     InputError
         If depth, ranges or direction are out of their domain, or a channel sees no light.
-
-    References
-    ----------
-    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
     """
     view = optics.viewpoint(depth)
     length = float(np.linalg.norm(direction))

@@ -32,8 +32,6 @@ _FASTEST = 20.0  # rate, per longest range
 class RangeAttenuation:
     """Attenuation coefficient β(z) = a e^{bz} + c e^{dz} of a channel.
 
-    References
-    ----------
     D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 11.
     """
 
@@ -94,8 +92,6 @@ def least_squares(error: Callable[[Array], Array], start: Array) -> Array:
 
     ``error`` takes parameters (p,) to errors (m,).
 
-    References
-    ----------
     D. W. Marquardt, J. Soc. Ind. Appl. Math. 11, 431 (1963).
     """
     p, damping = start.astype(np.float64), 1e-3

@@ -29,6 +29,8 @@ def remove_water(
 ) -> Array:
     """Return J = (I - B(z)) e^{β_D(z) z}, what objects would send if no water were before them.
 
+    D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 8.
+
     Parameters
     ----------
     values : array_like, shape (..., k)
@@ -42,10 +44,6 @@ def remove_water(
     ------
     InputError
         If shapes do not match, or a range is not positive.
-
-    References
-    ----------
-    D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 8.
     """
     seen, z = np.asarray(values, dtype=np.float64), np.asarray(z, dtype=np.float64)
     if seen.shape[:-1] != z.shape:

@@ -39,15 +39,13 @@ def sighting_range(
     ``background`` is the radiance times the luminous efficiency, per band; where no weighted band
     attenuates, the range is infinite.
 
+    S. Q. Duntley, J. Opt. Soc. Am. 53, 214 (1963); J. R. V. Zaneveld &
+    W. S. Pegau, Opt. Express 11, 2997 (2003), who find 4.8/c for divers' eyes.
+
     Raises
     ------
     InputError
         If no weight is positive, or the contrast is out of its domain.
-
-    References
-    ----------
-    S. Q. Duntley, J. Opt. Soc. Am. 53, 214 (1963); J. R. V. Zaneveld &
-    W. S. Pegau, Opt. Express 11, 2997 (2003), who find 4.8/c for divers' eyes.
     """
     if not 0 < contrast < 1:
         raise InputError(f"visible contrast must lie between 0 and 1, got {contrast:g}")
@@ -138,15 +136,13 @@ def euphotic_depth(column: WaterColumn, phase: BandPhase, fraction: float = 0.01
     below the surface; at 1 % this is the euphotic depth. It belongs to the
     water: a floor is taken away.
 
+    J. T. O. Kirk, Light and Photosynthesis in Aquatic Ecosystems, 3rd ed.
+    (2011), ch. 6.
+
     Raises
     ------
     InputError
         If the fraction is out of its domain, or no band carries light.
-
-    References
-    ----------
-    J. T. O. Kirk, Light and Photosynthesis in Aquatic Ecosystems, 3rd ed.
-    (2011), ch. 6.
     """
     if not 0 < fraction < 1:
         raise InputError(f"fraction of light must lie between 0 and 1, got {fraction:g}")

@@ -226,8 +226,6 @@ def _about_beam(
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Turn type B, whose pole is level, or A, whose pole is upright, into C about the beam.
 
-    References
-    ----------
     IES LM-75, *Goniophotometer types and photometric coordinates*.
     """
     for name, angles in (("vertical", vertical), ("horizontal", horizontal)):

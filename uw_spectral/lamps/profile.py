@@ -212,8 +212,6 @@ class SpreadProfile(LampProfile):
 class TableProfile(ComparedByContent, LampProfile):
     """Measured profile, linear in the cosine between its points; make it of angles.
 
-    Notes
-    -----
     A shader evaluates two or three nodes a point: thin a long table out
     (:meth:`of_angles`, ``points``).
     """

@@ -141,6 +141,8 @@ def list_sensors(kind: Kind | None = None) -> list[str]:
 def parse_sensor(text: str) -> Sensor:
     """Return the sensor that an option names.
 
+    Jiang, Liu, Gu & Süsstrunk, WACV 2013.
+
     Parameters
     ----------
     text : str
@@ -154,10 +156,6 @@ def parse_sensor(text: str) -> Sensor:
     InputError
         If the name is unknown (near names are suggested) or the file cannot
         be used.
-
-    References
-    ----------
-    Jiang, Liu, Gu & Süsstrunk, WACV 2013.
     """
     scheme, _, rest = text.partition(":")
     if scheme == "file" and rest:

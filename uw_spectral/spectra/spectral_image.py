@@ -117,8 +117,6 @@ def write_spectral_exr(
     Radiances have shape (height, width, n); centres name the channels (``S0.450,0nm``), widths go
     to the attribute ``bandWidths_nm`` and units to ``emissiveUnits``.
 
-    References
-    ----------
     Fichet, Pacanowski & Wilkie, An OpenEXR Layout for Spectral Images,
     JCGT 10(3), 2021.
     """

@@ -35,14 +35,12 @@ def refractive_index_QuanFry1995(
     Wavelengths from 200 to 1100 nm, measured from 400 to 700; salinity 0 to 40 g/kg, temperature 0
     to 30 °C.
 
+    X. Quan & E. S. Fry, Appl. Opt. 34, 3477 (1995): within 1.5e-5 of Austin & Halikas (1976).
+
     Raises
     ------
     InputError
         If one is out of its range.
-
-    References
-    ----------
-    X. Quan & E. S. Fry, Appl. Opt. 34, 3477 (1995): within 1.5e-5 of Austin & Halikas (1976).
     """
     given = {"wavelength": wavelength, "salinity": salinity, "temperature": temperature}
     values = {name: np.asarray(value, dtype=np.float64) for name, value in given.items()}

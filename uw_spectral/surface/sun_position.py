@@ -13,8 +13,6 @@ def sun_zenith_Spencer1971(time: datetime, latitude: float, longitude: float) ->
 
     Latitude and longitude in degrees, positive north and east; the time has a zone.
 
-    References
-    ----------
     J. W. Spencer, Search 2, 172 (1971): declination within 0.04°, equation of time within half
     a minute.
     """

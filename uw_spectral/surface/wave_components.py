@@ -99,16 +99,14 @@ class WaveComponents:
 
         A choppiness of 1 moves a particle of deep water on its circle; 0 is the linear surface.
 
+        F. Nouguier, C.-A. Guérin & B. Chapron, J. Geophys. Res. 114, C09012 (2009): the horizontal
+        displacement is the Hilbert transform of the elevation, as in J. Tessendorf,
+        *Simulating Ocean Water*, SIGGRAPH course notes (1999). A single wave becomes Gerstner's.
+
         Raises
         ------
         InputError
             If the grid is too coarse for the shortest wave.
-
-        Notes
-        -----
-        F. Nouguier, C.-A. Guérin & B. Chapron, J. Geophys. Res. 114, C09012 (2009): the horizontal
-        displacement is the Hilbert transform of the elevation, as in J. Tessendorf,
-        *Simulating Ocean Water*, SIGGRAPH course notes (1999). A single wave becomes Gerstner's.
         """
         half, kx, ky = self._transform(resolution, t)
         k = np.hypot(kx, ky)

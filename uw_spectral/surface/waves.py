@@ -39,18 +39,16 @@ _SHORT = 10.0  # times the peak: where the scaling of the shorter waves is half 
 class WaveSpectrum:
     """Directional wave spectrum: Elfouhaily et al. (1997), slopes of Cox & Munk (1954).
 
-    Raises
-    ------
-    InputError
-        If a value is out of its range.
-
-    Notes
-    -----
     T. Elfouhaily, B. Chapron, K. Katsaros & D. Vandemark, J. Geophys. Res. 102,
     15781 (1997), with the friction velocity of its own roughness length. As
     published it has 1.55, 1.12 and 1.12 times the slope variance of Cox & Munk
     at 2, 5 and 10 m/s; the shorter waves are scaled, by one factor per wind speed
     (that of unlimited fetch), so that it is theirs.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
 
     Examples
     --------
@@ -251,8 +249,6 @@ def slope_variance_CoxMunk1954(wind_speed: float) -> NDArray[np.float64]:
 
     The wind speed is at 12.5 m, m/s; measured between 1 and 14.
 
-    Notes
-    -----
     C. Cox & W. Munk, J. Opt. Soc. Am. 44, 838 (1954): 0.00316 U ± 0.004 and
     0.003 + 0.00192 U ± 0.002; their sum has ± 0.004.
     """

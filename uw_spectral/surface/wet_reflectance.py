@@ -22,8 +22,6 @@ _ANGLES = 20_000
 def mean_cosine_of_grains(n: float) -> float:
     """Mean cosine of light after a clear sphere, large against wavelengths, of an index n ≥ 1.
 
-    Notes
-    -----
     Geometric optics without diffraction, which closely packed grains have none of: the momentum
     that a ray leaves in a sphere (A. Ashkin, Biophys. J. 61, 569 (1992), eq. 1) is 1 less the
     mean cosine of all rays that it becomes.
@@ -44,8 +42,6 @@ def wet_reflectance_TwomeyEtAl1986(
     ``R`` is that of the dry object, thick and matte; ``g_wet`` the mean cosine of its grains in
     water, :func:`mean_cosine_of_grains`; ``z`` the height above the water surface, m.
 
-    Notes
-    -----
     A thick layer of two streams reflects (1 - s)/(1 + s), s² = (1 - w0)/(1 - w0 g); water leaves
     the single-scattering albedo w0 of the grains as it is.
     """

@@ -39,8 +39,6 @@ _FALL = (1.0, 0.889, 0.760, 0.645)
 def whitecap_cover_Monahan1980(wind_speed: float) -> float:
     """Fraction of the sea that foam covers, by the wind at 10 m in m/s, measured up to 17.
 
-    Notes
-    -----
     E. C. Monahan & I. O'Muircheartaigh, J. Phys. Oceanogr. 10, 2094 (1980): 3.84e-6 U^3.41.
     """
     return min(3.84e-6 * wind_speed**3.41, 1.0)
@@ -49,8 +47,6 @@ def whitecap_cover_Monahan1980(wind_speed: float) -> float:
 def foam_reflectance(wavelength: ArrayLike) -> NDArray[np.float64]:
     """Reflectance of fresh foam: that of the visible, falling in the red and infrared, from nm.
 
-    Notes
-    -----
     Level: :data:`FRESH_REFLECTANCE`. Fall: R. Frouin, M. Schwindling & P.-Y. Deschamps,
     J. Geophys. Res. 101, 14361 (1996), 1 up to 555 nm, .889 at 670 nm, .760 at 765 nm and .645 at
     865 nm, linear between them.
@@ -100,8 +96,6 @@ def foam_of(parts: tuple[WaveComponents, WaveComponents], cover: float) -> Foam:
     ``parts`` break on two tiles, each moved by its own waves only; ``cover`` is the fraction of the
     sea that foam covers.
 
-    Notes
-    -----
     To first order in the steepness the crowding is Gaussian, with the variance σ² of the slopes. A
     unit of area at rest covers the mean area ``1 - c + q (c² - σ²)`` of the surface where its
     crowding is c: the expectation of the Jacobian, in which q is 1/4 if waves run to all sides.

@@ -137,8 +137,6 @@ def glitter_from_above(
     camera, z < 0; ``ripples`` has the direction of sunlight in air; ``sun_disc2`` is the mean
     squared angle of the sun's disc, rad².
 
-    References
-    ----------
     C. Cox & W. Munk, J. Opt. Soc. Am. 44, 838 (1954): R E p / (4 cos θ cos⁴ β).
     """
     sun, n = ripples.sun, relative_index

@@ -35,8 +35,6 @@ def stretched_highlight(
     Directions are unit vectors; ``anisotropy`` is from -1 to 1, ``rotation`` of the tangent about
     the normal in whole turns.
 
-    Notes
-    -----
     E. Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2),
     2014.
     """

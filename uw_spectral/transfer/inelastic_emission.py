@@ -28,17 +28,15 @@ def inelastic_emission(
     Of the exciting field, per nm, the mean over azimuth is enough; what is emitted is per volume
     and nm.
 
-    Raises
-    ------
-    InputError
-        If a process is on other bands.
-
-    Notes
-    -----
     The scalar irradiance is a sum of very many exponentials. A few stand for them: each is
     the one of many rates that takes most off the squared relative error which those before
     it left. Neglected: the small anisotropy of Raman scattering, light that changes its
     wavelength twice, and what the events take from the excitation.
+
+    Raises
+    ------
+    InputError
+        If a process is on other bands.
     """
     matrix = energy_matrix(processes, excitation, emission)
     floor, steps = exciting.floor_depth, np.linspace(0.0, 1.0, _DEPTHS)

@@ -21,8 +21,6 @@ def light_from_above(field: SolvedField, y: float, count: int) -> Array:
     They are unit vectors towards where the light comes from, z up; straight up where there is no
     light.
 
-    Notes
-    -----
     Importance sampling of the radiance along the streams at the points of a golden-ratio
     sequence, first of the cosine and then of the azimuth.
     """

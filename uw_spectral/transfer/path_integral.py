@@ -40,8 +40,6 @@ def attenuated_path(
     ``near`` and ``far`` = near - q P are the exponents at the ends of the path of P metres; ``qP``
     may have either sign.
 
-    Notes
-    -----
     The larger exponent is taken out, so that nothing overflows for q < 0.
     """
     return P * m.exp(m.maximum(near, far)) * phi(m.absolute(qP), m)

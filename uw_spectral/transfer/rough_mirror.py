@@ -27,8 +27,6 @@ def facet_by_chance(
     ``n`` and ``to_eye`` are unit vectors, the roughness is that of Blender's closures, ``chance``
     two numbers, even from 0 to 1.
 
-    Notes
-    -----
     J. Dupuy & A. Benyoub, "Sampling Visible GGX Normals with Spherical Caps", Computer Graphics
     Forum 42(8), 2023; the frame is that of T. Duff et al., JCGT 6(1), 2017.
     """

@@ -52,14 +52,12 @@ class Sky:
 
         ``sun`` is the unit direction that sunlight travels to in air, z up.
 
+        CIE S 011/E:2003, Spatial distribution of daylight: CIE standard general sky.
+
         Raises
         ------
         InputError
             If the kind is unknown or the irradiance negative or not finite.
-
-        References
-        ----------
-        CIE S 011/E:2003, Spatial distribution of daylight: CIE standard general sky.
         """
         if kind not in _CIE_SKIES:
             raise unknown_name("kind of sky", kind, SKIES)

@@ -69,8 +69,6 @@ def bound_forward_peak(phase: BandPhase) -> BoundedPhase:
     counting as not scattered (delta scaling), and follow its values from :data:`NARROWEST_DEG`
     on.
 
-    Notes
-    -----
     As in W. J. Wiscombe, J. Atmos. Sci. 34, 1408 (1977), the peak counts as unscattered; here
     it is what the lobes do not carry. Lobes: B. T. Draine, Astrophys. J. 598, 1017 (2003).
     """

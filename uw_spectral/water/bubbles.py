@@ -44,8 +44,6 @@ def bubble_scattering(void_fraction: float) -> float:
 
     Diffraction is included.
 
-    Notes
-    -----
     b = 3 Q f / (4 r), r the Sauter radius: areas and volumes of spheres.
     """
     return 3.0 * EFFICIENCY * void_fraction / (4.0 * sauter_radius())

@@ -26,14 +26,12 @@ def Kd_Lee2013(
     The coefficients are absorption, backscattering, and the part of it by the water itself, all in
     1/m as Kd; the sun is in air, degrees, 0 to 90.
 
+    Z.-P. Lee et al., J. Geophys. Res. Oceans 118, 4241 (2013).
+
     Raises
     ------
     InputError
         If a coefficient is negative or not finite, or the sun is below the horizon.
-
-    References
-    ----------
-    Z.-P. Lee et al., J. Geophys. Res. Oceans 118, 4241 (2013).
     """
     a, bb, molecular = checked_coefficients(
         sun_zenith, absorption=a, backscattering=bb, molecular=bb_molecular
@@ -72,14 +70,12 @@ def Kd_Morel2001(chlorophyll: float) -> Spectrum:
 
     ``Kw + χ C^e`` with Kw = a + b/2 of pure water, where Kd comes nearer to a than it is.
 
+    A. Morel & S. Maritorena, J. Geophys. Res. 106, 7163 (2001), Table 2.
+
     Raises
     ------
     InputError
         If the chlorophyll is negative or not finite.
-
-    References
-    ----------
-    A. Morel & S. Maritorena, J. Geophys. Res. 106, 7163 (2001), Table 2.
     """
     if not (np.isfinite(chlorophyll) and chlorophyll >= 0):
         raise InputError(f"chlorophyll must be finite and not negative, got {chlorophyll:g} mg/m³")

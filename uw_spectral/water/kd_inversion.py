@@ -66,6 +66,10 @@ def invert_Kd(
 ) -> KdInversion:
     """Estimate a and b from Kd.
 
+    Z.-P. Lee et al., J. Geophys. Res. Oceans 118, 4241 (2013), solved for a;
+    A. Morel et al., Remote Sens. Environ. 111, 69 (2007), for the chlorophyll; H. Loisel &
+    A. Morel (1998) for b; A. Morel & S. Maritorena (2001) for bb/b.
+
     Parameters
     ----------
     Kd : Spectrum
@@ -87,12 +91,6 @@ def invert_Kd(
     -----
     DataWarning
         If Kd is so low that backscattering alone exceeds it; a is 0 there.
-
-    References
-    ----------
-    Z.-P. Lee et al., J. Geophys. Res. Oceans 118, 4241 (2013), solved for a;
-    A. Morel et al., Remote Sens. Environ. 111, 69 (2007), for the chlorophyll; H. Loisel &
-    A. Morel (1998) for b; A. Morel & S. Maritorena (2001) for bb/b.
     """
     nm, values = Kd.wavelengths, Kd.values
     if values.ndim != 1 or np.any(values <= 0):

@@ -88,6 +88,9 @@ class Water(ComparedByContent):
     def jerlov(cls, water_type: str, source: str = DEFAULT_SOURCE) -> Water:
         """One of the ten Jerlov types, from the ``jerlov`` package.
 
+        Solonenko & Mobley, Appl. Opt. 54, 5392 (2015); Williamson & Hollins,
+        Appl. Opt. 61, 9951 (2022).
+
         Parameters
         ----------
         water_type : str
@@ -102,11 +105,6 @@ class Water(ComparedByContent):
         ------
         InputError
             If the type or the source is unknown, or the source has no such type.
-
-        References
-        ----------
-        Solonenko & Mobley, Appl. Opt. 54, 5392 (2015); Williamson & Hollins,
-        Appl. Opt. 61, 9951 (2022).
 
         Examples
         --------

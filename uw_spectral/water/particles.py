@@ -108,8 +108,6 @@ def settling_FergusonChurch2004(diameter: ArrayLike, excess: float) -> Operand:
 
     ``excess`` is the difference of their density from that of the water, over that of the water.
 
-    Notes
-    -----
     Ferguson & Church 2004, J. Sediment. Res. 74:933, with C1 = 18 and C2 = 0.4 of smooth spheres.
     It joins Stokes' law and a constant drag. Bubbles in sea water are dirty, and rise as rigid
     spheres do.
@@ -133,8 +131,6 @@ def scattering_fraction(slope: float = TYPICAL_SLOPE) -> float:
 
     ``slope`` is that of the size distribution.
 
-    Notes
-    -----
     From cross sections alone: n(D) D² from 1 µm to 1 cm. For 3.6 it is 6 %, for 3, as in blooms,
     a half; Davies, Basedow & McKee (2021, doi:10.1038/s41598-021-83610-5) argue that millimetre
     sizes can matter, which bulk measurements miss.

@@ -132,16 +132,14 @@ class Rayleigh(EinsteinSmoluchowski):
 class FournierForand(PhaseFunction):
     """Fournier-Forand function: spheres of a Junge (power law) size distribution.
 
+    G. Fournier & M. Jonasz, Proc. SPIE 3761 (1999), with the slope from bb/b as
+    in C. D. Mobley, L. K. Sundman & E. Boss, Appl. Opt. 41, 1035 (2002). Blender
+    Cycles uses the same parameters. The forward peak is infinite but integrable.
+
     Raises
     ------
     InputError
         If a parameter is out of its range.
-
-    Notes
-    -----
-    G. Fournier & M. Jonasz, Proc. SPIE 3761 (1999), with the slope from bb/b as
-    in C. D. Mobley, L. K. Sundman & E. Boss, Appl. Opt. 41, 1035 (2002). Blender
-    Cycles uses the same parameters. The forward peak is infinite but integrable.
 
     Examples
     --------
