@@ -12,8 +12,8 @@ import bpy
 
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.path_integral import transmittance
-from . import realtime_values, realtime_waves
-from .group_sockets import OpenGroup, Socket
+from . import group_sockets, realtime_values, realtime_waves
+from .group_sockets import FLOAT, VECTOR, OpenGroup, Socket
 from .node_mathematics import NODES
 from .realtime_values import Numbers, Shape
 from .realtime_waves import WaveImages
@@ -26,13 +26,13 @@ KIND, COLOUR, STRENGTH, SUNLIGHT = "Type", "Colour", "Strength", "Sunlight"
 
 
 _SOCKETS = {
-    DISTANCE: Socket("Float", "Length of the way through the water, m", 1.0, 0.0),
-    EXTINCTION: Socket("Vector", "Absorption and scattering together, 1/m", (0.4, 0.1, 0.08), 0.0),
-    KIND: Socket("Float", "0 to 9: Jerlov I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C", 2.0, 0.0),
-    STRENGTH: Socket("Float", "Contrast; 1 as the surface makes it, 0 none", 1.0, 0.0),
-    TRANSMITTANCE: Socket("Vector", "Fraction of the light that arrives unscattered"),
-    COLOUR: Socket("Color", "Linear colour of the open water"),
-    SUNLIGHT: Socket("Float", "Factor on the sunlight at the shaded point"),
+    DISTANCE: Socket(FLOAT, "Length of the way through the water, m", 1.0, 0.0),
+    EXTINCTION: Socket(VECTOR, "Absorption and scattering together, 1/m", (0.4, 0.1, 0.08), 0.0),
+    KIND: Socket(FLOAT, "0 to 9: Jerlov I, IA, IB, II, III, 1C, 3C, 5C, 7C, 9C", 2.0, 0.0),
+    STRENGTH: Socket(FLOAT, "Contrast; 1 as the surface makes it, 0 none", 1.0, 0.0),
+    TRANSMITTANCE: Socket(VECTOR, "Fraction of the light that arrives unscattered"),
+    COLOUR: Socket(group_sockets.COLOUR, "Linear colour of the open water"),
+    SUNLIGHT: Socket(FLOAT, "Factor on the sunlight at the shaded point"),
 }
 
 

@@ -19,7 +19,7 @@ from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.transfer.path_integral import transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
-from .group_sockets import OpenGroup, Socket
+from .group_sockets import COLOUR, FLOAT, VECTOR, OpenGroup, Socket
 from .node_mathematics import NODES, PART_SIZE, NodeValue
 from .realtime_rays import (
     camera_depth,
@@ -46,61 +46,61 @@ DEEP = 1000.0
 _WHITE, _BLACK = (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)
 _INPUTS = {
     LIT: Socket(
-        "Color",
+        COLOUR,
         "The surface under a white sun of strength 1, its emission included: Shader to RGB",
         _BLACK,
     ),
-    COLOR: Socket("Color", "Reflectance of the surface", (0.5, 0.5, 0.5, 1.0)),
-    EMISSION: Socket("Color", "Radiance that the surface emits", _BLACK),
+    COLOR: Socket(COLOUR, "Reflectance of the surface", (0.5, 0.5, 0.5, 1.0)),
+    EMISSION: Socket(COLOUR, "Radiance that the surface emits", _BLACK),
     COVERAGE: Socket(
-        "Float",
+        FLOAT,
         "Fraction of the surface that is not transparent; the colours above hold it already",
         1.0, 0.0, 1.0,
     ),
-    NORMAL: Socket("Vector", "Unit normal of the surface; 0, 0, 0 is the geometry's", (0.0,) * 3),
+    NORMAL: Socket(VECTOR, "Unit normal of the surface; 0, 0, 0 is the geometry's", (0.0,) * 3),
     ABSORPTION: Socket(
-        "Vector",
+        VECTOR,
         "Absorption of the water in three bands that stand for red, green and blue, 1/m; Jerlov IB "
         "at 600, 540 and 450 nm by default",
         (0.2278, 0.05296, 0.0235), 0.0,
     ),
-    SCATTERING: Socket("Vector", "Scattering of the water, 1/m", (0.0488, 0.05476, 0.068), 0.0),
+    SCATTERING: Socket(VECTOR, "Scattering of the water, 1/m", (0.0488, 0.05476, 0.068), 0.0),
     ASYMMETRY: Socket(
-        "Vector", "Mean cosine g of the Henyey-Greenstein phase function", (0.9,) * 3, 0.0, 0.98
+        VECTOR, "Mean cosine g of the Henyey-Greenstein phase function", (0.9,) * 3, 0.0, 0.98
     ),
     SECOND_MOMENT: Socket(
-        "Vector",
+        VECTOR,
         "Second Legendre moment of the phase function, the forward peak of the scaling; g² of "
         "Henyey-Greenstein's",
         (0.81, 0.81, 0.81), 0.0, 0.98,
     ),
     SUN_IRRADIANCE: Socket(
-        "Color", "Downwelling irradiance of the direct sun just below the surface", _WHITE
+        COLOUR, "Downwelling irradiance of the direct sun just below the surface", _WHITE
     ),
-    SKY_RADIANCE: Socket("Color", "Radiance of a uniform sky, in air", (0.05, 0.05, 0.05, 1.0)),
+    SKY_RADIANCE: Socket(COLOUR, "Radiance of a uniform sky, in air", (0.05, 0.05, 0.05, 1.0)),
     SUN_DIRECTION: Socket(
-        "Vector",
+        VECTOR,
         "Unit vector that sunlight travels to in the water, z up; turn the scene's sun lamp alike",
         (0.0, 0.373, -0.928),
     ),
-    FLOOR_DEPTH: Socket("Float", "Depth of a Lambertian floor, m; far down for deep water", DEEP,
+    FLOOR_DEPTH: Socket(FLOAT, "Depth of a Lambertian floor, m; far down for deep water", DEEP,
                         0.01, DEEP),
-    FLOOR_REFLECTANCE: Socket("Color", "Reflectance of the floor", (0.3, 0.3, 0.3, 1.0)),
-    INDEX: Socket("Float", "Of the water against air; 1 is no surface", 1.34, 1.0, 2.0),
+    FLOOR_REFLECTANCE: Socket(COLOUR, "Reflectance of the floor", (0.3, 0.3, 0.3, 1.0)),
+    INDEX: Socket(FLOAT, "Of the water against air; 1 is no surface", 1.34, 1.0, 2.0),
 }  # fmt: skip
 _OUTPUTS = {
-    SURFACE: Socket("Color", "The surface seen through the water; emit it"),
-    OPEN_WATER: Socket("Color", "The water with its surface or floor behind, for a world"),
+    SURFACE: Socket(COLOUR, "The surface seen through the water; emit it"),
+    OPEN_WATER: Socket(COLOUR, "The water with its surface or floor behind, for a world"),
 }
 _WAY = {
-    DISTANCE: Socket("Float", "Length of the way through the water, m", 1.0, 0.0),
-    DEPTH: Socket("Float", "Depth of the camera under the surface, m", 5.0, 0.0),
-    DIRECTION: Socket("Vector", "Unit vector away from the camera, z up", (0.0, 1.0, 0.0)),
+    DISTANCE: Socket(FLOAT, "Length of the way through the water, m", 1.0, 0.0),
+    DEPTH: Socket(FLOAT, "Depth of the camera under the surface, m", 5.0, 0.0),
+    DIRECTION: Socket(VECTOR, "Unit vector away from the camera, z up", (0.0, 1.0, 0.0)),
 }
 _FOUND = {
-    TRANSMITTANCE: Socket("Vector", "Fraction of the light that arrives unscattered"),
+    TRANSMITTANCE: Socket(VECTOR, "Fraction of the light that arrives unscattered"),
     PATH_RADIANCE: Socket(
-        "Vector",
+        VECTOR,
         "Light that the water scatters into the view, per steradian, relative to the sun's "
         "irradiance",
     ),
@@ -113,7 +113,7 @@ _TEXT = (
 
 def build(name: str = NAME) -> bpy.types.ShaderNodeTree:
     """Build the group."""
-    group = OpenGroup(name, _INPUTS, _OUTPUTS, _TEXT, PART_SIZE)
+    group = OpenGroup(name, _INPUTS, _OUTPUTS, _TEXT, part_size=PART_SIZE, slim=True)
     graph, given = group.graph, group.given
     w = view_direction(graph)
     P, y = view_distance(graph), depth_here(graph)

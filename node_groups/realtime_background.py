@@ -11,7 +11,8 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from . import realtime_clouds, realtime_lamps, realtime_layers
 from .data_blocks import new_world
-from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .group_sockets import COLOUR, OpenGroup
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_raised import crossing
 from .realtime_rays import camera_place, view_direction
 from .realtime_surface import shaft
@@ -24,10 +25,8 @@ NAME = "UW Background"
 
 def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     """Build the group; output ``Color`` is what the channels see."""
-    tree = new_group(NAME)
-    tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    slim = realtime_clouds.is_crowded(shape)
-    graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
+    group = OpenGroup(NAME, outputs={"Color": COLOUR}, **realtime_clouds.options(shape, sources))
+    graph = group.graph
     water = PixelWater(graph, shape, sources)
     w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
     y_o = NODES.maximum(-eye[2], 0.0)
@@ -46,9 +45,9 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     path_occlusion = water.path_occlusion(found, ray.falling_off(y_e, w), P)
     floating = {}
     if shape.floating:
-        group = realtime_clouds.build(shape, sources, ahead=True)
+        clouds = realtime_clouds.build(shape, sources, ahead=True)
         rate = ray.falling_off(y_e, w)[1]
-        floating = in_group(graph, group, {realtime_clouds.RATE: rate})
+        floating = in_group(graph, clouds, {realtime_clouds.RATE: rate})
         path_occlusion = realtime_clouds.shadowed(path_occlusion, floating)
     end = [e + along * P for e, along in zip(eye, w, strict=True)]
     pixel = ray.open_water(
@@ -73,9 +72,8 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         # The volume has shadows of its own.
         drawn = shaft(ray, y_o, w, water.values[SHAFT_END]) * path_occlusion.single
         seen = seen - NODES.maximum(drawn, 0.0)
-    graph.assign(seen, graph.node("NodeGroupOutput").inputs[0])
     realtime_layers.write(graph, shape.layers, pixel_layers(pixel))
-    return tree
+    return group.finished({"Color": seen})
 
 
 def _depth_below(

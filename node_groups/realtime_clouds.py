@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -20,8 +21,9 @@ from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
 from . import cloud_grids
 from .chance import chance
+from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .loops import followed, summed
-from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .realtime_lamps import CloudsOf
 from .realtime_rays import camera_place, place_here, view_direction, view_distance
 from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Shape, Values
@@ -55,10 +57,10 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
     :data:`SUNLIGHT` and :data:`SKYLIGHT`: fractions of the sun's and of other light that clouds
     leave on the object.
     """
-    tree = new_group(NAME)
-    tree.interface.new_socket(RATE, in_out="INPUT", socket_type="NodeSocketFloat")
-    slim = is_crowded(shape)
-    graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
+    outputs = dict.fromkeys(_OUTPUTS if ahead else (*_OUTPUTS, SUNLIGHT, SKYLIGHT), VECTOR)
+    outputs[MIDDLE] = FLOAT
+    group = OpenGroup(NAME, {RATE: FLOAT}, outputs, **options(shape, sources))
+    graph = group.graph
     found = Values(graph, sources.values, shape)
     clouds, w = clouds_in(graph, sources, shape), view_direction(graph)
     if ahead:
@@ -73,8 +75,8 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
         return summed(graph, count, terms)  # pyright: ignore[reportArgumentType]
 
     follow = functools.partial(followed, graph)
-    rate = graph.term(graph.node("NodeGroupInput").outputs[RATE])
-    daylit = daylit_fractions(clouds, origin, w, P, rate, chance(graph, w)[0], add_up)
+    rate, drawn = group.given[RATE], chance(graph, w)[0]
+    daylit = daylit_fractions(clouds, origin, w, P, rate, drawn, add_up)
     veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up, follow)
     results: dict[str, Operand] = {
         UNSCATTERED: veil.unscattered,
@@ -88,13 +90,7 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
     if not ahead:
         results[SUNLIGHT] = clouds.sunlight_transmittance(place_here(graph))
         results[SKYLIGHT] = clouds.skylight_transmittance(place_here(graph))
-    for name in results:
-        kind = "NodeSocketFloat" if name == MIDDLE else "NodeSocketVector"
-        tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
-    end = graph.node("NodeGroupOutput").inputs
-    for name, result in results.items():
-        graph.assign(result, end[name])
-    return tree
+    return group.finished(results)
 
 
 def veil_of(found: dict[str, NodeValue]) -> Veil:
@@ -262,9 +258,13 @@ def for_lamps(sources: Sources, shape: Shape) -> CloudsOf | None:
     return functools.partial(clouds_in, sources=sources, shape=shape)
 
 
-def is_crowded(shape: Shape) -> bool:
-    """Whether constants have to be few: clouds and lamps together need most that a shader holds."""
-    return bool(shape.floating and shape.lamps)
+def options(shape: Shape, sources: Sources) -> dict[str, Any]:
+    """Return how the graph of a large group is made.
+
+    Clouds and lamps together need most of the constants that a shader holds: they have to be few.
+    """
+    slim = bool(shape.floating and shape.lamps)
+    return {"part_size": PART_SIZE, "slim": slim, "slim_numbers": slim, "rays": sources.rays}
 
 
 def kinds(phases: Sequence[PhaseFunction]) -> list[PhaseFunction]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import bpy
 
 from ..uw_spectral.surface.refraction import is_in_window
-from .node_mathematics import NODES, Graph, new_group
+from .group_sockets import OpenGroup
+from .node_mathematics import NODES
 from .realtime_rays import drawn_place, eye_place, straight_direction
 from .realtime_values import IN_AIR, INDEX, THROUGH, Shape
 from .realtime_waves import WaveImages, numbers_of, water_level
@@ -24,9 +25,8 @@ def build(
     the camera may be in the air, which sees all. Where the air has a picture of its own, that shows
     all above the water and nothing else.
     """
-    tree = new_group(NAME)
-    tree.interface.new_socket("Hidden", in_out="OUTPUT", socket_type="NodeSocketFloat")
-    graph = Graph(tree)
+    group = OpenGroup(NAME)
+    graph = group.graph
     number = numbers_of(graph, values)
     index = number(INDEX)
     w, (x, y, z) = straight_direction(graph), drawn_place(graph)
@@ -43,5 +43,4 @@ def build(
     else:
         mirrored = NODES.less(0.0, eye_place(graph)[2])
         hidden = dry * NODES.maximum(mirrored, out_of_window) * seen
-    graph.assign(hidden, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    return group.finished({"Hidden": hidden})

@@ -9,7 +9,8 @@ import bpy
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.highlights import stretched_highlight, toon_highlight
-from .node_mathematics import NODES, Graph, new_group
+from .group_sockets import FLOAT, VECTOR, OpenGroup
+from .node_mathematics import NODES
 from .realtime_values import DRAWN_SUN, SUN, Shape, Values
 
 STRETCHED, TOON = "UW Stretched Highlight", "UW Toon"
@@ -20,14 +21,10 @@ NUMBERS = {STRETCHED: ("Roughness", "Anisotropy", "Rotation"), TOON: ("Size", "S
 
 def build(kind: str, values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
     """Build the group of a kind."""
-    tree = new_group(kind)
     vectors = (NORMAL, TANGENT) if kind == STRETCHED else (NORMAL,)
-    for names, of in ((vectors, "NodeSocketVector"), (NUMBERS[kind], "NodeSocketFloat")):
-        for name in names:
-            tree.interface.new_socket(name, in_out="INPUT", socket_type=of)
-    tree.interface.new_socket("Colour", in_out="OUTPUT", socket_type="NodeSocketFloat")
-    graph = Graph(tree)
-    given = {s.name: graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name}
+    inputs = dict.fromkeys(vectors, VECTOR) | dict.fromkeys(NUMBERS[kind], FLOAT)
+    group = OpenGroup(kind, inputs)
+    graph, given = group.graph, group.given
     n = graph.components(given[NORMAL])
     sun = Values(graph, values, shape).of(*(DRAWN_SUN if shape.above else SUN))
     to_sun = [-part for part in sun]
@@ -36,10 +33,8 @@ def build(kind: str, values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.type
     if kind == TOON:
         found = toon_highlight(n, to_sun, *numbers, m=NODES)
     else:
-        to_eye = graph.components(
-            graph.term(graph.node("ShaderNodeNewGeometry").outputs["Incoming"])
-        )
+        incoming = graph.node("ShaderNodeNewGeometry").outputs["Incoming"]
+        to_eye = graph.components(graph.term(incoming))
         tangent = graph.components(given[TANGENT])
         found = stretched_highlight(n, tangent, to_eye, to_sun, *numbers, m=NODES)
-    graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    return group.finished({"Colour": found})

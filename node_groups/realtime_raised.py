@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import bpy
 
 from ..uw_spectral.surface.raised_waves import surface_ahead
+from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .loops import iterated
-from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .realtime_values import WAVES_HIGHEST
 from .realtime_waves import WaveImages, numbers_of, raised_at
 
@@ -42,14 +43,10 @@ def crossing(
 def _build_crossing(
     values: bpy.types.ShaderNodeTree, images: WaveImages, *, in_air: bool, first: float
 ) -> bpy.types.ShaderNodeTree:
-    tree = new_group(_CROSSING_NAME)
-    graph = Graph(tree, PART_SIZE)
-    for name in (_START, _DIRECTION):
-        tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketVector")
-    for name in (_FOUND, _DISTANCE):
-        tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketFloat")
-    given = graph.node("NodeGroupInput").outputs
-    start, w = (graph.components(graph.term(given[name])) for name in (_START, _DIRECTION))
+    ends = dict.fromkeys((_START, _DIRECTION), VECTOR)
+    group = OpenGroup(_CROSSING_NAME, ends, part_size=PART_SIZE)
+    graph = group.graph
+    start, w = (graph.components(group.given[name]) for name in ends)
     height = _build_height(values, images)
 
     def elevation(x: NodeValue, y: NodeValue) -> NodeValue:
@@ -62,20 +59,12 @@ def _build_crossing(
     side = 1.0 if in_air else -1.0
     iterate = functools.partial(iterated, graph)
     found, distance = surface_ahead(start, w, elevation, highest, side, first, NODES, iterate)
-    end = graph.node("NodeGroupOutput").inputs
-    graph.assign(found, end[_FOUND])
-    graph.assign(distance, end[_DISTANCE])
-    return tree
+    return group.finished({_FOUND: found, _DISTANCE: distance})
 
 
 def _build_height(values: bpy.types.ShaderNodeTree, images: WaveImages) -> bpy.types.ShaderNodeTree:
-    tree = new_group(_HEIGHT_NAME)
-    graph = Graph(tree)
-    for name in (_X, _Y):
-        tree.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat")
-    tree.interface.new_socket(_HEIGHT, in_out="OUTPUT", socket_type="NodeSocketFloat")
-    given = graph.node("NodeGroupInput").outputs
-    x, y = (graph.term(given[name]) for name in (_X, _Y))
-    surface = raised_at(graph, numbers_of(graph, values), images, x, y)
-    graph.assign(graph.components(surface)[2], graph.node("NodeGroupOutput").inputs[_HEIGHT])
-    return tree
+    group = OpenGroup(_HEIGHT_NAME, dict.fromkeys((_X, _Y), FLOAT))
+    graph = group.graph
+    place = group.given[_X], group.given[_Y]
+    surface = raised_at(graph, numbers_of(graph, values), images, *place)
+    return group.finished({_HEIGHT: graph.components(surface)[2]})

@@ -17,7 +17,8 @@ from ..uw_spectral.surface.raised_waves import sunk_below_crests
 from ..uw_spectral.surface.refraction import apparent_depth, apparent_height, seen_from_air
 from ..uw_spectral.transfer.above_water import leaving_fraction
 from ..uw_spectral.transfer.radiance_field import surface_normal
-from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .group_sockets import OpenGroup
+from .node_mathematics import NODES, NodeValue
 from .realtime_raised import crossing
 from .realtime_rays import (
     DIRECTION,
@@ -29,7 +30,6 @@ from .realtime_rays import (
     is_at_rest,
     straight_direction,
     straight_distance,
-    write_outputs,
 )
 from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH, WAVES_HIGHEST
 from .realtime_waves import FOAM, SLOPE, WaveImages, foam_at, numbers_of, raised_at, water_level
@@ -52,8 +52,8 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     point lies in the air; slopes of the surface, and the fraction of foam, which hides what the
     surface mirrors and lets through. Without a camera in the air the ray is straight.
     """
-    tree = new_group(NAME)
-    graph = Graph(tree)
+    group = OpenGroup(NAME)
+    graph = group.graph
     number = numbers_of(graph, values)
     in_air, n = number(IN_AIR), number(RAY_INDEX)
     v, eye, drawn = straight_direction(graph), eye_place(graph), drawn_place(graph)
@@ -102,8 +102,7 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
         found[FOAM] = in_air * (1.0 - up) * foam
         for name in (REFLECTANCE, LEAVING):
             found[name] = (1.0 - found[FOAM]) * found[name]
-    write_outputs(graph, found)
-    return tree
+    return group.finished(found)
 
 
 def build_refraction_displacement(
@@ -115,8 +114,8 @@ def build_refraction_displacement(
     the air, objects in the water move; else those in the air, while the picture of these is drawn,
     and what is under them follows them.
     """
-    tree = new_group(DISPLACEMENT_NAME)
-    graph = Graph(tree)
+    group = OpenGroup(DISPLACEMENT_NAME)
+    graph = group.graph
     number = numbers_of(graph, values)
     x, y, z = drawn_place(graph)
     cx, cy, cz = (number(name) for name in CAMERA)
@@ -135,7 +134,5 @@ def build_refraction_displacement(
         height, depth = NODES.maximum(z, LOWEST), NODES.maximum(-cz, LOWEST)
         seeming = apparent_height(distance, height, depth, number(INDEX), NODES)
         moved = number(THROUGH) * (seeming - height)
-    tree.interface.new_socket("Displacement", in_out="OUTPUT", socket_type="NodeSocketVector")
     moved = is_at_rest(graph) * moved
-    graph.assign(graph.vector(0.0, 0.0, moved), graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    return group.finished({"Displacement": graph.vector(0.0, 0.0, moved)})

@@ -31,7 +31,8 @@ from ..uw_spectral.transfer.pixel_parts import (
 from ..uw_spectral.transfer.rough_mirror import mirrored_by_chance
 from . import realtime_clouds, realtime_lamps, realtime_layers
 from .chance import chance
-from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .group_sockets import COLOUR, FLOAT, SHADER, VECTOR, OpenGroup, Socket
+from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_occlusion import ON_IT
 from .realtime_rays import (
     camera_depth_behind,
@@ -72,15 +73,6 @@ BEHIND, CLOSED = "Behind", "Closed"
 COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
 COLUMN, MEASURED = "Column", "Measured"
 FLUORESCENCE = "Fluorescence"
-_INPUTS = {
-    LIT: "NodeSocketColor",
-    COLOR: "NodeSocketColor",
-    EMITTED: "NodeSocketColor",
-    COVERAGE: "NodeSocketFloat",
-    NORMAL: "NodeSocketVector",
-}
-_MIRROR_INPUTS = {MIRRORED: "NodeSocketColor", MIRROR_ROUGHNESS: "NodeSocketFloat"}
-_MEASURED_INPUTS = {COLUMN: "NodeSocketFloat", MEASURED: "NodeSocketVector"}
 _BEHIND_IT = "Occlusion behind It"
 _DARKEST = 1e-3  # reflectance below which a colour does not tell how an object is lit
 
@@ -106,38 +98,30 @@ def build(
     ``Measured``, its channels. With ``fluoresces`` there is ``Fluorescence``, the absorptance of up
     to three fluorophores.
     """
-    tree = new_group(FLUORESCENT if fluoresces else NATIVE if keeps else NAME)
-    left_out = ({LIT} if keeps else set()) | (set() if shape.glows else {EMITTED})
-    own = {name: kind for name, kind in _INPUTS.items() if name not in left_out}
-    kinds = own | (_MIRROR_INPUTS if shape.mirrors else {})
-    kinds |= {BEHIND: "NodeSocketColor"} if shape.translucent else {}
-    kinds |= {COVERED: "NodeSocketVector"} if shape.filters else {}
-    kinds |= {CLOSED: "NodeSocketFloat"} if shape.translucent or shape.filters else {}
-    kinds |= _MEASURED_INPUTS if shape.measured else {}
-    kinds |= {FLUORESCENCE: "NodeSocketVector"} if fluoresces else {}
-    for facets in realtime_lamps.FACETS[: shape.facets]:
-        kinds |= facets
-    for name, kind in kinds.items():
-        socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
-        if name in (COVERAGE, COVERED):
-            socket.default_value = 1.0 if name == COVERAGE else (1.0, 1.0, 1.0)
-    tree.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    slim = realtime_clouds.is_crowded(shape)
-    graph = Graph(tree, PART_SIZE, slim=slim, rays=sources.rays, slim_numbers=slim)
-    outputs = graph.node("NodeGroupInput").outputs
-    given = {socket.name: graph.term(socket) for socket in outputs if socket.name}
-    surface = _Surface(graph, shape, sources, given)
-    end = graph.node("NodeGroupOutput")
+    inputs: dict[str, Socket | str] = {} if keeps else {LIT: COLOUR}
+    for wanted, sockets in (
+        (True, {COLOR: COLOUR}),
+        (shape.glows, {EMITTED: COLOUR}),
+        (True, {COVERAGE: Socket(FLOAT, value=1.0), NORMAL: VECTOR}),
+        (shape.mirrors, {MIRRORED: COLOUR, MIRROR_ROUGHNESS: FLOAT}),
+        (shape.translucent, {BEHIND: COLOUR}),
+        (shape.filters, {COVERED: Socket(VECTOR, value=(1.0, 1.0, 1.0))}),
+        (shape.translucent or shape.filters, {CLOSED: FLOAT}),
+        (shape.measured, {COLUMN: FLOAT, MEASURED: VECTOR}),
+        (fluoresces, {FLUORESCENCE: VECTOR}),
+        *((True, facets) for facets in realtime_lamps.FACETS[: shape.facets]),
+    ):
+        inputs |= sockets if wanted else {}
+    name = FLUORESCENT if fluoresces else NATIVE if keeps else NAME
+    options = realtime_clouds.options(shape, sources)
+    group = OpenGroup(name, inputs, {"Shader": SHADER}, **options)
+    graph = group.graph
+    surface = _Surface(graph, shape, sources, group.given)
     emission = graph.node("ShaderNodeEmission")
     graph.assign(surface.seen(), emission.inputs["Color"])
-    realtime_layers.write(graph, shape.layers, surface.layers(), given[COVERAGE])
-    tree.links.new(emission.outputs[0], end.inputs[0])
-    if keeps:
-        for name, value in surface.sunlit().items():
-            kind = "NodeSocketFloat" if name == FRACTION else "NodeSocketVector"
-            tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
-            graph.assign(value, end.inputs[name])
-    return tree
+    realtime_layers.write(graph, shape.layers, surface.layers(), group.given[COVERAGE])
+    seen = {"Shader": graph.term(emission.outputs[0])}
+    return group.finished(seen | surface.sunlit() if keeps else seen)
 
 
 class _Surface:

@@ -11,7 +11,7 @@ before it keep their meaning.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 
 import bpy
 import numpy as np
@@ -26,7 +26,8 @@ from ..uw_spectral.surface.wet_reflectance import (
 from ..uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from . import attributes
 from .data_blocks import vector_of_view_layer
-from .node_mathematics import MARK, NODES, Graph, new_group
+from .group_sockets import FLOAT, VECTOR, OpenGroup
+from .node_mathematics import MARK, NODES, Graph, NodeValue
 from .realtime_rays import drawn_place
 
 REFLECTANCE = "UW Reflectance of Bands"
@@ -64,156 +65,109 @@ IN_WATER = frozenset(_IN_WATER)
 """Kinds of numbers that are others in water."""
 READ = frozenset({SHEEN, HAIR, WET})
 """Of groups before colours that go on through another one."""
-_WATER = "Water"
+_WATER, _BANDS, _VALUE = "Water", "Bands", "Value"
 
 
-def _basis_group(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
-    tree = _group(name, COLOR_INPUT)
-    graph = Graph(tree)
-    given = graph.term(graph.node("NodeGroupInput").outputs[0])
+def _of_bands(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTree:
+    """Build the group RGB → what the three bands have of it by a basis of the pass."""
+    group = OpenGroup(name, {COLOR_INPUT: VECTOR})
+    given = group.given[COLOR_INPUT]
     if basis == attributes.REFLECTANCE_BASIS:
         # Cycles takes what is negative for black, but light may be: before channels become bands.
         given = NODES.maximum(given, 0.0)
-    rgb = graph.components(given)
-    red, green, blue = (vector_of_view_layer(graph, attribute) for attribute in basis)
-    total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
-    graph.assign(total, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    columns = (vector_of_view_layer(group.graph, attribute) for attribute in basis)
+    return group.finished({_BANDS: weighed(columns, given)})
 
 
-def _group(name: str, *inputs: str) -> bpy.types.ShaderNodeTree:
-    """Return an empty group of vectors, with an output ``Bands``."""
-    tree = new_group(name)
-    for label in inputs:
-        tree.interface.new_socket(label, in_out="INPUT", socket_type="NodeSocketVector")
-    tree.interface.new_socket("Bands", in_out="OUTPUT", socket_type="NodeSocketVector")
-    return tree
+def weighed(columns: Iterable[NodeValue], colour: NodeValue) -> Operand:
+    """Return the sum of a colour's channels times their columns."""
+    red, green, blue = columns
+    rgb = colour.graph.components(colour)
+    return red * rgb[0] + green * rgb[1] + blue * rgb[2]
 
 
-def build_reflectance() -> bpy.types.ShaderNodeTree:
-    """Build the group RGB reflectance → reflectance of the three bands."""
-    return _basis_group(REFLECTANCE, attributes.REFLECTANCE_BASIS)
-
-
-def build_emission() -> bpy.types.ShaderNodeTree:
-    """Build the group RGB emission → radiance of the three bands."""
-    return _basis_group(EMISSION, attributes.EMISSION_BASIS)
-
-
-def build_measured() -> bpy.types.ShaderNodeTree:
+def _measured(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group that puts a measured reflectance in the place of a colour.
 
     The colour input is kept, unused, so that the colour's own link has a home
     until the water is removed.
     """
-    tree = _group(MEASURED, COLOR_INPUT, MEASURED_INPUT)
-    graph = Graph(tree)
-    measured = graph.node("NodeGroupInput").outputs[MEASURED_INPUT]
-    tree.links.new(measured, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    group = OpenGroup(name, {COLOR_INPUT: VECTOR, MEASURED_INPUT: VECTOR})
+    return group.finished({_BANDS: group.given[MEASURED_INPUT]})
 
 
 def _sunlit(name: str, *, measured: bool) -> bpy.types.ShaderNodeTree:
-    """Build the group of a colour of a closure that the white sun lights.
+    """Build the group of a colour of a closure that the white sun lights, under water.
 
-    The closure is mixed in with the fraction, which the colour is divided by.
+    The closure is mixed in with the fraction, which the colour is divided by. The column of a
+    measured reflectance replaces a colour.
     """
-    tree = _group(name, COLOR_INPUT, *((MEASURED_INPUT,) if measured else COLUMNS))
-    tree.interface.new_socket(FRACTION, in_out="INPUT", socket_type="NodeSocketFloat")
-    graph = Graph(tree)
-    given = {s.name: graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name}
+    names = (COLOR_INPUT, *((MEASURED_INPUT,) if measured else COLUMNS))
+    group = OpenGroup(name, dict.fromkeys(names, VECTOR) | {FRACTION: FLOAT})
+    given = group.given
     if measured:
         total = given[MEASURED_INPUT]
     else:
-        red, green, blue = (given[column] for column in COLUMNS)
-        rgb = graph.components(NODES.maximum(given[COLOR_INPUT], 0.0))
-        total = red * rgb[0] + green * rgb[1] + blue * rgb[2]
-    total = total / NODES.maximum(given[FRACTION], _LEAST)
-    graph.assign(total, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+        columns = (given[column] for column in COLUMNS)
+        total = weighed(columns, NODES.maximum(given[COLOR_INPUT], 0.0))
+    return group.finished({_BANDS: total / NODES.maximum(given[FRACTION], _LEAST)})
 
 
-def build_sunlit() -> bpy.types.ShaderNodeTree:
-    """Build the group colour → colour of a closure in the sunlight under water."""
-    return _sunlit(SUNLIT, measured=False)
-
-
-def build_sunlit_measured() -> bpy.types.ShaderNodeTree:
-    """Build the same where the column of a measured reflectance replaces the colour."""
-    return _sunlit(SUNLIT_MEASURED, measured=True)
-
-
-def build_dark() -> bpy.types.ShaderNodeTree:
+def _dark(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group that leaves nothing of a colour, which keeps its home there."""
-    tree = _group(DARK, COLOR_INPUT)
-    Graph(tree).node("NodeGroupOutput")
-    return tree
+    return OpenGroup(name, {COLOR_INPUT: VECTOR}, {_BANDS: VECTOR}).finished({})
 
 
 def _in_water(name: str, formula: Callable[..., Operand]) -> bpy.types.ShaderNodeTree:
     """Build the group of a number of a material that is another one in water."""
-    tree = new_group(name)
-    for way in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Value", in_out=way, socket_type="NodeSocketFloat")
-    graph = Graph(tree)
-    given = graph.term(graph.node("NodeGroupInput").outputs[0])
+    group = OpenGroup(name, {_VALUE: FLOAT})
+    water, z = _of_water(group.graph, 1.0), drawn_place(group.graph)[2]
+    return group.finished({_VALUE: formula(group.given[_VALUE], water, z, NODES)})
+
+
+def _of_water(graph: Graph, value: float) -> NodeValue:
+    """Return a number that depends on the water."""
     water = graph.node("ShaderNodeValue")
-    water.name, water.outputs[0].default_value = _WATER, 1.0
-    z = drawn_place(graph)[2]
-    found = formula(given, graph.term(water.outputs[0]), z, NODES)
-    graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    water.name, water.outputs[0].default_value = _WATER, value
+    return graph.term(water.outputs[0])
 
 
-def build_sheen() -> bpy.types.ShaderNodeTree:
+def _sheen(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group colour of a sheen → what it throws towards the camera of uniform light.
 
     EEVEE takes a sheen for matte.
     """
-    tree = _group(SHEEN, COLOR_INPUT)
-    tree.interface.new_socket(ROUGHNESS, in_out="INPUT", socket_type="NodeSocketFloat")
-    graph = Graph(tree)
-    colour, roughness = (graph.term(s) for s in graph.node("NodeGroupInput").outputs if s.name)
+    group = OpenGroup(name, {COLOR_INPUT: VECTOR, ROUGHNESS: FLOAT})
+    graph, given = group.graph, group.given
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     normal, back = (graph.components(graph.term(geometry[x])) for x in ("Normal", "Incoming"))
-    albedo = sheen_albedo(roughness, NODES.absolute(dot(normal, back)), NODES)
-    graph.assign(colour * albedo, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    albedo = sheen_albedo(given[ROUGHNESS], NODES.absolute(dot(normal, back)), NODES)
+    return group.finished({_BANDS: given[COLOR_INPUT] * albedo})
 
 
-def build_hair() -> bpy.types.ShaderNodeTree:
+def _hair(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group colour of hair → what a matte object throws back like it."""
-    tree = _group(HAIR, COLOR_INPUT)
-    graph = Graph(tree)
-    colour = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
-    matte = graph.vector(*(hair_albedo(part, NODES) for part in colour))
-    graph.assign(matte, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    group = OpenGroup(name, {COLOR_INPUT: VECTOR})
+    colour = group.graph.components(group.given[COLOR_INPUT])
+    return group.finished({_BANDS: group.graph.vector(*(hair_albedo(x, NODES) for x in colour))})
 
 
-def build_wet() -> bpy.types.ShaderNodeTree:
+def _wet(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group colour of a porous object when dry → where it lies."""
-    tree = _group(WET, COLOR_INPUT)
-    graph = Graph(tree)
-    colour = graph.components(graph.term(graph.node("NodeGroupInput").outputs[0]))
-    water = graph.node("ShaderNodeValue")
-    water.name, water.outputs[0].default_value = _WATER, mean_cosine_of_grains(GRAIN_INDEX)
-    g, z = graph.term(water.outputs[0]), drawn_place(graph)[2]
-    wet = graph.vector(*(wet_reflectance_TwomeyEtAl1986(part, g, z, NODES) for part in colour))
-    graph.assign(wet, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    group = OpenGroup(name, {COLOR_INPUT: VECTOR})
+    graph = group.graph
+    colour = graph.components(group.given[COLOR_INPUT])
+    g, z = _of_water(graph, mean_cosine_of_grains(GRAIN_INDEX)), drawn_place(graph)[2]
+    wet = (wet_reflectance_TwomeyEtAl1986(part, g, z, NODES) for part in colour)
+    return group.finished({_BANDS: graph.vector(*wet)})
 
 
-def build_thin() -> bpy.types.ShaderNodeTree:
+def _thin(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group any thickness → that of a sheet."""
-    tree = new_group(THIN)
-    for way in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Value", in_out=way, socket_type="NodeSocketFloat")
-    graph = Graph(tree)
-    value = graph.node("ShaderNodeValue").outputs[0]
+    group = OpenGroup(name, {_VALUE: FLOAT})
+    value = group.graph.node("ShaderNodeValue").outputs[0]
     value.default_value = _THICKNESS
-    tree.links.new(value, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    return group.finished({_VALUE: group.graph.term(value)})
 
 
 def set_water_index(index: float) -> None:
@@ -234,18 +188,18 @@ def _set_water(kinds: Collection[str], value: float) -> None:
                 socket.default_value = value
 
 
-_BUILDERS = {
-    **{kind: functools.partial(_in_water, kind, rule) for kind, rule in _IN_WATER.items()},
-    SHEEN: build_sheen,
-    HAIR: build_hair,
-    THIN: build_thin,
-    WET: build_wet,
-    SUNLIT: build_sunlit,
-    SUNLIT_MEASURED: build_sunlit_measured,
-    DARK: build_dark,
-    REFLECTANCE: build_reflectance,
-    EMISSION: build_emission,
-    MEASURED: build_measured,
+_BUILDERS: dict[str, Callable[[str], bpy.types.ShaderNodeTree]] = {
+    **{kind: functools.partial(_in_water, formula=rule) for kind, rule in _IN_WATER.items()},
+    SHEEN: _sheen,
+    HAIR: _hair,
+    THIN: _thin,
+    WET: _wet,
+    SUNLIT: functools.partial(_sunlit, measured=False),
+    SUNLIT_MEASURED: functools.partial(_sunlit, measured=True),
+    DARK: _dark,
+    REFLECTANCE: functools.partial(_of_bands, basis=attributes.REFLECTANCE_BASIS),
+    EMISSION: functools.partial(_of_bands, basis=attributes.EMISSION_BASIS),
+    MEASURED: _measured,
 }
 
 
@@ -254,7 +208,7 @@ def group(kind: str) -> bpy.types.ShaderNodeTree:
     for existing in bpy.data.node_groups:
         if existing.get(KIND) == kind and existing.is_editable:
             return existing
-    built = _BUILDERS[kind]()
+    built = _BUILDERS[kind](kind)
     built[MARK], built[KIND] = True, kind
     return built
 
