@@ -17,6 +17,7 @@ from ..uw_spectral.clouds.density_grid import (
     Grid,
 )
 from ..uw_spectral.mathematics import Operand
+from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import closest, number_image, texel
 
@@ -88,11 +89,11 @@ def write_lamps(image: bpy.types.Image, grids: Sequence[Grid | None]) -> None:
 
 def _bring(image: bpy.types.Image, out: NDArray[np.float32]) -> None:
     """Put numbers into an image if it has others."""
-    before = np.empty(out.size, np.float32)
-    image.pixels.foreach_get(before)
-    if not np.array_equal(before, np.ravel(out)):
-        image.pixels.foreach_set(np.ravel(out))
-        image.update()
+    out = out.reshape(-1, _WIDTH, 4)
+    before = np.empty_like(out)
+    image.pixels.foreach_get(before.ravel())
+    if not np.array_equal(before, out):
+        write_pixels(image, out)
 
 
 def _lay(block: NDArray[np.floating], values: NDArray[np.float64]) -> None:

@@ -1,10 +1,13 @@
-"""Materials, worlds and groups whose nodes are made here, and what a view layer tells them."""
+"""Materials, worlds, lamps and images that are made here, and what a view layer tells them."""
 
 from __future__ import annotations
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from .node_mathematics import Graph, NodeValue
+from .texture_atlas import number_image
 
 
 def new_material(name: str) -> tuple[bpy.types.Material, Graph, bpy.types.Node]:
@@ -19,6 +22,33 @@ def new_world(name: str) -> tuple[bpy.types.World, Graph, bpy.types.Node]:
     world = bpy.data.worlds.new(name)
     graph = _emptied(world.node_tree)
     return world, graph, graph.node("ShaderNodeOutputWorld")
+
+
+def emit(light: bpy.types.Light, name: str) -> tuple[Graph, bpy.types.Node]:
+    """Let a lamp emit what the view layer holds; return the graph of its nodes and its Emission."""
+    graph = _emptied(light.node_tree)
+    emission, output = graph.node("ShaderNodeEmission"), graph.node("ShaderNodeOutputLight")
+    graph.tree.links.new(of_view_layer(graph, name).outputs["Color"], emission.inputs["Color"])
+    graph.tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return graph, emission
+
+
+def write_pixels(
+    image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool = False
+) -> None:
+    """Put texels, shape (rows, columns, 4), into an image, the lowest row first.
+
+    One of their size takes the place of an image of another, wherever it is used; or any, fresh.
+    """
+    rows, columns = pixels.shape[:2]
+    if fresh or tuple(image.size) != (columns, rows):
+        name, old = image.name, image
+        image = number_image(name, columns, rows)
+        old.user_remap(image)
+        bpy.data.images.remove(old)
+        image.name = name
+    image.pixels.foreach_set(np.ravel(pixels))
+    image.update()
 
 
 def of_view_layer(graph: Graph, name: str) -> bpy.types.Node:

@@ -19,6 +19,7 @@ from ..uw_spectral.lamps.multiple_scattering import LampField
 from ..uw_spectral.lamps.profile import LampProfile
 from ..uw_spectral.lamps.scattered_irradiance import TERMS
 from ..uw_spectral.lamps.scattered_source import AZIMUTHS, BENDS, TURNS
+from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image, texel
 
@@ -64,8 +65,7 @@ def write(
         for first, table in ((0, source), (_ARRIVING, np.moveaxis(arriving, 2, 0)[None])):
             tiles = _tiles(table)
             at[first : first + len(tiles), : tiles.shape[1], :3] = tiles
-    image.pixels.foreach_set(np.ravel(out))
-    image.update()
+    write_pixels(image, out)
     image[_WRITTEN] = key.hexdigest()
 
 

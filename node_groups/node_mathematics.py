@@ -93,6 +93,27 @@ class Graph:
             size = len(socket.default_value)
             socket.default_value = [float(value)] * 3 + [1.0] * (size - 3)
 
+    def mixed(
+        self,
+        fraction: NodeValue | bpy.types.NodeSocket,
+        one: bpy.types.NodeSocket,
+        other: bpy.types.NodeSocket,
+    ) -> bpy.types.NodeSocket:
+        """Mix two shaders."""
+        node = self.node("ShaderNodeMixShader")
+        known = fraction if isinstance(fraction, NodeValue) else self.term(fraction)
+        self.assign(known, node.inputs[0])
+        for source, socket in zip((one, other), node.inputs[1:], strict=True):
+            self.tree.links.new(source, socket)
+        return node.outputs[0]
+
+    def added(self, *shaders: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+        """Add two shaders."""
+        node = self.node("ShaderNodeAddShader")
+        for source, socket in zip(shaders, node.inputs, strict=True):
+            self.tree.links.new(source, socket)
+        return node.outputs[0]
+
     def operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         """Return the term of one mathematical node; that of a product is made when it is used."""
         if name == "MULTIPLY":

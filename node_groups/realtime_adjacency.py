@@ -10,6 +10,7 @@ import numpy as np
 from ..uw_spectral.occlusion.adjacency import Adjacency
 from ..uw_spectral.occlusion.view_map import SIZE, ViewMap
 from ..uw_spectral.transfer.pixel_parts import Around
+from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields
@@ -30,8 +31,7 @@ def write_adjacency(image: bpy.types.Image, adjacency: Adjacency) -> None:
     out = np.ones((_TILES, SIZE, SIZE, 4), np.float32)
     for tile, values in zip(out, (adjacency.blocked, adjacency.own, adjacency.beside), strict=True):
         tile[..., :3] = np.moveaxis(values, 0, 2)
-    image.pixels.foreach_set(np.ravel(out))
-    image.update()
+    write_pixels(image, out.reshape(-1, SIZE, 4))
 
 
 def around(

@@ -21,6 +21,7 @@ from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
 from . import cloud_grids
 from .chance import chance
+from .data_blocks import write_pixels
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
@@ -125,8 +126,7 @@ def write_clouds(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None
         if cloud.escapes is not None:
             assert isinstance(cloud.escapes, ArrayRow)
             row[_ESCAPES:, :3] = cloud.escapes.values
-    image.pixels.foreach_set(np.ravel(out))
-    image.update()
+    write_pixels(image, out)
 
 
 def write_grids(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None:

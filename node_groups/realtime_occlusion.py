@@ -25,6 +25,7 @@ from ..uw_spectral.occlusion.occlusion_table import (
     OcclusionTable,
     step,
 )
+from .data_blocks import write_pixels
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image, texel
@@ -47,16 +48,7 @@ def new_image() -> bpy.types.Image:
 
 def write_table(image: bpy.types.Image, table: OcclusionTable) -> None:
     """Put a table into the image; one of another size takes its place wherever it is used."""
-    atlas = pixels(table)
-    rows, columns = atlas.shape[:2]
-    if tuple(image.size) != (columns, rows):
-        name, old = image.name, image
-        image = number_image(name, columns, rows)
-        old.user_remap(image)
-        bpy.data.images.remove(old)
-        image.name = name
-    image.pixels.foreach_set(np.ravel(atlas))
-    image.update()
+    write_pixels(image, pixels(table))
 
 
 def pixels(table: OcclusionTable) -> NDArray[np.float32]:

@@ -25,6 +25,7 @@ from ..uw_spectral.transfer.channel_tables import (
 )
 from ..uw_spectral.transfer.depth_scale import DepthScale
 from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
+from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image, texel
 
@@ -121,8 +122,7 @@ def new_image(layout: Layout) -> bpy.types.Image:
 
 def write_light(image: bpy.types.Image, light: ChannelTables) -> None:
     """Put the channel tables into an image of its size."""
-    image.pixels.foreach_set(np.ravel(pixels(light)))
-    image.update()
+    write_pixels(image, pixels(light))
 
 
 def pixels(light: ChannelTables) -> NDArray[np.float32]:

@@ -15,7 +15,8 @@ import bpy
 
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.water.phase_functions import henyey_greenstein
-from .node_mathematics import NODES, Graph
+from .data_blocks import new_material
+from .node_mathematics import NODES
 from .realtime_rays import depth_here, view_direction, view_distance
 from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape
 from .realtime_water import PixelWater, Sources
@@ -31,10 +32,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     A coefficient cannot be negative: where a channel's sum over the bands is,
     the volume draws nothing and the surfaces keep that light, without shadows.
     """
-    material = bpy.data.materials.new(NAME)
-    tree = material.node_tree
-    tree.nodes.clear()
-    graph = Graph(tree)
+    material, graph, output = new_material(NAME)
     water = PixelWater(graph, shape, sources)
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
     per_metre = water.along(w).single_scattering_at(y, v)
@@ -51,6 +49,5 @@ def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     graph.assign(NODES.maximum(per_metre * strength, 0.0), scatter.inputs["Color"])
     scatter.inputs["Density"].default_value = 1.0
     scatter.inputs["Anisotropy"].default_value = ANISOTROPY
-    output = graph.node("ShaderNodeOutputMaterial")
-    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    graph.tree.links.new(scatter.outputs[0], output.inputs["Volume"])
     return material

@@ -13,8 +13,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import bpy
-import numpy as np
-from numpy.typing import NDArray
 
 from ..uw_spectral.surface.wave_patterns import (
     WavePatterns,
@@ -23,6 +21,7 @@ from ..uw_spectral.surface.wave_patterns import (
     under_waves,
 )
 from ..uw_spectral.surface.whitecaps import foam_fraction
+from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import eye_place, place_here
 from .realtime_values import (
@@ -78,26 +77,13 @@ def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = Fal
     is used. With ``fresh`` all are replaced: Cycles keeps what it has read of one
     while its data are persistent.
     """
-    _write(images.caustics, waves.caustics_image(), fresh=fresh)
-    _write(images.slopes, waves.slopes_image(), fresh=fresh)
+    write_pixels(images.caustics, waves.caustics_image(), fresh=fresh)
+    write_pixels(images.slopes, waves.slopes_image(), fresh=fresh)
     if images.far is not None and waves.raised is not None:
-        _write(images.far, waves.raised.far.image(), fresh=fresh)
+        write_pixels(images.far, waves.raised.far.image(), fresh=fresh)
     if images.crowding is not None and images.far_crowding is not None and waves.raised is not None:
-        _write(images.crowding, waves.raised.near.crowding_image(), fresh=fresh)
-        _write(images.far_crowding, waves.raised.far.crowding_image(), fresh=fresh)
-
-
-def _write(image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool) -> None:
-    """Put pixels, shape (N, N, 4), into an image; the first row is the lowest."""
-    size = len(pixels)
-    if fresh or tuple(image.size) != (size, size):
-        name, old = image.name, image
-        image = number_image(name, size, size)
-        old.user_remap(image)
-        bpy.data.images.remove(old)
-        image.name = name
-    image.pixels.foreach_set(np.ravel(pixels))
-    image.update()
+        write_pixels(images.crowding, waves.raised.near.crowding_image(), fresh=fresh)
+        write_pixels(images.far_crowding, waves.raised.far.crowding_image(), fresh=fresh)
 
 
 def sample(

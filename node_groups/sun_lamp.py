@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 
 from . import attributes
+from .data_blocks import emit
 
 NAME = "UW Sun"
 
@@ -22,14 +23,6 @@ def build(
     light = bpy.data.lights.new(NAME, "SUN")
     light.energy = 1.0
     light.angle = angular_diameter
-    tree = light.node_tree
-    tree.nodes.clear()
-    attribute = tree.nodes.new("ShaderNodeAttribute")
-    attribute.attribute_type = "VIEW_LAYER"
-    attribute.attribute_name = irradiance
-    emission = tree.nodes.new("ShaderNodeEmission")
+    _, emission = emit(light, irradiance)
     emission.inputs["Strength"].default_value = gain
-    output = tree.nodes.new("ShaderNodeOutputLight")
-    tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])
-    tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
     return light

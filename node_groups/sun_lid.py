@@ -12,7 +12,8 @@ from collections.abc import Sequence
 import bpy
 
 from ..uw_spectral.mathematics import dot
-from .node_mathematics import NODES, Graph
+from .data_blocks import new_material
+from .node_mathematics import NODES
 
 NAME = "UW Sun Lid"
 _IN_WATER, _IN_AIR = "sun in water", "sun in air"
@@ -20,10 +21,7 @@ _IN_WATER, _IN_AIR = "sun in water", "sun in air"
 
 def build(height: float) -> bpy.types.Material:
     """Build the material of a lid at a height in m."""
-    material = bpy.data.materials.new(NAME)
-    tree = material.node_tree
-    tree.nodes.clear()
-    graph = Graph(tree)
+    material, graph, output = new_material(NAME)
     suns = []
     for name in (_IN_WATER, _IN_AIR):
         node = graph.node("ShaderNodeCombineXYZ", name=name, label=name)
@@ -37,8 +35,7 @@ def build(height: float) -> bpy.types.Material:
     passes = NODES.select(is_of_water, 1.0 - in_air, in_air)
     clear = graph.node("ShaderNodeBsdfTransparent")
     graph.assign(graph.vector(passes, passes, passes), clear.inputs["Color"])
-    output = graph.node("ShaderNodeOutputMaterial")
-    tree.links.new(clear.outputs[0], output.inputs["Surface"])
+    graph.tree.links.new(clear.outputs[0], output.inputs["Surface"])
     return material
 
 

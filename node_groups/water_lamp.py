@@ -9,7 +9,8 @@ import bpy
 from ..uw_spectral.lamps.lamp import Lamp
 from ..uw_spectral.lamps.profile import LAMBERT, LampProfile, SpreadProfile
 from . import attributes
-from .node_mathematics import NODES, Graph
+from .data_blocks import emit
+from .node_mathematics import NODES
 
 NAME = "UW Lamp"
 _FORM = "uw_form"
@@ -29,21 +30,12 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
         light = bpy.data.lights.new(NAME, "POINT")
         light.shadow_soft_size, light.energy = float(lamp.radius), 4.0 * math.pi
     light[_FORM] = _form(lamp, like)
-    tree = light.node_tree
-    tree.nodes.clear()
-    graph = Graph(tree)
-    attribute = graph.node(
-        "ShaderNodeAttribute", attribute_type="VIEW_LAYER", attribute_name=attributes.lamp(index)
-    )
-    emission = graph.node("ShaderNodeEmission")
-    tree.links.new(attribute.outputs["Color"], emission.inputs["Color"])
+    graph, emission = emit(light, attributes.lamp(index))
     if not flat:
         # The normal of a point lamp's texture is the direction it shines in, in its own axes.
         here = graph.node("ShaderNodeTexCoord").outputs["Normal"]
         _, _, up = graph.components(graph.term(here))
         graph.assign(lamp.profile.value(-up, NODES), emission.inputs["Strength"])
-    output = graph.node("ShaderNodeOutputLight")
-    tree.links.new(emission.outputs[0], output.inputs["Surface"])
     return light
 
 

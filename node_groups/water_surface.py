@@ -21,7 +21,7 @@ import bpy
 from ..uw_spectral.surface.wave_patterns import layer_position, pattern_at, sunlight_factor
 from ..uw_spectral.transfer.radiance_field import surface_normal
 from . import attributes
-from .data_blocks import of_view_layer
+from .data_blocks import new_material, of_view_layer
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_values import (
     CAUSTIC_STRENGTH,
@@ -60,10 +60,7 @@ def build(
     that objects in the air have from the water's side comes with the factor n² that it has in the
     water.
     """
-    material = bpy.data.materials.new(NAME)
-    tree = material.node_tree
-    tree.nodes.clear()
-    graph = Graph(tree)
+    material, graph, output = new_material(NAME)
     path = graph.node("ShaderNodeLightPath").outputs
     glass = graph.node("ShaderNodeBsdfGlass")
     # Cycles leaves out that radiance has a factor n² in the water. The sky brings it, and what
@@ -86,11 +83,8 @@ def build(
         if images.crowding is not None:
             seen = _with_foam(graph, images, number, seen, normal)
             material.cycles.emission_sampling = "NONE"
-    mix, output = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeOutputMaterial")
-    tree.links.new(path["Is Shadow Ray"], mix.inputs[0])
-    tree.links.new(seen, mix.inputs[1])
-    tree.links.new(clear.outputs[0], mix.inputs[2])
-    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    shown = graph.mixed(path["Is Shadow Ray"], seen, clear.outputs[0])
+    graph.tree.links.new(shown, output.inputs["Surface"])
     return material
 
 
@@ -120,18 +114,11 @@ def _with_foam(
         graph.term(path["Is Diffuse Ray"]), graph.term(path["Is Volume Scatter Ray"])
     )
     matte, glow = graph.node("ShaderNodeBsdfDiffuse"), graph.node("ShaderNodeEmission")
-    links = graph.tree.links
     for name, node in ((attributes.FOAM_REFLECTANCE, matte), (attributes.FOAM_BELOW, glow)):
-        links.new(of_view_layer(graph, name).outputs["Color"], node.inputs["Color"])
+        graph.tree.links.new(of_view_layer(graph, name).outputs["Color"], node.inputs["Color"])
     graph.assign(normal, matte.inputs["Normal"])
-    sides, mix = graph.node("ShaderNodeMixShader"), graph.node("ShaderNodeMixShader")
-    links.new(geometry["Backfacing"], sides.inputs[0])
-    links.new(matte.outputs[0], sides.inputs[1])
-    links.new(glow.outputs[0], sides.inputs[2])
-    graph.assign((1.0 - lights) * foam, mix.inputs[0])
-    links.new(glass, mix.inputs[1])
-    links.new(sides.outputs[0], mix.inputs[2])
-    return mix.outputs[0]
+    sides = graph.mixed(geometry["Backfacing"], matte.outputs[0], glow.outputs[0])
+    return graph.mixed((1.0 - lights) * foam, glass, sides)
 
 
 def _waves(

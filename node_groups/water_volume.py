@@ -73,7 +73,7 @@ def build(
             _input(node, "Alpha").default_value = lobe.alpha
         _input(node, "IOR").default_value = lobe.index
         _input(node, "Backscatter").default_value = lobe.backscatter
-        total = node.outputs[0] if total is None else _sum(graph, total, node.outputs[0])
+        total = node.outputs[0] if total is None else graph.added(total, node.outputs[0])
     if total is not None:
         graph.tree.links.new(total, output.inputs["Volume"])
     return material
@@ -91,15 +91,6 @@ def volume_coefficients(graph: Graph) -> bpy.types.Node:
 def _input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket:
     """Return an input by name, also one that the node's phase function leaves unused."""
     return next(socket for socket in node.inputs if socket.name == name)
-
-
-def _sum(
-    graph: Graph, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket
-) -> bpy.types.NodeSocket:
-    node = graph.node("ShaderNodeAddShader")
-    for source, socket in zip((one, other), node.inputs, strict=True):
-        graph.tree.links.new(source, socket)
-    return node.outputs[0]
 
 
 def _by_band(graph: Graph, name: str, socket: bpy.types.NodeSocket) -> None:

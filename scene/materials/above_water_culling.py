@@ -32,13 +32,9 @@ def insert(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeT
             material[_BEFORE], material.use_transparent_shadow = True, False
         graph, shown = Graph(tree), socket.links[0].from_socket
         hidden = graph.node("ShaderNodeGroup", node_tree=group)
-        clear, mix = graph.node("ShaderNodeBsdfTransparent"), graph.node("ShaderNodeMixShader")
+        clear = graph.node("ShaderNodeBsdfTransparent")
         clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-        for source, target in zip(
-            (hidden.outputs[0], shown, clear.outputs[0]), mix.inputs, strict=True
-        ):
-            tree.links.new(source, target)
-        tree.links.new(mix.outputs[0], socket)
+        tree.links.new(graph.mixed(hidden.outputs[0], shown, clear.outputs[0]), socket)
 
 
 def give_back(kept: Iterable[bpy.types.Material]) -> None:

@@ -239,18 +239,18 @@ def _keep(
     mixed[HOLDER] = 2
     graph.assign(fraction, mixed.inputs[0])
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
-    seen = _added(graph, mixed.outputs[0], surface.outputs[0])
+    seen = graph.added(mixed.outputs[0], surface.outputs[0])
     if not is_zero(closure.behind):
         sunlit = _sunlit(graph, closure, closure.behind, surface, measured=measured)
-        seen = _added(graph, seen, _translucent(walk, material, closure, sunlit, output, surface))
+        seen = graph.added(seen, _translucent(walk, material, closure, sunlit, output, surface))
     if not is_zero(closure.highlight):
         sunlit = _sunlit(graph, closure, closure.highlight, surface, measured=measured)
-        seen = _added(graph, seen, _matte(graph, closure, sunlit))
+        seen = graph.added(seen, _matte(graph, closure, sunlit))
     if passing is not None:
         # What the fraction has taken of the light behind it.
         transparent = graph.node("ShaderNodeBsdfTransparent")
         graph.assign(passing * (1.0 - fraction), transparent.inputs["Color"])
-        seen = _added(graph, seen, transparent.outputs[0])
+        seen = graph.added(seen, transparent.outputs[0])
     tree.links.new(seen, socket)
 
 
@@ -329,15 +329,6 @@ def _sunlight_of(tree: bpy.types.NodeTree, group: bpy.types.ShaderNodeTree) -> b
     normal = graph.node("ShaderNodeNewGeometry").outputs["Normal"]
     tree.links.new(normal, node.inputs[realtime_surface.NORMAL])
     return node
-
-
-def _added(
-    graph: Graph, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket
-) -> bpy.types.NodeSocket:
-    node = graph.node("ShaderNodeAddShader")
-    for socket, source in zip(node.inputs, (one, other), strict=True):
-        graph.tree.links.new(source, socket)
-    return node.outputs[0]
 
 
 def _describe(walk: ClosureWalk, closure: Closure, surface: bpy.types.Node) -> Operand | None:
@@ -430,7 +421,7 @@ def _insert(
     if passing is not None:
         transparent = graph.node("ShaderNodeBsdfTransparent")
         graph.assign(passing, transparent.inputs["Color"])
-        seen = _added(graph, seen, transparent.outputs[0])
+        seen = graph.added(seen, transparent.outputs[0])
     tree.links.new(seen, socket)
 
 
