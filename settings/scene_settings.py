@@ -14,10 +14,7 @@ from ..uw_spectral.spectra.barrier_filter import NO_FILTER
 from ..uw_spectral.spectra.colour_rendering import WhiteBalance
 from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, CONTRASTS, MEDIUM, STANDARD
 from .setting import ROW, Setting, stored
-from .water_settings import (
-    AUTO,
-    WaterSettings,
-)
+from .water_settings import AUTO, WaterSettings
 
 BY_PICTURE = "auto-picture"
 """Exposure by the brightness of what the camera sees."""
@@ -48,10 +45,10 @@ class SceneSettings(WaterSettings):
     one of the choices, or a number outside its limits.
     """
 
+    # A row: default, label, sentence; then section and facts.
+    # fmt: off
     irradiance: str = stored(
-        AUTO,
-        "Given",
-        "Where the illuminant is the sun's irradiance",
+        AUTO, "Given", "Where the illuminant is the sun's irradiance",
         "sun",
         choices={
             AUTO: ("Automatic", "As its table has it: above for clear-sky and astm-g173"),
@@ -61,170 +58,89 @@ class SceneSettings(WaterSettings):
         who="researcher",
     )
     refractive_index: float = stored(
-        1.34,
-        "Refractive index",
-        "Refractive index of the water against air",
-        "sun",
-        limits=(1.0, 2.0),
-        soft_limits=(1.3, 1.4),
-        digits=3,
-        who="researcher",
+        1.34, "Refractive index", "Refractive index of the water against air",
+        "sun", limits=(1.0, 2.0), soft_limits=(1.3, 1.4), digits=3, who="researcher",
     )
     indices_in_water: bool = stored(
-        True,
-        "Indices against water",
+        True, "Indices against water",
         "Take refractive indices of materials, which Blender has against air, against the water "
         "that objects lie in: they mirror less and bend light less. Materials can be left out",
-        "quality",
-        who="researcher",
+        "quality", who="researcher",
     )
     sunlight: float = stored(
-        1.0,
-        "Daylight",
+        1.0, "Daylight",
         "Factor on the light of sun and sky; 0 is night, where lamps are all the light",
-        "lamps",
-        limits=(0.0, 1e3),
-        soft_limits=(0.0, 1.0),
-        digits=3,
-        animatable=True,
+        "lamps", limits=(0.0, 1e3), soft_limits=(0.0, 1.0), digits=3, animatable=True,
     )
     housing: str = stored(
-        housing.NONE,
-        "Housing",
+        housing.NONE, "Housing",
         "Port that the camera looks through: none, flat, dome, or file:PATH, a measured one "
         f"({housing.CONTENT})",
-        "housing",
-        known="housings",
+        "housing", known="housings",
     )
     port_distance: float = stored(
-        30.0,
-        "Lens to port",
-        "From the entrance pupil of the lens to the inner face of the port",
-        "housing",
-        unit="mm",
-        limits=(0.01, 1e4),
-        soft_limits=(1.0, 200.0),
-        digits=1,
-        animatable=True,
-        needs=_OF_FLAT,
+        30.0, "Lens to port", "From the entrance pupil of the lens to the inner face of the port",
+        "housing", unit="mm", limits=(0.01, 1e4), soft_limits=(1.0, 200.0), digits=1,
+        animatable=True, needs=_OF_FLAT,
     )
     dome_radius: float = stored(
-        100.0,
-        "Radius",
-        "Of the outer face of the dome",
-        "housing",
-        unit="mm",
-        limits=(1.0, 1e4),
-        soft_limits=(30.0, 250.0),
-        digits=1,
+        100.0, "Radius", "Of the outer face of the dome",
+        "housing", unit="mm", limits=(1.0, 1e4), soft_limits=(30.0, 250.0), digits=1,
         needs=_OF_DOME,
     )
     dome_forward: float = stored(
-        0.0,
-        "Lens forward",
+        0.0, "Lens forward",
         "How far the entrance pupil lies before the centre of the dome; a dome bends least at 0",
-        "housing",
-        unit="mm",
-        limits=(-1e4, 1e4),
-        soft_limits=(-50.0, 50.0),
-        digits=1,
-        animatable=True,
-        needs=_OF_DOME,
+        "housing", unit="mm", limits=(-1e4, 1e4), soft_limits=(-50.0, 50.0), digits=1,
+        animatable=True, needs=_OF_DOME,
     )
     port_thickness: float = stored(
-        8.0,
-        "Thickness",
-        "Of the port",
-        "housing",
-        unit="mm",
-        limits=(0.0, 1e3),
-        soft_limits=(1.0, 30.0),
-        digits=1,
-        needs=_OF_PORT,
+        8.0, "Thickness", "Of the port",
+        "housing", unit="mm", limits=(0.0, 1e3), soft_limits=(1.0, 30.0), digits=1, needs=_OF_PORT,
     )
     port_glass: str = stored(
-        "BK7",
-        "Made of",
-        "What the port is made of",
+        "BK7", "Made of", "What the port is made of",
         "housing",
         choices={name: (name.capitalize(), glass.source) for name, glass in GLASSES.items()},
-        needs=_OF_PORT,
-        who="researcher",
+        needs=_OF_PORT, who="researcher",
     )
     port_tilt: float = stored(
-        0.0,
-        "Tilt",
-        "Angle between the normal of a flat port and the axis of the lens",
-        "housing",
-        unit="°",
-        limits=(0.0, 80.0),
-        soft_limits=(0.0, 30.0),
-        digits=1,
-        animatable=True,
-        needs=_OF_FLAT,
-        who="researcher",
+        0.0, "Tilt", "Angle between the normal of a flat port and the axis of the lens",
+        "housing", unit="°", limits=(0.0, 80.0), soft_limits=(0.0, 30.0), digits=1, animatable=True,
+        needs=_OF_FLAT, who="researcher",
     )
     port_tilt_towards: float = stored(
-        0.0,
-        "Leans to",
+        0.0, "Leans to",
         "Where the normal of a flat port leans to: 0 is right in the picture, 90 down",
-        "housing",
-        unit="°",
-        limits=(-360.0, 360.0),
-        digits=1,
-        animatable=True,
-        needs=_OF_FLAT,
+        "housing", unit="°", limits=(-360.0, 360.0), digits=1, animatable=True, needs=_OF_FLAT,
         who="researcher",
     )
     lens: str = stored(
-        "",
-        "Lens",
+        "", "Lens",
         "Distortion of the lens in air, as OpenCV calibrates it: brown:k1,k2,p1,p2,k3 or "
         "fisheye:k1,k2,k3,k4; empty for none",
-        "housing",
-        who="researcher",
+        "housing", who="researcher",
     )
     salinity: float = stored(
-        35.0,
-        "Salinity",
-        "Of the water before the port, for its refractive index",
-        "housing",
-        unit="g/kg",
-        limits=(0.0, 40.0),
-        digits=1,
-        needs=_OF_PORT,
-        who="researcher",
+        35.0, "Salinity", "Of the water before the port, for its refractive index",
+        "housing", unit="g/kg", limits=(0.0, 40.0), digits=1, needs=_OF_PORT, who="researcher",
     )
     temperature: float = stored(
-        15.0,
-        "Temperature",
-        "Of the water before the port, for its refractive index",
-        "housing",
-        unit="°C",
-        limits=(0.0, 30.0),
-        digits=1,
-        needs=_OF_PORT,
-        who="researcher",
+        15.0, "Temperature", "Of the water before the port, for its refractive index",
+        "housing", unit="°C", limits=(0.0, 30.0), digits=1, needs=_OF_PORT, who="researcher",
     )
     sensor: str = stored(
-        "cie1931",
-        "Camera",
-        "Camera (see --list-sensors), cie1931 for the eye, or file:PATH",
-        "sensor",
-        known="sensors",
+        "cie1931", "Camera", "Camera (see --list-sensors), cie1931 for the eye, or file:PATH",
+        "sensor", known="sensors",
     )
     filter: str = stored(
-        NO_FILTER,
-        "Filter",
+        NO_FILTER, "Filter",
         f"Barrier filter before the camera: {NO_FILTER}, or {FILTER_CONTENT}; white balance and "
         "automatic exposure stay those without it",
-        "sensor",
-        known="filters",
+        "sensor", known="filters",
     )
     white_balance: WhiteBalance = stored(  # noqa: RUF009 - a field, as the others
-        "daylight",
-        "White balance",
-        "Light that is rendered white",
+        "daylight", "White balance", "Light that is rendered white",
         "sensor",
         choices={
             "daylight": ("Daylight", "The light at the surface: water keeps its cast"),
@@ -233,28 +149,19 @@ class SceneSettings(WaterSettings):
         },
     )
     exposure: str = stored(
-        AUTO,
-        "Exposure",
+        AUTO, "Exposure",
         "Exposure in stops; at 0 a white surface in the light that is balanced for is white. "
         "auto: a white surface at the camera's depth has luminance 0.9; auto-picture: the mean of "
         "what the camera sees is middle grey, as long as no more than 2 % of it is white",
         "sensor",
     )
     exposure_compensation: float = stored(
-        0.0,
-        "Brighter",
-        "Stops that are added to an automatic exposure",
-        "sensor",
-        unit="EV",
-        limits=(-10.0, 10.0),
-        soft_limits=(-3.0, 3.0),
-        animatable=True,
+        0.0, "Brighter", "Stops that are added to an automatic exposure",
+        "sensor", unit="EV", limits=(-10.0, 10.0), soft_limits=(-3.0, 3.0), animatable=True,
         needs={"exposure": (AUTO, BY_PICTURE)},
     )
     tone: str = stored(
-        STANDARD,
-        "Tone",
-        "Tone curve of the PNG and the viewport; all other files stay linear",
+        STANDARD, "Tone", "Tone curve of the PNG and the viewport; all other files stay linear",
         "sensor",
         choices={
             STANDARD: ("Standard", "None: linear, as a display shows it"),
@@ -263,15 +170,11 @@ class SceneSettings(WaterSettings):
         },
     )
     contrast: str = stored(
-        MEDIUM,
-        "Contrast",
-        "Contrast of the PNG and the viewport: Blender's looks",
-        "sensor",
-        choices={name: (name.replace("-", " ").capitalize(), "") for name in CONTRASTS},
+        MEDIUM, "Contrast", "Contrast of the PNG and the viewport: Blender's looks",
+        "sensor", choices={name: (name.replace("-", " ").capitalize(), "") for name in CONTRASTS},
     )
     raw: str = stored(
-        NO_RAW,
-        "Raw file",
+        NO_RAW, "Raw file",
         "Counts of the camera's detector with their noise, beside the picture; what is developed "
         "to white fills half of their range",
         "sensor",
@@ -282,58 +185,32 @@ class SceneSettings(WaterSettings):
         },
     )
     iso: float = stored(
-        100.0,
-        "ISO",
+        100.0, "ISO",
         "Sensitivity; twice as much doubles the counts, and half as much light fills them",
-        "sensor",
-        limits=(1.0, 1e6),
-        soft_limits=(100.0, 12800.0),
-        digits=0,
-        animatable=True,
+        "sensor", limits=(1.0, 1e6), soft_limits=(100.0, 12800.0), digits=0, animatable=True,
         needs=_OF_RAW,
     )
     full_well: float = stored(
-        15_000.0,
-        "Full well",
-        "Electrons that a pixel holds",
-        "sensor",
-        limits=(100.0, 1e7),
-        soft_limits=(1e3, 1e5),
-        digits=0,
-        needs=_OF_RAW,
+        15_000.0, "Full well", "Electrons that a pixel holds",
+        "sensor", limits=(100.0, 1e7), soft_limits=(1e3, 1e5), digits=0, needs=_OF_RAW,
         who="researcher",
     )
     read_noise: float = stored(
-        3.0,
-        "Read noise",
-        "Noise without light, electrons",
-        "sensor",
-        limits=(0.0, 1e4),
-        soft_limits=(0.0, 30.0),
-        needs=_OF_RAW,
-        who="researcher",
+        3.0, "Read noise", "Noise without light, electrons",
+        "sensor", limits=(0.0, 1e4), soft_limits=(0.0, 30.0), needs=_OF_RAW, who="researcher",
     )
     bands: int = stored(
-        0,
-        "Bands",
+        0, "Bands",
         f"Number of spectral bands; 0 for {DEFAULT_BANDS[REALTIME]} in real time, where they cost "
         f"nothing, and {DEFAULT_BANDS[BANDS]} otherwise",
-        "quality",
-        limits=(0, 512),
-        soft_limits=(0, 60),
-        who="researcher",
+        "quality", limits=(0, 512), soft_limits=(0, 60), who="researcher",
     )
     wavelengths: str = stored(
-        "",
-        "Or at",
-        "Band centres in nm, comma separated, instead of equal bands",
-        "quality",
-        who="researcher",
+        "", "Or at", "Band centres in nm, comma separated, instead of equal bands",
+        "quality", who="researcher",
     )
     band_placement: str = stored(
-        EQUAL,
-        "Placed",
-        "Where the bands are",
+        EQUAL, "Placed", "Where the bands are",
         "quality",
         choices={
             EQUAL: ("Equal", "Of equal width, over the range"),
@@ -346,53 +223,28 @@ class SceneSettings(WaterSettings):
         who="researcher",
     )
     range_start: float = stored(
-        400.0,
-        "From",
-        "Start of the spectral range",
-        "quality",
-        unit="nm",
-        limits=(300, 830),
-        digits=0,
-        who="researcher",
+        400.0, "From", "Start of the spectral range",
+        "quality", unit="nm", limits=(300, 830), digits=0, who="researcher",
     )
     range_end: float = stored(
-        700.0,
-        "To",
-        "End of the spectral range",
-        "quality",
-        unit="nm",
-        limits=(300, 830),
-        digits=0,
-        who="researcher",
+        700.0, "To", "End of the spectral range",
+        "quality", unit="nm", limits=(300, 830), digits=0, who="researcher",
     )
     samples: int = stored(
         64, "Samples", "Samples per pixel", "quality", limits=(1, 2**24), soft_limits=(1, 1024)
     )
     noise: float = stored(
-        0.0,
-        "Noise",
+        0.0, "Noise",
         "Noise of a pixel before denoising, as mean ΔE2000, until which passes are rendered, those "
         "that the sensor weighs most the longest; Samples is then the most; 0 takes Samples",
-        "quality",
-        unit="ΔE",
-        limits=(0, 100),
-        soft_limits=(0, 10),
-        engine="cycles",
+        "quality", unit="ΔE", limits=(0, 100), soft_limits=(0, 10), engine="cycles",
     )
     bounces: int = stored(
-        64,
-        "Bounces",
-        "Times that Cycles scatters or reflects light at most",
-        "quality",
-        limits=(1, 1024),
-        soft_limits=(1, 128),
-        engine="cycles",
-        who="researcher",
+        64, "Bounces", "Times that Cycles scatters or reflects light at most",
+        "quality", limits=(1, 1024), soft_limits=(1, 128), engine="cycles", who="researcher",
     )
     forward_peak: str = stored(
-        BOUNDED,
-        "Forward peak",
-        "Light that sea particles turn by less than about 3 degrees",
+        BOUNDED, "Forward peak", "Light that sea particles turn by less than about 3 degrees",
         "quality",
         choices={
             BOUNDED: (
@@ -401,48 +253,38 @@ class SceneSettings(WaterSettings):
             ),
             EXACT: ("Exact", "As it is, with much noise"),
         },
-        engine="cycles",
-        who="researcher",
+        engine="cycles", who="researcher",
     )
     share_passes: bool = stored(
-        True,
-        "Share passes",
+        True, "Share passes",
         "Up to three neighbouring bands whose phase functions are nearly the same share a pass and "
         "the mean of these; otherwise only bands of equal ones do",
-        "quality",
-        engine="cycles",
-        who="researcher",
+        "quality", engine="cycles", who="researcher",
     )
     hide_own_water: bool = stored(
-        False,
-        "Hide own water",
+        False, "Hide own water",
         "Leave out the water that a scene has of its own: sea surfaces, and bodies about the "
         "camera, which the notes name; it is back afterwards",
         "quality",
     )
     shafts: bool = stored(
-        False,
-        "Shafts of light",
+        False, "Shafts of light",
         "Draw single scattering as a volume, so that objects cast shadows in the water",
-        "quality",
-        engine="eevee",
+        "quality", engine="eevee",
     )
     diffuse_shadows: bool = stored(
-        True,
-        "Diffuse shadows",
+        True, "Diffuse shadows",
         "Shade all light that is not direct sun, on objects and in the water between them, and let "
         "objects block what shines past them, so that dark ones are dark",
-        "quality",
-        engine="eevee",
+        "quality", engine="eevee",
     )
     layers: str = stored(
-        NONE,
-        "Layers",
+        NONE, "Layers",
         "What the picture comes apart in, written beside it as NNNN_layers.exr: "
         f"{', '.join(NAMES)}, comma separated, or all, or none",
-        "quality",
-        who="researcher",
+        "quality", who="researcher",
     )
+    # fmt: on
 
     def __post_init__(self) -> None:
         parse_layers(self.layers)
