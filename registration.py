@@ -25,7 +25,6 @@ from .ui import (
 )
 
 _MODULES = (
-    preferences,
     property_group,
     previews,
     operators,
@@ -33,6 +32,7 @@ _MODULES = (
     sun_handle,
     presets,
     panels,
+    preferences,
     handlers,
     command,
     translations,

@@ -46,11 +46,4 @@ class AddAssets(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    """Register the operator."""
-    bpy.utils.register_class(AddAssets)
-
-
-def unregister() -> None:
-    """Unregister the operator; the library stays in the preferences."""
-    bpy.utils.unregister_class(AddAssets)
+register, unregister = bpy.utils.register_classes_factory((AddAssets,))

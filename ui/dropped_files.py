@@ -12,11 +12,10 @@ import bpy
 from bpy_extras import view3d_utils
 
 from ..scene import stored_lamps, stored_settings
-from ..scene.session import is_live
 from ..scene.water import lamp_rigs
 from ..settings.scene_settings import SETTINGS
 from ..uw_spectral.errors import InputError
-from .live_updates import transaction
+from .live_updates import refresh, transaction
 from .reporting import ReportingOperator
 
 _LUMENS = 4000.0
@@ -97,10 +96,8 @@ class UseFiles(ReportingOperator):
         if "spectrum" in used and lamp is not None:
             getattr(lamp.data, stored_lamps.PROPERTY).spectrum = f"file:{used['spectrum']}"
             self.report({"INFO"}, f"{lamp.name}: spectrum {used['spectrum'].name}")
-        if is_live(context.scene) and {"profile", "spectrum"} & set(used):
-            from ..scene.viewport import live
-
-            live.update(context.scene)
+        if {"profile", "spectrum"} & set(used):
+            refresh(context.scene)
 
     def _paths(self) -> list[Path]:
         folder = Path(bpy.path.abspath(self.directory))
@@ -200,16 +197,4 @@ class UNDERWATER_FH_measured(bpy.types.FileHandler):  # noqa: N801 - the name is
         return area is not None and area.type == "VIEW_3D" and context.mode == "OBJECT"
 
 
-CLASSES = (UseFiles, UNDERWATER_FH_measured)
-
-
-def register() -> None:
-    """Register operator and file handler."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Unregister them."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory((UseFiles, UNDERWATER_FH_measured))

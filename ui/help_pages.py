@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 
 from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
-from . import asset_library, operators, property_group, sections, sun_handle
+from . import asset_library, operators, panel_job, sections, sun_handle
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -24,7 +24,7 @@ def entries() -> Iterator[tuple[str, str, str]]:
     """Yield what Blender calls a property or operator, its name and its words."""
     groups = (
         ("UnderwaterProperties", bpy.types.Scene, stored_settings.PROPERTY),
-        ("UnderwaterPanelProperties", bpy.types.Scene, property_group.PROPERTY),
+        ("UnderwaterPanelProperties", bpy.types.Scene, panel_job.PROPERTY),
         ("UnderwaterLamp", bpy.types.Light, stored_lamps.PROPERTY),
         ("UnderwaterCloud", bpy.types.Object, stored_clouds.PROPERTY),
         ("UnderwaterMaterial", bpy.types.Material, stored_materials.PROPERTY),

@@ -53,6 +53,14 @@ def follow(scene: bpy.types.Scene) -> None:
         bpy.app.timers.register(_update_all, first_interval=0.0)
 
 
+def refresh(scene: bpy.types.Scene) -> None:
+    """Bring live water at once to what was just added to its scene."""
+    if is_live(scene):
+        from ..scene.viewport import live
+
+        live.update(scene)
+
+
 def follow_property(group: bpy.types.PropertyGroup, _: bpy.types.Context) -> None:
     """Follow a change of one setting; the update callback of them all."""
     follow(group.id_data)

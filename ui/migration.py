@@ -11,7 +11,7 @@ from ..scene import stored_settings as optics
 from ..scene.animation import curves_of
 from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import SceneSettings
-from . import property_group
+from . import panel_job
 
 Step = Callable[[bpy.types.Scene], None]
 
@@ -26,7 +26,7 @@ def _keep_single_water(scene: bpy.types.Scene) -> None:
 
 def _plain_switches(scene: bpy.types.Scene) -> None:
     """From 1 to 2: switches are booleans of the scene; turbidity is called scattering factor."""
-    group, panel = getattr(scene, optics.PROPERTY), getattr(scene, property_group.PROPERTY)
+    group, panel = getattr(scene, optics.PROPERTY), getattr(scene, panel_job.PROPERTY)
     stored, of_panel = group.bl_system_properties_get(), panel.bl_system_properties_get()
     if "diffuse_shadows" in stored:  # it was the words "on" and "off", by their places
         group.diffuse_shadows = stored["diffuse_shadows"] == 0
@@ -81,12 +81,12 @@ def is_used(scene: bpy.types.Scene) -> bool:
 
 def stamp(scene: bpy.types.Scene) -> None:
     """Mark a scene as one of this version."""
-    getattr(scene, property_group.PROPERTY).version = VERSION
+    getattr(scene, panel_job.PROPERTY).version = VERSION
 
 
 def is_newer(scene: bpy.types.Scene) -> bool:
     """Whether a newer version of the extension has written this scene."""
-    return getattr(scene, property_group.PROPERTY).version > VERSION
+    return getattr(scene, panel_job.PROPERTY).version > VERSION
 
 
 def migrate(scene: bpy.types.Scene, steps: Sequence[Step] = STEPS) -> None:
@@ -94,7 +94,7 @@ def migrate(scene: bpy.types.Scene, steps: Sequence[Step] = STEPS) -> None:
 
     ``steps[v]`` takes a scene from version v to v + 1.
     """
-    group = getattr(scene, property_group.PROPERTY)
+    group = getattr(scene, panel_job.PROPERTY)
     if not scene.is_editable or group.version >= len(steps) or not is_used(scene):
         return
     for step in steps[group.version :]:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, override
+from typing import override
 
 import bpy
 from bpy_extras.io_utils import ImportHelper
@@ -20,12 +20,9 @@ from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra import sensor as sensors
 from ..uw_spectral.water import measured
-from . import example_scenes, live_updates, migration, preferences, property_group
+from . import example_scenes, live_updates, migration, panel_job, preferences
 from .render_operators import FarmBundle, Render, RenderReference
 from .reporting import ReportingOperator, water_settings
-
-if TYPE_CHECKING:
-    pass
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -75,7 +72,7 @@ class AddWater(ReportingOperator):
         if first:
             context.view_layer.update()
             self.tell(first_settings.start(context.scene, self.depth if self.submerge else None))
-            chosen, panel = preferences.stored(), getattr(context.scene, property_group.PROPERTY)
+            chosen, panel = preferences.stored(), getattr(context.scene, panel_job.PROPERTY)
             if chosen is not None:
                 panel.output, panel.quality = chosen.folder, chosen.quality
         self.tell(live.add(context.scene))
@@ -230,10 +227,7 @@ class AddLamps(_CameraOperator):
     @override
     def run(self, context: bpy.types.Context) -> None:
         lamp_rigs.add_rig(context.scene, self.rig)
-        if is_live(context.scene):
-            from ..scene.viewport import live
-
-            live.update(context.scene)
+        live_updates.refresh(context.scene)
 
 
 class AddCloud(ReportingOperator):
@@ -256,10 +250,7 @@ class AddCloud(ReportingOperator):
             item.select_set(False)
         made.select_set(True)
         context.view_layer.objects.active = made
-        if is_live(context.scene):
-            from ..scene.viewport import live
-
-            live.update(context.scene)
+        live_updates.refresh(context.scene)
 
 
 class AddPlumes(ReportingOperator):
@@ -283,10 +274,7 @@ class AddPlumes(ReportingOperator):
 
         chosen = optics.stored_settings(context.scene)
         new_plumes.add_plumes(context.scene, chosen, self.count, keyed=self.keyed)
-        if is_live(context.scene):
-            from ..scene.viewport import live
-
-            live.update(context.scene)
+        live_updates.refresh(context.scene)
 
 
 class ChooseSpectrum(ReportingOperator):
@@ -365,16 +353,16 @@ class Auto(ReportingOperator):
         from ..scene.readers import cameras
 
         scene = context.scene
-        panel = getattr(scene, property_group.PROPERTY)
-        earlier = property_group.before_auto(scene)
+        panel = getattr(scene, panel_job.PROPERTY)
+        earlier = panel_job.before_auto(scene)
         choice = scene_requirements.choose(
             scene,
             cameras.find_camera(scene, None),
             lambda: replace(optics.stored_settings(scene), **earlier),
-            property_group.job(scene),
+            panel_job.job(scene),
             target=panel.target_delta_e,
         )
-        property_group.write_choice(scene, earlier, choice)
+        panel_job.write_choice(scene, earlier, choice)
         for line in choice.lines:
             self.report({"INFO"}, line)
 
@@ -398,14 +386,4 @@ CLASSES = (
     FarmBundle,
 )
 
-
-def register() -> None:
-    """Register the operators."""
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    """Unregister the operators."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

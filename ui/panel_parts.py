@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import bpy
 
-from . import preferences, previews, property_group
+from . import previews
+from .panel_job import PROPERTY
 
-if TYPE_CHECKING:
-    pass
-
-
+TAB = "Underwater"
+"""Of the sidebar, unless the preferences name it otherwise."""
 SWATCH_SCALE = 5.0
 _PLOT_SCALE = 9.0
 LOOK_SCALE = 4.5
@@ -22,7 +19,7 @@ _MARGIN = 70
 
 def panel_settings(context: bpy.types.Context) -> bpy.types.PropertyGroup:
     """Return what the panels of a window show."""
-    return getattr(context.scene, property_group.PROPERTY)
+    return getattr(context.scene, PROPERTY)
 
 
 def say(layout: bpy.types.UILayout, text: str, icon: str = "INFO") -> None:
@@ -52,7 +49,7 @@ class Panel:
 
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
-    bl_category = preferences.TAB
+    bl_category = TAB
 
 
 def shows_water(context: bpy.types.Context) -> bool:

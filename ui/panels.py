@@ -14,9 +14,10 @@ from ..scene.session import is_live
 from ..scene.unsupported import unsupported, unsupported_of_camera
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.fluorophore import parse_fluorophore
-from . import migration, preferences, presets, previews
+from . import migration, presets, previews
 from .panel_parts import (
     LOOK_SCALE,
+    TAB,
     Panel,
     SubPanel,
     panel_settings,
@@ -24,7 +25,7 @@ from .panel_parts import (
     say,
     shows_water,
 )
-from .reporting import water_settings
+from .reporting import sentence, water_settings
 from .section_panels import (
     DepthPanel,
     HousingPanel,
@@ -83,7 +84,7 @@ class MainPanel(Panel, bpy.types.Panel):
                     stored = optics.stored_settings(scene)
                     notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
         for note in (*notes, *live.standing_notes(scene)):
-            say(layout, f"{note[:1].upper()}{note[1:]}.", "ERROR")
+            say(layout, sentence(note), "ERROR")
         if any(own_water.ADVICE in note for note in notes):
             layout.prop(water_settings(context), "hide_own_water")
         problem = live.problem(scene)
@@ -308,10 +309,10 @@ def move_to(tab: str) -> None:
     register(tab)
 
 
-def register(tab: str | None = None) -> None:
-    """Register the panels, under the tab of the preferences."""
+def register(tab: str = TAB) -> None:
+    """Register the panels."""
     for cls in CLASSES:
-        cls.bl_category = tab or preferences.tab()
+        cls.bl_category = tab
     for cls in (*CLASSES, *PROPERTIES, MaterialPanel):
         bpy.utils.register_class(cls)
 

@@ -8,15 +8,14 @@ from __future__ import annotations
 import bpy
 
 from ..quality.methods import METHODS
+from . import panels
+from .panel_parts import TAB
 
 ADDON = (__package__ or "").rpartition(".")[0]
-TAB = "Underwater"
 FOLDER = "//underwater"
 
 
 def _rename_tab(_: bpy.types.AddonPreferences, __: bpy.types.Context) -> None:
-    from . import panels
-
     panels.move_to(tab())
 
 
@@ -66,8 +65,10 @@ def tab() -> str:
 
 
 def register() -> None:
-    """Register the preferences."""
+    """Register the preferences, and give the panels the tab that they name."""
     bpy.utils.register_class(UnderwaterPreferences)
+    if tab() != TAB:
+        panels.move_to(tab())
 
 
 def unregister() -> None:

@@ -21,6 +21,8 @@ from ..settings.scene_settings import SETTINGS, SceneSettings
 from ..settings.water_settings import CONSTITUENTS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
+from .panel_job import method
+from .reporting import sentence
 
 if TYPE_CHECKING:
     from ..uw_spectral.imaging.summary import Readouts
@@ -170,7 +172,7 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
             continue
         _show(state, f"swatch {name}", _plain(swatch))
     plan, reference = plan_of(chosen), plan_of(fine)
-    pictures.source, pictures.sensor = plan.water.source, _sentence(plan.sensor.note)
+    pictures.source, pictures.sensor = plan.water.source, sentence(plan.sensor.note)
     scheme, _, water_type = chosen.water.partition(":")
     if scheme == "jerlov":
         each = visibility_by_source(water_type).items()
@@ -193,10 +195,6 @@ def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float
     _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
     light = pictures.readouts.transmitted_light
     _show(state, "light", plots.plot_transmitted_light(light, plan.bands, PLOT_SIZE))
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def _backscattering(view: Viewpoint) -> Spectrum:
@@ -240,13 +238,12 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
 
 def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
     from ..scene.viewport import preview_depths
-    from . import property_group
 
     try:
         chosen = stored_settings.stored_settings(scene)
     except InputError:
         return None
-    chosen = chosen.in_mode(property_group.job(scene).mode)
+    chosen = chosen.in_mode(method(scene).mode)
     return chosen, preview_depths.preview_depth(scene, chosen)
 
 

@@ -6,31 +6,21 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ..jobs.job import Job
-from ..quality.methods import METHODS, REFERENCE
+from ..quality.methods import METHODS
 from ..scene import scripts, stored_settings
-from ..scene.session import is_live
 from ..settings.scene_settings import BY_PICTURE, SETTINGS, SceneSettings
 from ..settings.water_settings import AUTO, CONSTITUENTS
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import LAYERS, NONE, parse_layers
 from ..uw_spectral.water.inelastic_processes import parse_processes
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
-from .live_updates import transaction
-
-if TYPE_CHECKING:
-    from ..jobs.scene_requirements import Choice
-
-PROPERTY = "underwater_panel"
+from . import previews
+from .panel_job import PROPERTY, job, method
 
 _JERLOV = "jerlov:"
 
@@ -47,8 +37,6 @@ def _index(text: str) -> int:
 def _swatches(
     _: bpy.types.PropertyGroup, context: bpy.types.Context | None
 ) -> list[tuple[str, str, str, int, int]]:
-    from . import previews
-
     return previews.swatch_items(context)
 
 
@@ -69,8 +57,6 @@ def _set_constituents(group: bpy.types.PropertyGroup, value: bool) -> None:
         _water(group).water = CONSTITUENTS if value else SceneSettings().water
 
 
-TICKED = ("inelastic", "layers")
-"""Settings that are lists of words: in a panel, tick boxes."""
 _PROCESSES = {
     "raman": ("Raman", "Scattering by the water molecules"),
     "chlorophyll": ("Chlorophyll", "Red fluorescence of the phytoplankton, 685 nm"),
@@ -128,15 +114,11 @@ def _set_bearing(group: bpy.types.PropertyGroup, value: float) -> None:
 
 
 def _get_visibility(group: bpy.types.PropertyGroup) -> float:
-    from . import previews
-
     found = previews.of_scene(group.id_data).readouts
     return found.visibility if found is not None and math.isfinite(found.visibility) else 0.0
 
 
 def _set_visibility(group: bpy.types.PropertyGroup, value: float) -> None:
-    from . import previews
-
     with contextlib.suppress(InputError):  # the panel says so
         _water(group).concentration = previews.concentration_for(group.id_data, value)
 
@@ -181,7 +163,7 @@ def _get_job_options(group: bpy.types.PropertyGroup) -> str:
     options = f"--engine {wanted.engine} --mode {wanted.mode}"
     if scripts.scripts_run():
         options += f" {scripts.TRUST}"
-    if not METHODS[group.quality.lower()].traced:
+    if not method(group.id_data).traced:
         return options
     return f"{options} {'--denoise' if wanted.denoise else '--no-denoise'}"
 
@@ -331,83 +313,6 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         options={"HIDDEN"},
         get=_get_job_options,
     )
-
-
-def require_folder(scene: bpy.types.Scene) -> None:
-    """Refuse a folder beside a .blend that was never saved: it would be anywhere."""
-    output = getattr(scene, PROPERTY).output
-    if output.startswith("//") and not bpy.data.filepath:
-        raise InputError(
-            f"the folder {output} lies beside the .blend, which was never saved; save it, or "
-            "choose another folder"
-        )
-
-
-def job(scene: bpy.types.Scene, *, resume: bool = False) -> Job:
-    """Return the job that the panel describes, as the command line would."""
-    group = getattr(scene, PROPERTY)
-    method = METHODS[group.quality.lower()]
-    frames = (scene.frame_current,)
-    if group.animation:
-        frames = tuple(range(scene.frame_start, scene.frame_end + 1, scene.frame_step))
-    return Job(
-        blend=None,
-        engine=method.engine,
-        mode=method.mode,
-        frames=frames,
-        camera=None,
-        resolution=None,
-        seed=0,
-        out=Path(bpy.path.abspath(group.output)),
-        resume=resume,
-        denoise=group.denoise and method.traced,
-    )
-
-
-def reference_job(scene: bpy.types.Scene) -> Job:
-    """Return the job of the reference of the current frame, beside what the panel renders."""
-    default = job(scene)
-    return replace(
-        default,
-        engine=REFERENCE.engine,
-        mode=REFERENCE.mode,
-        frames=(scene.frame_current,),
-        out=default.out / REFERENCE.name,
-    )
-
-
-def before_auto(scene: bpy.types.Scene) -> dict[str, Any]:
-    """Values that Auto has changed and nobody since: what they were, by setting.
-
-    So that waves, once left out, are there again for a stricter choice.
-    """
-    stored = stored_settings.stored_settings(scene)
-    changed = json.loads(getattr(scene, PROPERTY).chosen or "{}")
-    return {
-        name: before
-        for name, (before, after) in changed.items()
-        if getattr(stored, name, None) == after
-    }
-
-
-def write_choice(scene: bpy.types.Scene, earlier: dict[str, Any], choice: Choice) -> None:
-    """Write what was chosen into the settings, and keep what they were.
-
-    The choice was made with the ``earlier`` values that :func:`before_auto` returned.
-    """
-    group, water = getattr(scene, PROPERTY), getattr(scene, stored_settings.PROPERTY)
-    stored = stored_settings.stored_settings(scene)
-    changed = {}
-    with transaction():
-        for name, value in (earlier | choice.settings).items():
-            before = earlier.get(name, getattr(stored, name))
-            if value != before:
-                changed[name] = before, value
-            if value != getattr(stored, name):
-                setattr(water, name, value)
-    group.chosen, group.decisions = json.dumps(changed), "\n".join(choice.lines)
-    if choice.settings.get("shafts", stored.shafts) and is_live(scene):
-        scene.eevee.volumetric_samples = choice.required.froxels
 
 
 def register() -> None:

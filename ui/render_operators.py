@@ -15,7 +15,7 @@ import bpy
 
 from ..scene import stored_settings as optics
 from ..uw_spectral.errors import InputError
-from . import migration, property_group, shown_pictures
+from . import migration, panel_job, shown_pictures
 from .reporting import ReportingOperator
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ class _RenderOperator(bpy.types.Operator):
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
         render_plan.plan_of(optics.stored_settings(scene))
-        property_group.require_folder(scene)
+        panel_job.require_folder(scene)
         job = self.job(scene)
         migration.stamp(scene)
         frame = scene.frame_current
@@ -161,7 +161,7 @@ class Render(_RenderOperator):
 
     @override
     def job(self, scene: bpy.types.Scene) -> Job:
-        return property_group.job(scene, resume=self.resume)
+        return panel_job.job(scene, resume=self.resume)
 
     @override
     def stopped(self) -> str:
@@ -180,7 +180,7 @@ class RenderReference(_RenderOperator):
 
     @override
     def job(self, scene: bpy.types.Scene) -> Job:
-        return property_group.reference_job(scene)
+        return panel_job.reference_job(scene)
 
     @override
     def stopped(self) -> str:
@@ -222,7 +222,7 @@ class FarmBundle(ReportingOperator):
         scene = context.scene
         if not self.directory:
             raise InputError("the bundle has no folder; choose one")
-        job = property_group.job(scene)
+        job = panel_job.job(scene)
         farm_bundle.check_saved()
         frame = scene.frame_current
         with live.suspended(scene):

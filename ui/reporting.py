@@ -15,6 +15,11 @@ def water_settings(context: bpy.types.Context) -> bpy.types.PropertyGroup:
     return getattr(context.scene, optics.PROPERTY)
 
 
+def sentence(text: str) -> str:
+    """Return a note as a sentence; empty without one."""
+    return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+
 class ReportingOperator(bpy.types.Operator):
     """Reports errors of the input instead of raising them."""
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, override
+from typing import override
 
 import bpy
 
-from ..quality.methods import METHODS
 from ..scene import stored_clouds, stored_lamps
 from ..scene.raised_limits import raised_limits
 from ..scene.session import is_live
@@ -15,18 +14,9 @@ from ..settings.setting import SECTIONS
 from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.transfer.water_column import WAVES
-from . import presets, previews, sections, sun_handle
-from .panel_parts import (
-    SWATCH_SCALE,
-    SubPanel,
-    panel_settings,
-    plot,
-    say,
-)
-from .reporting import water_settings
-
-if TYPE_CHECKING:
-    pass
+from . import panel_job, presets, previews, sections, sun_handle
+from .panel_parts import SWATCH_SCALE, SubPanel, panel_settings, plot, say
+from .reporting import sentence, water_settings
 
 
 class _SectionPanel(SubPanel):
@@ -37,6 +27,11 @@ class _SectionPanel(SubPanel):
     section: str
     apart: tuple[str, ...] = ()
     popover: type[presets.PresetPanel] | None = None
+
+    def __init_subclass__(cls) -> None:
+        if "bl_idname" not in vars(cls):
+            cls.bl_idname = f"UNDERWATER_PT_{cls.section}"
+            cls.bl_label = SECTIONS[cls.section].title
 
     def draw_header_preset(self, _: bpy.types.Context) -> None:
         sections.draw_reset(self.layout, self.section)
@@ -58,8 +53,6 @@ class _SectionPanel(SubPanel):
 class WaterPanel(_SectionPanel, bpy.types.Panel):
     """What makes a water one's own."""
 
-    bl_idname = "UNDERWATER_PT_water"
-    bl_label = SECTIONS["water"].title
     section = "water"
     apart = ("water", "inelastic")
     popover = presets.UNDERWATER_PT_water_presets
@@ -85,8 +78,6 @@ class WaterPanel(_SectionPanel, bpy.types.Panel):
 class DepthPanel(_SectionPanel, bpy.types.Panel):
     """Where the camera and the floor are."""
 
-    bl_idname = "UNDERWATER_PT_depth"
-    bl_label = SECTIONS["depth"].title
     section = "depth"
 
     @override
@@ -99,8 +90,6 @@ class DepthPanel(_SectionPanel, bpy.types.Panel):
 class WavesPanel(_SectionPanel, bpy.types.Panel):
     """The moving surface and its caustics."""
 
-    bl_idname = "UNDERWATER_PT_waves"
-    bl_label = SECTIONS["waves"].title
     section = "waves"
 
     @override
@@ -108,14 +97,12 @@ class WavesPanel(_SectionPanel, bpy.types.Panel):
         water = water_settings(context)
         if water.surface == WAVES and water.raised_waves:
             for said in raised_limits(water.wave_tile, eevee=True, live=True):
-                say(self.layout, f"{said[0].upper()}{said[1:]}.")
+                say(self.layout, sentence(said))
 
 
 class ParticlesPanel(_SectionPanel, bpy.types.Panel):
     """What floats in the water and is seen by itself."""
 
-    bl_idname = "UNDERWATER_PT_particles"
-    bl_label = SECTIONS["particles"].title
     section = "particles"
 
     @override
@@ -143,14 +130,12 @@ class ParticlesPanel(_SectionPanel, bpy.types.Panel):
             box.prop(own, "constituent")
             box.prop(own, "concentration", text=f"Concentration ({UNITS[own.constituent]})")
             for said in clouds.diagnostics(item):
-                say(box, f"{said[0].upper()}{said[1:]}.")
+                say(box, sentence(said))
 
 
 class SunPanel(_SectionPanel, bpy.types.Panel):
     """The light above the water."""
 
-    bl_idname = "UNDERWATER_PT_sun"
-    bl_label = SECTIONS["sun"].title
     section = "sun"
 
     @override
@@ -162,8 +147,6 @@ class SunPanel(_SectionPanel, bpy.types.Panel):
 class LampsPanel(_SectionPanel, bpy.types.Panel):
     """Torches, strobes and lights of vehicles, and how much sun there is beside them."""
 
-    bl_idname = "UNDERWATER_PT_lamps"
-    bl_label = SECTIONS["lamps"].title
     section = "lamps"
 
     @override
@@ -177,7 +160,7 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
             row.active = False
             row.label(text=f"{item.name}: dark here", icon=f"LIGHT_{item.data.type}")
             row.prop(getattr(item.data, stored_lamps.PROPERTY), "in_water", text="Light")
-            say(column, f"{why[0].upper()}{why[1:]}.")
+            say(column, sentence(why))
         for item in lamps.objects_of(context.scene):
             light = item.data
             box = column.box().column()
@@ -200,14 +183,12 @@ class LampsPanel(_SectionPanel, bpy.types.Panel):
             box.prop(own, "from_above")
             box.prop(item, "visible_camera", text="Itself Seen")
             for said in lamps.diagnostics(item):
-                say(box, f"{said[0].upper()}{said[1:]}.")
+                say(box, sentence(said))
 
 
 class HousingPanel(_SectionPanel, bpy.types.Panel):
     """The port and the lens that the camera looks through."""
 
-    bl_idname = "UNDERWATER_PT_housing"
-    bl_label = SECTIONS["housing"].title
     section = "housing"
 
     @override
@@ -220,8 +201,6 @@ class HousingPanel(_SectionPanel, bpy.types.Panel):
 class SensorPanel(_SectionPanel, bpy.types.Panel):
     """The camera's spectral sensitivities and the development."""
 
-    bl_idname = "UNDERWATER_PT_sensor"
-    bl_label = SECTIONS["sensor"].title
     section = "sensor"
     apart = ("sensor", "exposure")
     popover = presets.UNDERWATER_PT_camera_presets
@@ -249,8 +228,6 @@ class SensorPanel(_SectionPanel, bpy.types.Panel):
 class QualityPanel(_SectionPanel, bpy.types.Panel):
     """How the water is rendered."""
 
-    bl_idname = "UNDERWATER_PT_quality"
-    bl_label = SECTIONS["quality"].title
     section = "quality"
     apart = ("layers",)
 
@@ -260,7 +237,7 @@ class QualityPanel(_SectionPanel, bpy.types.Panel):
         row = self.layout.row(align=True)
         row.prop(panel, "target_delta_e", text="Error ΔE")
         row.operator("underwater.auto")
-        if METHODS[panel.quality.lower()].traced:
+        if panel_job.method(context.scene).traced:
             self.column().prop(panel, "denoise")
 
     @override

@@ -9,12 +9,14 @@ from typing import override
 
 import bpy
 
-from ..quality.methods import METHODS
 from ..scene import stored_settings
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
-from . import property_group
+from . import panel_job
 from .live_updates import transaction
+
+TICKED = ("inelastic", "layers")
+"""Settings that are lists of words: in a panel, tick boxes."""
 
 
 def settings_of(*sections: str) -> tuple[str, ...]:
@@ -33,8 +35,8 @@ def draw(
     ``section`` is one of :data:`.SECTIONS`; those ``apart`` are drawn otherwise.
     """
     group = getattr(scene, stored_settings.PROPERTY)
-    panel = getattr(scene, property_group.PROPERTY)
-    engine = METHODS[panel.quality.lower()].engine
+    panel = getattr(scene, panel_job.PROPERTY)
+    engine = panel_job.method(scene).engine
     names = [name for name in settings_of(section) if name not in apart]
     for who in ("artist", "researcher"):
         rows = [setting for setting in map(SETTINGS.__getitem__, names) if setting.who == who]
@@ -49,7 +51,7 @@ def _shown_as(
     group: bpy.types.PropertyGroup, panel: bpy.types.PropertyGroup, name: str
 ) -> tuple[bpy.types.PropertyGroup, str]:
     """Return what shows a setting: lists of words are tick boxes."""
-    return (panel, name) if name in property_group.TICKED else (group, name)
+    return (panel, name) if name in TICKED else (group, name)
 
 
 class ResetSection(bpy.types.Operator):
@@ -84,11 +86,4 @@ def draw_reset(layout: bpy.types.UILayout, section: str) -> None:
     button.section = section
 
 
-def register() -> None:
-    """Register the operator."""
-    bpy.utils.register_class(ResetSection)
-
-
-def unregister() -> None:
-    """Unregister the operator."""
-    bpy.utils.unregister_class(ResetSection)
+register, unregister = bpy.utils.register_classes_factory((ResetSection,))

@@ -67,11 +67,4 @@ class AddSunHandle(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def register() -> None:
-    """Register the operator."""
-    bpy.utils.register_class(AddSunHandle)
-
-
-def unregister() -> None:
-    """Unregister the operator."""
-    bpy.utils.unregister_class(AddSunHandle)
+register, unregister = bpy.utils.register_classes_factory((AddSunHandle,))
