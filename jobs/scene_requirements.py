@@ -128,6 +128,7 @@ def choose(
         max(len(job.frames), 1),
         chosen.samples if "samples" in keep else None,
         shaft_end,
+        job.denoise,
     )
     given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
     on = given & switched_on(vars(chosen))
@@ -144,7 +145,6 @@ def choose(
             workload=workload,
             keep=on,
             off=given - on,
-            denoise=job.denoise,
         )
     return Choice(required, _changes(chosen, required, method, keep))
 

@@ -64,7 +64,7 @@ class Workload:
     """What a picture takes besides its water.
 
     ``samples`` are per pixel, None leaves them to :func:`decide`; ``shaft_end`` is how far the
-    renderer draws shafts, m.
+    renderer draws shafts, m; ``denoise`` is of pictures of Cycles.
     """
 
     method: Method = REALTIME
@@ -72,6 +72,7 @@ class Workload:
     frames: int = 1
     samples: int | None = None
     shaft_end: float = 200.0
+    denoise: bool = False
 
 
 @dataclass(frozen=True, eq=False)

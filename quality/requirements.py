@@ -94,8 +94,6 @@ def decide(
     workload: Workload | None = None,
     keep: Collection[str] = (),
     off: Collection[str] = (),
-    denoise: bool = False,
-    costs: Costs | None = None,
 ) -> Requirements:
     """Choose bands, options, samples and ranges.
 
@@ -113,10 +111,6 @@ def decide(
         CPU time of all frames in s, on the machine of the cost table; goes before the target.
     keep, off : collection of str
         Those of :data:`.TERMS`, by name, that must stay on or off.
-    denoise : bool
-        Whether pictures of Cycles are denoised.
-    costs : Costs, optional
-        The measured ones by default.
 
     Raises
     ------
@@ -131,8 +125,8 @@ def decide(
     if workload.method.traced:
         depth = float(np.mean([view.depth for view in estimate.seen]))
         sample = cycles_sample(replace(reference.view, depth=depth))
-    costs = costs or _costs(sample)
-    samples, noise = _samples(sample, workload, target, denoise=denoise)
+    costs = _costs(sample)
+    samples, noise = _samples(sample, workload, target)
 
     def seconds(c: Combination) -> float:
         method = workload.method
@@ -295,13 +289,11 @@ def _costs(sample: CyclesSample | None) -> Costs:
     return replace(costs, passes={**costs.passes, REFERENCE.name: sample.seconds / costs.seconds})
 
 
-def _samples(
-    sample: CyclesSample | None, workload: Workload, target: float, *, denoise: bool
-) -> tuple[int, float]:
+def _samples(sample: CyclesSample | None, workload: Workload, target: float) -> tuple[int, float]:
     """Samples per pixel, and the ΔE2000 of their noise in Cycles."""
     if sample is None:
         return workload.samples or (_FEW_SAMPLES if target >= _COARSE else _MANY_SAMPLES), 0.0
-    one = sample.delta_e / (_DENOISED if denoise else 1.0)
+    one = sample.delta_e / (_DENOISED if workload.denoise else 1.0)
     count = workload.samples or int(np.clip((one / target) ** 2, 16, 4096))
     return count, one / math.sqrt(count)
 

@@ -290,7 +290,7 @@ def test_denoised_pictures_need_fewer_samples():
     given = [seen_points()], Optics(viewpoint()), choices((8,))
     workload = Workload(REFERENCE, megapixels=0.1)
     raw, clean = (
-        decide(*given, target=1.0, workload=workload, denoise=denoise).samples
+        decide(*given, target=1.0, workload=replace(workload, denoise=denoise)).samples
         for denoise in (False, True)
     )
     # By the measured error of pixels (docs/measured/denoising.md), squared.
