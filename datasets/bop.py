@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +23,8 @@ from .camera import PinholeCamera
 from .depth_maps import read_depth_png
 from .files import make_folder, place_file, read_codes, write_json
 from .instance_maps import box, visible_masks
-from .set_files import Shape
-from .view import DataSetView, SeenInstance, check_views
+from .set_files import SetFiles, Shape, camera_of_view
+from .view import SPLITS, DataSetView, SeenInstance, check_views
 
 _MILLIMETRES = 1e3  # in a metre
 _TARGET = 0.1  # fraction of an object that is seen, from which BOP asks for it
@@ -120,7 +120,40 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
     ]
 
 
-def write_bop_models(folder: Path, shapes: Mapping[int, Shape]) -> None:
+def write_bop_set(files: SetFiles) -> None:
+    """Write a scene for each split and water, and the models and targets of all."""
+    root, targets = files.folder / "bop", list[dict[str, int]]()
+    for split in SPLITS:
+        of_split = replace(files, views=files.of_split(split))
+        for number, views in enumerate(of_split.scenes.values()):
+            found = write_bop(root / split / f"{number:06d}", views)
+            if split == "test":
+                targets += [
+                    {"scene_id": number, "im_id": seen.picture, "obj_id": model, "inst_count": n}
+                    for seen in found
+                    for model, n in sorted(seen.counts.items())
+                ]
+    if targets:
+        write_json(root / "test_targets_bop19.json", targets)
+    cameras = {camera_of_view(view): view.camera for view in files.views}
+    for place, (name, camera) in enumerate(cameras.items()):
+        for file in ([] if place else ["camera.json"]) + (
+            [f"camera_{files.camera_names[name]}.json"] if len(cameras) > 1 else []
+        ):
+            write_json(root / file, _camera_record(camera))
+    seen = {item.model: item.category for view in files.views for item in view.instances}
+    shapes = files.shapes(seen.keys())
+    without = [f"{number} ({seen[number]})" for number in sorted(seen.keys() - shapes.keys())]
+    if without:
+        files.report_note(
+            f"BOP: models {', '.join(without)} have no mesh of their own: their poses, masks and "
+            "targets are written, a PLY is not; make them meshes, or leave these models out"
+        )
+    for folder in ("models", "models_eval") if shapes else ():
+        _write_models(root / folder, shapes)
+
+
+def _write_models(folder: Path, shapes: Mapping[int, Shape]) -> None:
     """Write the models of a set as PLY in mm, and their sizes."""
     make_folder(folder)
     infos = {}
@@ -167,7 +200,7 @@ def diameter(vertices: NDArray[np.float64]) -> float:
     return float(max(apart, default=0.0))
 
 
-def camera_record(camera: PinholeCamera) -> dict[str, Any]:
+def _camera_record(camera: PinholeCamera) -> dict[str, Any]:
     """Return what ``camera.json`` says of a camera."""
     K = camera.K_opencv
     return {

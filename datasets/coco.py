@@ -12,7 +12,8 @@ from .card import DataCard
 from .files import relative, write_json
 from .instance_maps import box, visible_masks
 from .run_length import compressed, run_lengths
-from .view import DataSetView, category_numbers, check_views
+from .set_files import SetFiles
+from .view import SPLITS, DataSetView, category_numbers, check_views
 
 
 def category_ids(views: Sequence[DataSetView]) -> dict[str, int]:
@@ -95,3 +96,12 @@ def write_coco(
             "annotations": annotations,
         },
     )
+
+
+def write_coco_splits(files: SetFiles) -> None:
+    """Write a file for each split."""
+    categories = category_ids(files.views)
+    for split in SPLITS:
+        views = files.of_split(split)
+        if views:
+            write_coco(files.folder / f"coco_{split}.json", views, files.card, categories)

@@ -5,27 +5,17 @@ Poses are world-to-camera in OpenCV's axes, as unit quaternion and translation.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..uw_spectral.errors import InputError
-from .axes import quaternion
+from .axes import Array, quaternion
 from .camera import PinholeCamera
-from .files import make_folder, relative, write_text
+from .depth_maps import read_depth_png
+from .files import make_folder, place_file, relative, write_text
+from .set_files import SetFiles, shown_pixels
+from .sparse_points import SparsePoint, sparse_points
 from .view import DataSetView, check_views
-
-
-@dataclass(frozen=True)
-class SparsePoint:
-    """A point of the scene, and where it is seen: image coordinates by the name of the view.
-
-    ``position`` is in world coordinates, m; ``colour`` 0 to 255.
-    """
-
-    position: tuple[float, float, float]
-    colour: tuple[int, int, int]
-    seen: Mapping[str, tuple[float, float]]
 
 
 def write_colmap(
@@ -82,6 +72,23 @@ def write_colmap(
         lines.append(_row(numbers[view.name], *q, *t, cameras[view.camera], name))
         lines.append(" ".join(places[view.name]))
     write_text(folder / "images.txt", "\n".join(lines) + "\n")
+
+
+def write_colmap_scenes(files: SetFiles) -> None:
+    """Write each scene, with its pictures beside, where loaders of 3D Gaussians seek them."""
+    for name, views in files.scenes.items():
+        images = make_folder(files.scene_folder(name) / "images")
+        for view in views:
+            place_file(view.image, images / view.image.name)
+        points = sparse_points(views, _depth, shown_pixels, files.points, files.seed)
+        write_colmap(
+            files.scene_folder(name) / "sparse" / "0", views, points, files.folder / "images"
+        )
+
+
+def _depth(view: DataSetView) -> Array:
+    assert view.depth is not None
+    return read_depth_png(view.depth)
 
 
 def _camera(camera: PinholeCamera) -> str:

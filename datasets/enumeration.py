@@ -23,9 +23,10 @@ from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.transfer.water_column import WAVES
 from .axes import Array
+from .cameras_and_rigs import CameraRig, DataSetCamera
 from .pose_sets import GivenPoses, RandomPoses, RoomForPoses, ScenePath, timed_poses
 from .quantities import Value, generator
-from .specification import AIR, AMOUNTS, CONSTITUENTS, CameraRig, DataSetCamera, DataSetSpec
+from .specification import AIR, AMOUNTS, CONSTITUENTS, DataSetSpec
 from .trajectory_files import nanoseconds
 from .view import SPLITS, Split
 

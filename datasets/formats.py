@@ -3,33 +3,27 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from pathlib import Path
 
 from ..uw_spectral.errors import InputError
-from .axes import Array
-from .bop import camera_record, write_bop, write_bop_models
+from .bop import write_bop_set
 from .camera_info import write_camera_infos
-from .coco import category_ids, write_coco
-from .colmap import write_colmap
+from .coco import write_coco_splits
+from .colmap import write_colmap_scenes
 from .compositor_exr import LAYERS as COMPOSITOR_LAYERS
 from .compositor_exr import write_compositor_exrs
 from .croissant import write_croissant
-from .depth_maps import read_depth_png
 from .euroc import write_euroc_sequences
-from .files import make_folder, place_file, write_json
 from .hdf5 import write_hdf5s
 from .kitti import write_kitti_sequences
-from .nerfstudio import write_nerfstudio
+from .nerfstudio import write_nerfstudio_set
 from .optical_flow import write_flows
 from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
 from .rosbag import write_rosbags
-from .set_files import SetFiles, camera_of_view, shown_pixels
-from .sparse_points import sparse_points
+from .set_files import SetFiles
 from .tartanair import write_tartanair
 from .tum import write_tum_sequences
-from .view import SPLITS, DataSetView
 from .yolo import write_yolo_boxes, write_yolo_segments
 
 _OPENCV = "COLMAP and BOP: world or model to camera, the camera looks along +z, y is down."
@@ -109,73 +103,15 @@ class Format:
             )
 
 
-def _nerfstudio(files: SetFiles) -> None:
-    """Write the whole set, and each scene of it."""
-    write_nerfstudio(files.folder / "transforms.json", files.views)
-    for name, views in _groups(files.views).items():
-        write_nerfstudio(_scene(files, name) / "transforms.json", views)
-
-
-def _colmap(files: SetFiles) -> None:
-    """Write each scene, with its pictures beside, where loaders of 3D Gaussians seek them."""
-    for name, views in _groups(files.views).items():
-        images = make_folder(_scene(files, name) / "images")
-        for view in views:
-            place_file(view.image, images / view.image.name)
-        points = sparse_points(views, _depth, shown_pixels, files.points, files.seed)
-        write_colmap(_scene(files, name) / "sparse" / "0", views, points, files.folder / "images")
-
-
-def _bop(files: SetFiles) -> None:
-    """Write a scene for each split and water, and the models and targets of all."""
-    root, targets = files.folder / "bop", list[dict[str, int]]()
-    for split in SPLITS:
-        for number, views in enumerate(_groups(files.of_split(split)).values()):
-            found = write_bop(root / split / f"{number:06d}", views)
-            if split == "test":
-                targets += [
-                    {"scene_id": number, "im_id": seen.picture, "obj_id": model, "inst_count": n}
-                    for seen in found
-                    for model, n in sorted(seen.counts.items())
-                ]
-    if targets:
-        write_json(root / "test_targets_bop19.json", targets)
-    cameras = {camera_of_view(view): view.camera for view in files.views}
-    for place, (name, camera) in enumerate(cameras.items()):
-        for file in ([] if place else ["camera.json"]) + (
-            [f"camera_{files.camera_names[name]}.json"] if len(cameras) > 1 else []
-        ):
-            write_json(root / file, camera_record(camera))
-    seen = {item.model: item.category for view in files.views for item in view.instances}
-    shapes = files.shapes(seen.keys())
-    without = [f"{number} ({seen[number]})" for number in sorted(seen.keys() - shapes.keys())]
-    if without:
-        files.report_note(
-            f"BOP: models {', '.join(without)} have no mesh of their own: their poses, masks and "
-            "targets are written, a PLY is not; make them meshes, or leave these models out"
-        )
-    for folder in ("models", "models_eval") if shapes else ():
-        write_bop_models(root / folder, shapes)
-
-
-def _coco(files: SetFiles) -> None:
-    """Write a file for each split."""
-    categories = category_ids(files.views)
-    for split in SPLITS:
-        views = files.of_split(split)
-        if views:
-            write_coco(files.folder / f"coco_{split}.json", views, files.card, categories)
-
-
 FORMATS = {
     "nerfstudio": Format(
-        _nerfstudio,
+        write_nerfstudio_set,
         "`transforms.json` (nerfstudio): camera to world, the camera looks along -z, y is up.",
         default=True,
     ),
-    "colmap": Format(_colmap, _OPENCV, default=True),
-    "bop": Format(_bop, _OPENCV, silhouettes=True, distortion=0, default=True),
-    "coco": Format(_coco, default=True),
+    "colmap": Format(write_colmap_scenes, _OPENCV, default=True),
+    "bop": Format(write_bop_set, _OPENCV, silhouettes=True, distortion=0, default=True),
+    "coco": Format(write_coco_splits, default=True),
     "yolo": Format(write_yolo_boxes),
     "yolo_segments": Format(write_yolo_segments),
     "tum": Format(write_tum_sequences, _WAYS, way=True, pixel_bytes=2),
@@ -202,20 +138,3 @@ def conventions(names: Collection[str]) -> tuple[str, ...]:
     """Return the conventions of formats, each once."""
     found = (FORMATS[name].convention for name in FORMATS if name in names)
     return tuple(dict.fromkeys(text for text in found if text))
-
-
-def _groups(views: Iterable[DataSetView]) -> dict[str, list[DataSetView]]:
-    """Views of one water, light and rig, which show one scene."""
-    found: dict[str, list[DataSetView]] = {}
-    for view in views:
-        found.setdefault(str(view.metadata["group"]), []).append(view)
-    return found
-
-
-def _scene(files: SetFiles, name: str) -> Path:
-    return make_folder(files.folder / "scenes" / name)
-
-
-def _depth(view: DataSetView) -> Array:
-    assert view.depth is not None
-    return read_depth_png(view.depth)

@@ -12,10 +12,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from .cameras_and_rigs import CameraRig, DataSetCamera
 from .enumeration import PlannedView
 from .files import plain_name, plain_names
 from .quantities import LARGEST_SEED, Value
-from .specification import CameraRig, DataSetCamera, DataSetSpec
+from .specification import DataSetSpec
 
 _DIGITS = 6  # of what tells groups apart
 

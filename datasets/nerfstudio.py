@@ -13,6 +13,7 @@ from typing import Any
 from .camera import PinholeCamera
 from .depth_maps import MILLIMETRE
 from .files import relative, write_json
+from .set_files import SetFiles
 from .view import SPLITS, DataSetView, check_views
 
 
@@ -52,6 +53,13 @@ def write_nerfstudio(path: Path, views: Sequence[DataSetView]) -> None:
         named = [relative(view.image, folder) for view in views if view.split == split]
         content[f"{split}_filenames"] = named
     write_json(path, content)
+
+
+def write_nerfstudio_set(files: SetFiles) -> None:
+    """Write the whole set, and each scene of it."""
+    write_nerfstudio(files.folder / "transforms.json", files.views)
+    for name, views in files.scenes.items():
+        write_nerfstudio(files.scene_folder(name) / "transforms.json", views)
 
 
 def _intrinsics(camera: PinholeCamera) -> dict[str, float | int]:

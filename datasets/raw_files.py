@@ -33,8 +33,9 @@ def write_raw(
 def write_counts(
     path: Path, raw: RawOutputs, counts: NDArray[np.uint16], to_rec709: Array, sensor: str
 ) -> None:
-    """Write counts, as DNG if there is a mosaic, else as TIFF; ``to_rec709`` as of
-    :func:`write_raw`.
+    """Write counts, as DNG if there is a mosaic, else as TIFF.
+
+    ``to_rec709`` is as of :func:`write_raw`.
     """
     if raw.file != "dng" or raw.pattern is None:
         write_codes(path, counts, {"black_level": raw.detector.black_level})

@@ -14,7 +14,7 @@ from ..uw_spectral.spectra.spectral_image import read_exr
 from .axes import Array
 from .card import DataCard
 from .depth_maps import PLANAR
-from .files import plain_names
+from .files import make_folder, plain_names
 from .layer_file import FrameLayers, read_layers
 from .view import DataSetView
 
@@ -103,6 +103,18 @@ class SetFiles:
     def of_split(self, split: str) -> list[DataSetView]:
         """Return the views of a split."""
         return [view for view in self.views if view.split == split]
+
+    @cached_property
+    def scenes(self) -> dict[str, list[DataSetView]]:
+        """Views of one water, light and rig, which show one scene."""
+        found: dict[str, list[DataSetView]] = {}
+        for view in self.views:
+            found.setdefault(str(view.metadata["group"]), []).append(view)
+        return found
+
+    def scene_folder(self, name: str) -> Path:
+        """Return the folder of one of the scenes, made if it is not there."""
+        return make_folder(self.folder / "scenes" / name)
 
     def layers(self, view: DataSetView) -> FrameLayers:
         """Return the layers of a view."""

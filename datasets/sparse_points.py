@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .axes import Array, inverse
 from .camera import PIXEL_CENTRE
-from .colmap import SparsePoint
 from .quantities import generator
 from .view import DataSetView
 
 _SAME = 0.01  # of the depth, within which a view sees a point and not what hides it
+
+
+@dataclass(frozen=True)
+class SparsePoint:
+    """A point of the scene, and where it is seen: image coordinates by the name of the view.
+
+    ``position`` is in world coordinates, m; ``colour`` 0 to 255.
+    """
+
+    position: tuple[float, float, float]
+    colour: tuple[int, int, int]
+    seen: Mapping[str, tuple[float, float]]
 
 
 def sparse_points(

@@ -13,23 +13,19 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..uw_spectral.errors import InputError, unknown_name
-from ..uw_spectral.housing import find_glass
-from ..uw_spectral.housing.description import NONE
-from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
-from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.spectra.sensor import parse_sensor
 from ..uw_spectral.transfer.sky import SKIES
 from ..uw_spectral.transfer.water_column import SURFACES
 from ..uw_spectral.water.named import parse_water
 from ..uw_spectral.water.optical_properties import DEFAULT_SOURCE, JERLOV_SOURCES
-from .camera import PinholeCamera
+from .cameras_and_rigs import CameraRig, DataSetCamera, read_camera, read_rig
 from .formats import FORMATS
 from .outputs import Outputs, RawOutputs, read_outputs, read_raw, read_render
 from .pairs import UNATTENUATED
 from .pose_sets import PoseSet, RandomPoses, read_pose_set
 from .quantities import LARGEST_SEED, Quantity
-from .tables import SpecTable
+from .tables import SpecTable, placed
 from .view import AIR, SPLITS
 
 CONSTITUENTS = "constituents"
@@ -37,61 +33,6 @@ AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
 MOST_VIEWS = 100_000
 _SPLIT_FRACTIONS = (0.8, 0.1, 0.1)
 _FACTORS = ("absorption_factor", "scattering_factor")
-
-
-@dataclass(frozen=True)
-class DataSetCamera:
-    """A camera of a data set.
-
-    ``offset`` is its place beside the pose, in the pose's axes (Blender's: right, up, back), m.
-    ``port`` is what it looks through, as pairs of a setting and its value; ``optics`` are those in
-    air, their distortion included.
-    """
-
-    name: str
-    optics: PinholeCamera
-    sensor: str
-    white_balance: str
-    exposure: str
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    port: tuple[tuple[str, str | float], ...] = ()
-
-    @property
-    def coefficients(self) -> int:
-        """Coefficients of its distortion up to the last one that is not 0; 5 with a port."""
-        if self.port and self.port[0] != ("housing", NONE):
-            return 5
-        return max((n for n, k in enumerate(self.optics.distortion, 1) if k), default=0)
-
-    @property
-    def settings(self) -> dict[str, str | float]:
-        """The settings of a render that its port and lens are."""
-        k = self.optics.distortion
-        lens = {"lens": f"brown:{','.join(map(repr, k))}"} if any(k) else {}
-        return {**dict(self.port), **lens}
-
-
-@dataclass(frozen=True)
-class RigLamp:
-    """A lamp that moves with the camera; position (m) and axis in its axes, Blender's.
-
-    ``size`` is the full angle of its cone in degrees, 0 for light to all sides.
-    """
-
-    power: float
-    unit: str
-    emission: str
-    position: tuple[float, float, float]
-    axis: tuple[float, float, float]
-    size: float
-
-
-@dataclass(frozen=True)
-class CameraRig:
-    """Lamps that are on together."""
-
-    name: str
-    lamps: tuple[RigLamp, ...]
 
 
 @dataclass(frozen=True)
@@ -160,8 +101,7 @@ def read_spec(path: Path) -> DataSetSpec:
 
 
 def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
-    """Return the specification of what tomllib has read; ``folder`` is where files lie that it
-    names.
+    """Return the specification of what tomllib has read; files are sought from ``folder``.
 
     Raises InputError as :func:`read_spec` does.
     """
@@ -178,9 +118,9 @@ def parse_spec(content: Mapping[str, object], folder: Path) -> DataSetSpec:
     scene.close()
     if any(isinstance(v, str) or v < 0 for v in (*lowered.values, *(lowered.drawn or ()))):
         raise InputError("scene.depth: a scene is lowered by 0 m or more")
-    cameras = tuple(_camera(table, folder) for table in top.tables("camera"))
+    cameras = tuple(read_camera(table, folder) for table in top.tables("camera"))
     poses = tuple(read_pose_set(table, folder) for table in top.tables("poses"))
-    rigs = tuple(_rig(table, folder) for table in top.tables("rig")) or (CameraRig("none", ()),)
+    rigs = tuple(read_rig(table, folder) for table in top.tables("rig")) or (CameraRig("none", ()),)
     for key, found in (("camera", cameras), ("poses", poses)):
         if not found:
             raise InputError(f"[[{key}]] is missing; a data set needs one at least")
@@ -275,7 +215,7 @@ def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:
             raise unknown_name(f"{table.place('source')}", str(text), JERLOV_SOURCES)
     placed = []
     for name in map(str, names.values):
-        found = _placed(name, folder)
+        found = placed(name, folder)
         if name not in (AIR, CONSTITUENTS):
             for text in source.values:
                 try:
@@ -315,7 +255,7 @@ def _sun(table: SpecTable, folder: Path) -> dict[str, Quantity]:
         settings["sky_radiance"] = _positive(table, "sky_radiance")
     if "illuminant" in table:
         given = table.quantity("illuminant", text=True)
-        placed = tuple(_placed(str(text), folder) for text in given.values)
+        placed = tuple(placed(str(text), folder) for text in given.values)
         for text in placed:
             parse_illuminant(text)
         settings["illuminant"] = Quantity(placed)
@@ -344,73 +284,6 @@ def _sea(table: SpecTable) -> dict[str, Quantity]:
     return settings
 
 
-def _camera(table: SpecTable, folder: Path) -> DataSetCamera:
-    name = table.text("name")
-    width, height = table.whole("width", least=1), table.whole("height", least=1)
-    distortion = table.numbers("distortion", 5, (0.0,) * 5)
-    if "field_of_view" in table:
-        optics = PinholeCamera.from_field_of_view(width, height, table.number("field_of_view"))
-        fx, fy, cx, cy = optics.fx, optics.fy, optics.cx, optics.cy
-    else:
-        if "focal" not in table:
-            raise InputError(f"{table.where}: give field_of_view in degrees, or focal in pixels")
-        fx, fy = table.numbers("focal", 2)
-        cx, cy = table.numbers("centre", 2, (width / 2, height / 2))
-    sensor = _placed(table.text("sensor", "cie1931"), folder)
-    parse_sensor(sensor)
-    balance = table.text("white_balance", "daylight")
-    if balance not in WHITE_BALANCES:
-        raise unknown_name(f"{table.place('white_balance')}", balance, WHITE_BALANCES)
-    automatic = table.get("exposure", "auto") == "auto"
-    exposure = "auto" if automatic else repr(table.number("exposure"))
-    x, y, z = table.numbers("offset", 3, (0.0, 0.0, 0.0))
-    port = _port(table, folder)
-    table.close()
-    k1, k2, p1, p2, k3 = distortion
-    optics = PinholeCamera(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
-    return DataSetCamera(name, optics, sensor, balance, exposure, (x, y, z), port)
-
-
-def _port(table: SpecTable, folder: Path) -> tuple[tuple[str, str | float], ...]:
-    """Read the port of a camera; what is left out is as the settings have it."""
-    found: list[tuple[str, str | float]] = []
-    if "port" in table:
-        found.append(("housing", _placed(table.text("port"), folder)))
-    if "port_glass" in table:
-        found.append(("port_glass", find_glass(table.text("port_glass")).name))
-    found += [(name, table.number(name)) for name in _PORT_NUMBERS if name in table]
-    if found and found[0][0] != "housing":
-        raise InputError(f"{table.where}: {found[0][0]} needs port = 'flat' or 'dome'")
-    return tuple(found)
-
-
-_PORT_NUMBERS = (
-    *("port_distance", "port_thickness", "port_tilt", "port_tilt_towards"),
-    *("dome_radius", "dome_forward", "salinity", "temperature"),
-)
-
-
-def _rig(table: SpecTable, folder: Path) -> CameraRig:
-    name, lamps = table.text("name"), []
-    for lamp in table.tables("lamps"):
-        emission = _placed(lamp.text("emission", "led"), folder)
-        parse_emission(emission)
-        unit = lamp.text("unit", LUMENS)
-        if unit not in UNITS:
-            raise unknown_name(f"{lamp.place('unit')}", unit, UNITS)
-        power, size = lamp.number("power"), lamp.number("size", 0.0)
-        if power <= 0 or not 0 <= size <= 180:
-            raise InputError(f"{lamp.where}: power is above 0, and size 0 to 180°")
-        px, py, pz = lamp.numbers("position", 3, (0.0, 0.0, 0.0))
-        ax, ay, az = lamp.numbers("axis", 3, (0.0, 0.0, -1.0))
-        if not (ax or ay or az):
-            raise InputError(f"{lamp.place('axis')}: (0, 0, 0) is no direction")
-        lamps.append(RigLamp(power, unit, emission, (px, py, pz), (ax, ay, az), size))
-        lamp.close()
-    table.close()
-    return CameraRig(name, tuple(lamps))
-
-
 def _seed(table: SpecTable) -> int:
     seed = table.whole("seed", 0)
     if seed > LARGEST_SEED:
@@ -434,9 +307,3 @@ def _positive(table: SpecTable, key: str) -> Quantity:
     if any(float(v) < 0 for v in (*found.values, *(found.drawn or ()))):
         raise InputError(f"{table.place(key)}: values are 0 or more")
     return found
-
-
-def _placed(text: str, folder: Path) -> str:
-    """Return what names a file with its path from the folder of the specification."""
-    scheme, _, rest = text.partition(":")
-    return f"file:{folder / rest}" if scheme == "file" and rest else text

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from ..uw_spectral.errors import InputError, unknown_name
 from .quantities import Quantity, number, read_quantity
 
@@ -114,3 +116,9 @@ class SpecTable:
         if found is None:
             return InputError(f"{self.place(key)} is missing; give {what}")
         return InputError(f"{self.place(key)}: {found!r} should be {what}")
+
+
+def placed(text: str, folder: Path) -> str:
+    """Return what names a file with its path from the folder of the specification."""
+    scheme, _, rest = text.partition(":")
+    return f"file:{folder / rest}" if scheme == "file" and rest else text

@@ -151,8 +151,7 @@ def _to_digits(content: Any) -> Any:  # noqa: ANN401 - what JSON holds
 
 
 def read_formation(path: Path, direction: str = LEVEL) -> FormationCurves:
-    """Read the coefficients of the sensor's channels in a direction of a file of
-    :func:`write_truth`.
+    """Read the coefficients of the sensor's channels in a direction, of :func:`write_truth`.
 
     Raises
     ------

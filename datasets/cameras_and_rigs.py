@@ -1,0 +1,138 @@
+"""Cameras of a data set and lamps that move with them, as a specification gives them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.housing import find_glass
+from ..uw_spectral.housing.description import NONE
+from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
+from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
+from ..uw_spectral.spectra.sensor import parse_sensor
+from .camera import PinholeCamera
+from .tables import SpecTable, placed
+
+_PORT_NUMBERS = (
+    *("port_distance", "port_thickness", "port_tilt", "port_tilt_towards"),
+    *("dome_radius", "dome_forward", "salinity", "temperature"),
+)
+
+
+@dataclass(frozen=True)
+class DataSetCamera:
+    """A camera of a data set.
+
+    ``offset`` is its place beside the pose, in the pose's axes (Blender's: right, up, back), m.
+    ``port`` is what it looks through, as pairs of a setting and its value; ``optics`` are those in
+    air, their distortion included.
+    """
+
+    name: str
+    optics: PinholeCamera
+    sensor: str
+    white_balance: str
+    exposure: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    port: tuple[tuple[str, str | float], ...] = ()
+
+    @property
+    def coefficients(self) -> int:
+        """Coefficients of its distortion up to the last one that is not 0; 5 with a port."""
+        if self.port and self.port[0] != ("housing", NONE):
+            return 5
+        return max((n for n, k in enumerate(self.optics.distortion, 1) if k), default=0)
+
+    @property
+    def settings(self) -> dict[str, str | float]:
+        """The settings of a render that its port and lens are."""
+        k = self.optics.distortion
+        lens = {"lens": f"brown:{','.join(map(repr, k))}"} if any(k) else {}
+        return {**dict(self.port), **lens}
+
+
+@dataclass(frozen=True)
+class RigLamp:
+    """A lamp that moves with the camera; position (m) and axis in its axes, Blender's.
+
+    ``size`` is the full angle of its cone in degrees, 0 for light to all sides.
+    """
+
+    power: float
+    unit: str
+    emission: str
+    position: tuple[float, float, float]
+    axis: tuple[float, float, float]
+    size: float
+
+
+@dataclass(frozen=True)
+class CameraRig:
+    """Lamps that are on together."""
+
+    name: str
+    lamps: tuple[RigLamp, ...]
+
+
+def read_camera(table: SpecTable, folder: Path) -> DataSetCamera:
+    """Read one of the tables ``[[camera]]``; files that it names are sought from a folder."""
+    name = table.text("name")
+    width, height = table.whole("width", least=1), table.whole("height", least=1)
+    distortion = table.numbers("distortion", 5, (0.0,) * 5)
+    if "field_of_view" in table:
+        optics = PinholeCamera.from_field_of_view(width, height, table.number("field_of_view"))
+        fx, fy, cx, cy = optics.fx, optics.fy, optics.cx, optics.cy
+    else:
+        if "focal" not in table:
+            raise InputError(f"{table.where}: give field_of_view in degrees, or focal in pixels")
+        fx, fy = table.numbers("focal", 2)
+        cx, cy = table.numbers("centre", 2, (width / 2, height / 2))
+    sensor = placed(table.text("sensor", "cie1931"), folder)
+    parse_sensor(sensor)
+    balance = table.text("white_balance", "daylight")
+    if balance not in WHITE_BALANCES:
+        raise unknown_name(f"{table.place('white_balance')}", balance, WHITE_BALANCES)
+    automatic = table.get("exposure", "auto") == "auto"
+    exposure = "auto" if automatic else repr(table.number("exposure"))
+    x, y, z = table.numbers("offset", 3, (0.0, 0.0, 0.0))
+    port = _port(table, folder)
+    table.close()
+    k1, k2, p1, p2, k3 = distortion
+    optics = PinholeCamera(width, height, fx, fy, cx, cy, (k1, k2, p1, p2, k3))
+    return DataSetCamera(name, optics, sensor, balance, exposure, (x, y, z), port)
+
+
+def _port(table: SpecTable, folder: Path) -> tuple[tuple[str, str | float], ...]:
+    """Read the port of a camera; what is left out is as the settings have it."""
+    found: list[tuple[str, str | float]] = []
+    if "port" in table:
+        found.append(("housing", placed(table.text("port"), folder)))
+    if "port_glass" in table:
+        found.append(("port_glass", find_glass(table.text("port_glass")).name))
+    found += [(name, table.number(name)) for name in _PORT_NUMBERS if name in table]
+    if found and found[0][0] != "housing":
+        raise InputError(f"{table.where}: {found[0][0]} needs port = 'flat' or 'dome'")
+    return tuple(found)
+
+
+def read_rig(table: SpecTable, folder: Path) -> CameraRig:
+    """Read one of the tables ``[[rig]]``; files that it names are sought from a folder."""
+    name, lamps = table.text("name"), []
+    for lamp in table.tables("lamps"):
+        emission = placed(lamp.text("emission", "led"), folder)
+        parse_emission(emission)
+        unit = lamp.text("unit", LUMENS)
+        if unit not in UNITS:
+            raise unknown_name(f"{lamp.place('unit')}", unit, UNITS)
+        power, size = lamp.number("power"), lamp.number("size", 0.0)
+        if power <= 0 or not 0 <= size <= 180:
+            raise InputError(f"{lamp.where}: power is above 0, and size 0 to 180°")
+        px, py, pz = lamp.numbers("position", 3, (0.0, 0.0, 0.0))
+        ax, ay, az = lamp.numbers("axis", 3, (0.0, 0.0, -1.0))
+        if not (ax or ay or az):
+            raise InputError(f"{lamp.place('axis')}: (0, 0, 0) is no direction")
+        lamps.append(RigLamp(power, unit, emission, (px, py, pz), (ax, ay, az), size))
+        lamp.close()
+    table.close()
+    return CameraRig(name, tuple(lamps))
