@@ -43,11 +43,11 @@ def as_rgb(plan: RenderPlan, depth: float, image: NDArray[np.float64]) -> NDArra
 def paper_image(
     plan: RenderPlan, hits: Hits, depth: float, form: PathRadianceForm
 ) -> NDArray[np.float64]:
-    """Band radiances with the paper's path radiance and its surface lighting by Kd, shape (h, w,
-    n).
+    """Band radiances with the paper's path radiance and its surface lighting by Kd.
 
-    The water must have a Kd; ``hits`` are what the camera's rays meet; ``depth`` is that of the
-    camera, m; ``form`` :func:`path_radiance_Monzon2024` or its corrected form.
+    Their shape is (h, w, n). The water must have a Kd; ``hits`` are what the camera's rays meet;
+    ``depth`` is that of the camera, m; ``form`` :func:`path_radiance_Monzon2024` or its corrected
+    form.
     """
     column = plan.column
     Kd = plan.water.Kd(plan.bands.centres)

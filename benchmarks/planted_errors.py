@@ -41,9 +41,7 @@ class Error:
     wrong: str
 
     def planted(self, package: Path) -> str:
-        """Text of the file in a package with the error in it; ValueError if ``right`` is not there
-        once.
-        """
+        """Text of the file in a package with the error in it; ValueError if it does not fit."""
         text = (package / self.file).read_text(encoding="utf-8")
         if text.count(self.right) != 1:
             raise ValueError(f"planted errors: {self.right!r} is not once in {self.file}")

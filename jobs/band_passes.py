@@ -56,8 +56,7 @@ class RenderedPass:
 def render_pass(
     render: RenderPass, bands: tuple[int, ...], path: Path, key: str = "", notes: Sequence[str] = ()
 ) -> float:
-    """Render a pass under another name, put it in place with its stamp, and return the seconds it
-    took.
+    """Render a pass under another name, put it in place with its stamp, and return its seconds.
 
     The folder of ``path`` is there; ``key`` tells the pass from every other; ``notes`` say what
     could not be treated. Raises KeyboardInterrupt once the pass is written, if it was asked for

@@ -4,30 +4,25 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import functools
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TextIO
 
 import bpy
 
 from ..quality.terms import SHAFTS
-from ..scene import colour_space, scripts, stored_settings
-from ..scene.blender_prints import without_file_lines
+from ..scene import stored_settings
 from ..scene.readers import picture_size
-from ..scene.session import is_live, select_scene
-from ..scene.viewport import live
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
-from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.water.named import list_waters
 from . import command_line, data_set_batch, render_job, scene_requirements, split_batch
 from .farm import farm_bundle
 from .job import AutoRequest, Job
+from .opening import SceneOpener
 from .planning import find_cameras
 from .progress import Progress
 
@@ -63,9 +58,7 @@ def main(
 
 
 def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
-    """Render what the options ask for; raise InputError if scene, settings or folder cannot be
-    used.
-    """
+    """Render what the options ask for; raise InputError if that cannot be done."""
     if options.list_sensors:
         print("\n".join(list_sensors()))
         return
@@ -77,18 +70,18 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         stored_settings.register()
     asked = data_set_batch.request_of(options)
     progress = Progress(options.progress, options.quiet)
-    opened = functools.partial(_open, progress.note, options.trust_scripts, options.scene)
+    opener = SceneOpener(progress.note, options.scene, options.trust_scripts, inside_blender)
     if asked is not None:
-        data_set_batch.run(asked, options, progress, opened, inside_blender=inside_blender)
+        data_set_batch.run(asked, options, progress, opener)
         return
     split = command_line.split(options)
     if split is not None and split.plan is None and split.bundle is None:
-        split_batch.run(split, options.blend, progress, opened, inside_blender=inside_blender)
+        split_batch.run(split, options.blend, progress, opener)
         return
     job, auto = command_line.job(options), command_line.auto(options)
     if job.resolution is not None:
         picture_size.check_resolution(job.resolution)
-    opened(job.blend, inside_blender)
+    opener.open(job.blend)
     scene = bpy.context.scene
     if job.resolution is not None:
         scene.render.resolution_x, scene.render.resolution_y = job.resolution
@@ -133,62 +126,6 @@ def _chosen(
         decisions=tuple(choice.lines),
     )
     return job, lambda: replace(settings_now(), **choice.settings)
-
-
-def _open(
-    report_note: Callable[[str], None],
-    trust_scripts: bool,
-    scene_name: str | None,
-    blend: Path | None,
-    inside_blender: bool,
-) -> None:
-    """Open a scene; live water makes way for that of the batch."""
-    _open_file(blend, inside_blender, trust_scripts)
-    if scene_name is not None:
-        select_scene(scene_name)
-    if trust_scripts:
-        report_note(f"{scripts.TRUST}: Python of {bpy.data.filepath} runs, drivers and scripts")
-    # What is not saved may be converted; a window shows the user's file.
-    if bpy.app.background:
-        for note in (colour_space.bring_to_rec709(), colour_space.bring_images()):
-            if note:
-                report_note(note)
-    for scene in bpy.data.scenes:
-        if is_live(scene):
-            live.remove(scene)
-
-
-def _open_file(blend: Path | None, inside_blender: bool, trust_scripts: bool) -> None:
-    if inside_blender:
-        if blend is not None:
-            raise InputError(
-                f"{blend}: Blender has opened a scene; name one, before -P or --command"
-            )
-        if trust_scripts and bpy.app.autoexec_fail:
-            raise InputError(
-                f"{scripts.TRUST}: Blender has opened the scene without its Python; start it with "
-                "blender -y, or name the scene as an option"
-            )
-        return
-    if blend is None:
-        raise InputError("name a scene before the options: scene.blend OPTIONS")
-    if not is_file(blend):
-        raise InputError(f"cannot open {blend}: there is no such file; check the path")
-    try:
-        with without_file_lines():
-            bpy.ops.wm.open_mainfile(
-                filepath=str(blend.resolve()), use_scripts=_runs_scripts(trust_scripts)
-            )
-    except RuntimeError as error:
-        raise InputError(f"cannot open {blend}: {str(error).strip()}") from error
-
-
-def _runs_scripts(trusted: bool) -> bool:
-    """Whether Blender runs Python of a file that it opens: as -y, -Y or preferences say."""
-    default = bpy.app.autoexec_override
-    if default is None:
-        default = bpy.context.preferences.filepaths.use_scripts_auto_execute
-    return trusted or default
 
 
 @contextlib.contextmanager

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,25 +23,22 @@ from . import (
     data_set_export,
     job_files,
     job_status,
-    pictures,
     render_job,
     same_job,
     work,
 )
 from .data_set_plan import plan_data_set
-from .frame_plans import FramePlans
 from .manifest import Manifest, View
 from .manifest_files import read_manifest
+from .opening import SceneOpener
+from .picture_files import is_developed
 from .progress import Progress
-from .render_job import Step
 
 _DECIDED = ("quality", "target_delta_e", "time_budget")
 _SET = {"sensor", "white_balance", "exposure"}  # by each [[camera]]
 _GB = 1e9
 _PIXEL_BYTES = 150  # of pictures, depth and layers
 _SMALLER = 0.4  # what compression leaves, about
-
-OpenScene = Callable[[Path | None, bool], None]
 
 
 @dataclass(frozen=True)
@@ -99,13 +96,9 @@ def run(
     request: DataSetRequest,
     options: argparse.Namespace,
     progress: Progress,
-    open_scene: OpenScene,
-    *,
-    inside_blender: bool,
+    opener: SceneOpener,
 ) -> None:
-    """Do what is asked for of a data set; raise InputError if its files or the scene cannot be
-    used.
-    """
+    """Do what is asked for of a data set; raise InputError if that cannot be done."""
     if request.spec is None:
         assert request.export is not None
         index = read_index(request.export / NAME)
@@ -113,12 +106,12 @@ def run(
         _develop(index, progress)
         progress.say(
             data_set_export.export(
-                index, spec, _opener(index, open_scene, inside_blender), progress.note
+                index, spec, functools.partial(_opened, index, opener), progress.note
             )
         )
         return
     spec = read_spec(request.spec)
-    _open(options.blend or spec.scene, request.spec, open_scene, inside_blender=inside_blender)
+    _open(options.blend or spec.scene, request.spec, opener)
     scene = bpy.context.scene
     chosen = command_line.job(options)
 
@@ -142,26 +135,23 @@ def render(index: Index, progress: Progress, *, insist: bool) -> None:
     Those who insist answer for all of them and develop; else what others are rendering is left to
     them.
     """
-    done, passes = 0, 0
     left = {name: tasks for name in index.jobs if (tasks := _left(index, name))}
-    total = sum(map(len, left.values()))
+    passes, total, seen = 0, sum(map(len, left.values())), set[tuple[str, int]]()
     for name, tasks in left.items():
-        manifest = _manifest(index, name)
+        manifest, scene = _manifest(index, name), bpy.context.scene
         same_job.check_scene(manifest, job_files.open_blend())
-        plans = FramePlans(manifest)
-        finished: dict[object, list[work.Rendered]] = {}
-        steps = work.render(bpy.context.scene, manifest, tasks, plans, progress.note, insist=insist)
-        for found, is_new in steps:
+        if insist:
+            views = list(dict.fromkeys(task.view for task in tasks))
+            steps = render_job.render_views(scene, manifest, views, progress.note)
+        else:
+            steps = render_job.render_passes(scene, manifest, tasks, progress.note, insist=False)
+        for step in steps:
             passes += 1
-            file = found.file if is_new else replace(found.file, seconds=None)
-            of_view = finished.setdefault(found.task.view, [])
-            of_view.append(replace(found, file=file))
-            if insist and len(of_view) == len(manifest.passes):
-                for note in pictures.develop(manifest, found.task.view, of_view, plans):
-                    progress.note(note)
-            progress.report(Step(found.task.view.frame, file, passes, total))
-        done += len(finished)
-    progress.say(f"done: {done} of {len(index.views)} view(s) rendered here, in {index.folder}")
+            seen.add((name, step.frame))
+            progress.report(replace(step, number=passes, total=total))
+    progress.say(
+        f"done: {len(seen)} of {len(index.views)} view(s) rendered here, in {index.folder}"
+    )
 
 
 def status(index: Index) -> tuple[str, str]:
@@ -172,17 +162,15 @@ def status(index: Index) -> tuple[str, str]:
     return "\n".join(lines), json.dumps(content)
 
 
-def work_on(
-    index: Index, progress: Progress, open_scene: OpenScene, blend: Path | None, inside: bool
-) -> None:
+def work_on(index: Index, progress: Progress, opener: SceneOpener, blend: Path | None) -> None:
     """Render what nobody else is rendering of a set."""
-    _open(blend or index.scene, index.folder / NAME, open_scene, inside_blender=inside)
+    _open(blend or index.scene, index.folder / NAME, opener)
     render(index, progress, insist=False)
 
 
-def _open(blend: Path | None, named: Path, open_scene: OpenScene, *, inside_blender: bool) -> None:
-    if inside_blender and bpy.data.filepath:
-        open_scene(None, True)
+def _open(blend: Path | None, named: Path, opener: SceneOpener) -> None:
+    if opener.is_open:
+        opener.take()
         return
     if blend is None and not bpy.data.filepath:
         raise InputError(
@@ -194,20 +182,15 @@ def _open(blend: Path | None, named: Path, open_scene: OpenScene, *, inside_blen
             f"the scene {blend} of {named} is not there; correct file in its [scene], or name "
             "a scene before the options"
         )
-    open_scene(blend, False)
+    opener.read(blend)
 
 
-def _opener(
-    index: Index, open_scene: OpenScene, inside_blender: bool
-) -> Callable[[], bpy.types.Scene]:
-    def opened() -> bpy.types.Scene:
-        _open(index.scene, index.folder / NAME, open_scene, inside_blender=inside_blender)
-        name = _manifest(index, index.jobs[0]).output.scene_name
-        if name:
-            select_scene(name)
-        return bpy.context.scene
-
-    return opened
+def _opened(index: Index, opener: SceneOpener) -> bpy.types.Scene:
+    _open(index.scene, index.folder / NAME, opener)
+    name = _manifest(index, index.jobs[0]).output.scene_name
+    if name:
+        select_scene(name)
+    return bpy.context.scene
 
 
 def _develop(index: Index, progress: Progress) -> None:
@@ -220,7 +203,7 @@ def _develop(index: Index, progress: Progress) -> None:
         left = [
             view
             for view, tasks in by_view.items()
-            if not pictures.is_developed(manifest, view)
+            if not is_developed(manifest, view)
             and all(work.done(manifest, task, thorough=False) for task in tasks)
         ]
         if left:
@@ -244,7 +227,7 @@ def _left(index: Index, name: str) -> list[work.Task]:
     manifest = _manifest(index, name)
     tasks = _tasks(index, name, manifest)
     views = dict.fromkeys(task.view for task in tasks)
-    left = {view for view in views if not pictures.is_developed(manifest, view)}
+    left = {view for view in views if not is_developed(manifest, view)}
     return [task for task in tasks if task.view in left]
 
 
@@ -256,7 +239,7 @@ def _check_room(index: Index, spec: DataSetSpec) -> None:
         width, height = manifest.output.size
         pixel = _PIXEL_BYTES + of_formats + 8 * len(manifest.bands_nm)
         for view in dict.fromkeys(task.view for task in _tasks(index, name, manifest)):
-            if not pictures.is_developed(manifest, view):
+            if not is_developed(manifest, view):
                 needed += _SMALLER * width * height * pixel
     free = shutil.disk_usage(index.folder).free
     if needed > free:

@@ -16,9 +16,9 @@ from ..datasets.specification import DataSetSpec
 from ..scene.readers.mesh_shapes import mesh_shape
 from ..scene.readers.silhouettes import silhouettes
 from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
-from . import picture_layers, pictures
 from .frame_plans import FramePlans
 from .manifest_files import read_manifest
+from .picture_files import files_of, is_developed
 
 
 def export(
@@ -38,20 +38,20 @@ def export(
     def rendered(view: IndexedView) -> RenderedView:
         manifest = jobs[view.job]
         shown = next(item for item in manifest.views if item.frame == view.frame)
-        picture = pictures.picture_path(manifest, shown)
-        is_done = pictures.is_developed(manifest, shown)
+        files = files_of(manifest, shown)
+        is_done = is_developed(manifest, shown)
 
         def development() -> Development:
             plan = plans[view.job].of(view.frame)
-            weights = np.array(manifest.developments[shown.development].weights)
+            weights = manifest.weights(shown)
             white = luminance(weights @ plan.illuminant.total_in(plan.bands))
             return Development(response_matrix(weights, plan.response(shown.depth)), float(white))
 
         return RenderedView(
-            picture,
-            picture_layers.layers_path(picture),
-            pictures.record_path(manifest, shown) if is_done else None,
-            picture_layers.truth_path(picture),
+            files.picture,
+            files.layers,
+            files.record if is_done else None,
+            files.truth,
             development,
         )
 

@@ -20,9 +20,7 @@ class FramePlans:
         self._latest: tuple[SceneSettings, RenderPlan] | None = None
 
     def of(self, frame: int) -> RenderPlan:
-        """Return the plan of a frame; raise InputError if a file that its settings name cannot be
-        used.
-        """
+        """Return the plan of a frame; raise InputError if a file of its settings cannot be used."""
         chosen = self._manifest.settings_of(frame)
         for known in (self._first, self._latest):
             if known is not None and known[0] == chosen:

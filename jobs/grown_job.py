@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
-from .manifest import Development, Exposed, Manifest, View
+from .manifest import Development, Exposed, Manifest, View, changed, settings_by_frame
 
 
 def with_earlier(earlier: Manifest, now: Manifest) -> Manifest:
@@ -23,24 +23,18 @@ def with_earlier(earlier: Manifest, now: Manifest) -> Manifest:
         return made
     source = dict.fromkeys(old, earlier) | dict.fromkeys(now.frames, now)
     frames = tuple(sorted(source))
-    base = vars(source[frames[0]].settings_of(frames[0]))
-    changes = {}
-    for frame in frames:
-        values = vars(source[frame].settings_of(frame))
-        other = {name: value for name, value in values.items() if value != base[name]}
-        if other:
-            changes[frame] = other
+    settings, changes = settings_by_frame((n, source[n].settings_of(n)) for n in frames)
     developments, views = _views(source, frames, now)
     return replace(
         made,
         frames=frames,
-        settings=dict(base),
+        settings=settings,
         changes=changes,
         developments=developments,
         views=views,
-        lamps=_changed(source, frames, Manifest.lamps_of, ()),
-        clouds=_changed(source, frames, Manifest.clouds_of, ()),
-        exposed=_changed(source, frames, Manifest.exposed_of, Exposed()),
+        lamps=changed(((n, source[n].lamps_of(n)) for n in frames), ()),
+        clouds=changed(((n, source[n].clouds_of(n)) for n in frames), ()),
+        exposed=changed(((n, source[n].exposed_of(n)) for n in frames), Exposed()),
     )
 
 
@@ -60,18 +54,3 @@ def _views(
             chosen = job.developments[view.development]
             views.append(replace(view, development=found.setdefault(chosen, len(found))))
     return tuple(found), tuple(views)
-
-
-def _changed[Value](
-    source: Mapping[int, Manifest],
-    frames: tuple[int, ...],
-    of_frame: Callable[[Manifest, int], Value],
-    before: Value,
-) -> dict[int, Value]:
-    """Return what frames have, where it is not as at the frame before."""
-    found: dict[int, Value] = {}
-    for frame in frames:
-        now = of_frame(source[frame], frame)
-        if now != before:
-            found[frame] = before = now
-    return found

@@ -35,7 +35,7 @@ def read_guides(manifest: Manifest, view: View, rendered: Sequence[Rendered]) ->
         if ALBEDO not in layers or NORMAL not in layers:
             return None
         found.append((layers, item.file.bands, manifest.passes[item.task.number].samples))
-    return mean_guides(found, np.array(manifest.developments[view.development].weights))
+    return mean_guides(found, manifest.weights(view))
 
 
 def mean_guides(

@@ -6,9 +6,10 @@ import json
 from collections import Counter
 from dataclasses import dataclass
 
-from . import band_passes, claims, pictures
+from . import band_passes, claims
 from .band_passes import State
 from .manifest import Manifest
+from .picture_files import is_developed
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def status_of(manifest: Manifest) -> JobStatus:
     return JobStatus(
         total=done + len(unfinished),
         done=done,
-        pictures=sum(pictures.is_developed(manifest, view) for view in manifest.views),
+        pictures=sum(is_developed(manifest, view) for view in manifest.views),
         views=len(manifest.views),
         seconds_spent=spent,
         seconds_left=_left(seconds, left, spent / done) if done else None,

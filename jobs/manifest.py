@@ -9,11 +9,12 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.files import no_device, plain_names
@@ -37,9 +38,6 @@ DEVELOPMENT = frozenset({"sensor", "filter", "white_balance", "exposure", "expos
 SHOWN = frozenset({"tone", "contrast", "noise", "raw", "iso", "full_well", "read_noise"})
 CHANGEABLE = (DEVELOPMENT | SHOWN) - {"noise"}
 """Settings by which finished passes can be developed again."""
-
-
-Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -200,7 +198,7 @@ class Manifest:
         """Return what a frame is exposed by besides the water."""
         return self._latest(self.exposed, frame, Exposed())
 
-    def _latest(self, known: Mapping[int, Value], frame: int, without: Value) -> Value:
+    def _latest[Value](self, known: Mapping[int, Value], frame: int, without: Value) -> Value:
         until = self.frames[: self.frames.index(frame) + 1]
         return next((known[n] for n in reversed(until) if n in known), without)
 
@@ -216,9 +214,18 @@ class Manifest:
         return bool(wanted) or (self.output.transparent and number == 0)
 
     @property
+    def method(self) -> Method:
+        """How it is rendered."""
+        return method_of(self.output.engine, self.output.mode)
+
+    def weights(self, view: View) -> NDArray[np.float64]:
+        """Return the weights that bands of a view are developed with, shape (3, n)."""
+        return np.array(self.developments[view.development].weights)
+
+    @property
     def noise(self) -> float:
         """ΔE2000 of the noise of a picture, until which parts are rendered; 0 for all of them."""
-        return float(self.settings.get("noise", 0.0)) if self._method.traced else 0.0
+        return float(self.settings.get("noise", 0.0)) if self.method.traced else 0.0
 
     def camera(self, name: str) -> CameraOutput:
         """Return the camera of a name."""
@@ -280,7 +287,7 @@ class Manifest:
     def key(self, view: View, number: int) -> str:
         """Return what tells a pass from every other: a digest of all that it depends on."""
         item = self.passes[number]
-        weights = self.developments[view.development].weights if self._method.draws_colours else ()
+        weights = self.developments[view.development].weights if self.method.draws_colours else ()
         path = self._paths.get(view.camera, ())
         return _digest([self._frame_key(view.frame), view.camera, astuple(item), weights, path])
 
@@ -301,19 +308,15 @@ class Manifest:
     @functools.cached_property
     def _paths(self) -> dict[str, list[tuple[float, ...]]]:
         """Where each camera is in all frames, which EEVEE's occlusion is computed for."""
-        if self._method.traced:
+        if self.method.traced:
             return {}
         found: dict[str, set[tuple[float, ...]]] = {}
         for view in self.views:
             found.setdefault(view.camera, set()).add(view.eye)
         return {camera: sorted(eyes) for camera, eyes in found.items()}
 
-    @property
-    def _method(self) -> Method:
-        return method_of(self.output.engine, self.output.mode)
-
     def _counts(self, setting: str) -> bool:
-        return setting not in SHOWN and (self._method.draws_colours or setting not in DEVELOPMENT)
+        return setting not in SHOWN and (self.method.draws_colours or setting not in DEVELOPMENT)
 
     @functools.cached_property
     def _job_key(self) -> str:
@@ -332,6 +335,28 @@ class Manifest:
 
 def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def changed[Value](values: Iterable[tuple[int, Value]], without: Value) -> dict[int, Value]:
+    """Return what frames have, where it is not as at the frame before; undone by lookups."""
+    found, before = {}, without
+    for frame, now in values:
+        if now != before:
+            found[frame] = before = now
+    return found
+
+
+def settings_by_frame(
+    settings: Iterable[tuple[int, SceneSettings]],
+) -> tuple[dict[str, Any], dict[int, dict[str, Any]]]:
+    """Return the settings of the first frame, and those of others that differ from these."""
+    rows = [(frame, vars(each)) for frame, each in settings]
+    base = dict(rows[0][1])
+    others = {
+        frame: {name: value for name, value in values.items() if value != base[name]}
+        for frame, values in rows
+    }
+    return base, {frame: other for frame, other in others.items() if other}
 
 
 def differences(earlier: Manifest, now: Manifest) -> list[str]:

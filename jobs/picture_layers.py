@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,6 @@ from ..datasets.layer_file import (
 from ..datasets.light_paths import extinction_to, transmittance
 from ..datasets.truth import image_truth, write_truth
 from ..datasets.view import DataSetView
-from ..quality.methods import method_of
 from ..scene.engines.cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
 from ..scene.water.cycles_phase import cycles_phases
 from ..settings.render_plan import RenderPlan
@@ -34,6 +32,7 @@ from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_lay
 from ..uw_spectral.spectra.spectral_image import band_labels
 from . import band_passes
 from .manifest import Manifest, View
+from .picture_files import files_of
 from .render_region import Region
 from .work import Rendered
 
@@ -45,16 +44,6 @@ OF_ONE_WATER = ("J", "D", "F", "T")
 """Layers that :func:`_unscattered` makes."""
 
 
-def layers_path(picture: Path) -> Path:
-    """Return the file of the layers of a picture."""
-    return picture.with_name(f"{picture.stem}_layers.exr")
-
-
-def truth_path(picture: Path) -> Path:
-    """Return the file of the truth of a picture."""
-    return picture.with_name(f"{picture.stem}_truth.json")
-
-
 def missing_layers(plan: RenderPlan, wanted: Sequence[str], *, traced: bool) -> tuple[str, ...]:
     """Return those of some layers that there are none of: what Cycles takes apart by one c."""
     if not (traced and plan.column.below):
@@ -63,7 +52,7 @@ def missing_layers(plan: RenderPlan, wanted: Sequence[str], *, traced: bool) -> 
 
 
 def develop_layers(
-    manifest: Manifest, view: View, passes: Sequence[Rendered], plan: RenderPlan, picture: Path
+    manifest: Manifest, view: View, passes: Sequence[Rendered], plan: RenderPlan
 ) -> list[str]:
     """Write the layers of a view, if any are wanted, and the truth of its colours.
 
@@ -75,7 +64,7 @@ def develop_layers(
     if not wanted:
         return []
     output = manifest.output
-    method = method_of(output.engine, output.mode)
+    method = manifest.method
     by_pass: dict[int, list[FrameLayers]] = {}
     for item in passes:
         of_pass = by_pass.setdefault(item.task.number // manifest.parts, [])
@@ -86,7 +75,7 @@ def develop_layers(
         found = _cut(found, output.region)
         camera = found.header["camera"] if output.crop else camera
     together = dict(found.layers)
-    seen = _seen(manifest, picture, found.header)
+    seen = _seen(manifest, view, found.header)
     way = _way(together["range"], found.header)
     if UNTOUCHED in together:
         together |= _unscattered(plan, seen, together, way)
@@ -107,10 +96,8 @@ def develop_layers(
         name: replace(image, values=output.framed(image.values))
         for name, image in _chosen(together, wanted).items()
     }
-    write_layers(layers_path(picture), FrameLayers(chosen, header, found.attributes))
-    notes = _write_truth(
-        manifest, view, plan, _seen(manifest, picture, header), found.header["lamps"]
-    )
+    write_layers(files_of(manifest, view).layers, FrameLayers(chosen, header, found.attributes))
+    notes = _write_truth(manifest, view, plan, _seen(manifest, view, header), found.header["lamps"])
     missing = missing_layers(plan, wanted, traced=method.traced)
     if missing:
         notes = [
@@ -235,8 +222,9 @@ def _unscattered(
     }  # fmt: skip
 
 
-def _seen(manifest: Manifest, picture: Path, header: Mapping[str, Any]) -> DataSetView:
+def _seen(manifest: Manifest, view: View, header: Mapping[str, Any]) -> DataSetView:
     """Return the picture and its camera."""
+    picture = files_of(manifest, view).picture
     pinhole, pose = camera_of(header)
     name = picture.relative_to(manifest.out).with_suffix("").as_posix()
     return DataSetView(name, picture, pinhole, pose)
@@ -249,11 +237,10 @@ def _write_truth(
     seen: DataSetView,
     lamps: Sequence[Mapping[str, Any]],
 ) -> list[str]:
-    weights = np.array(manifest.developments[view.development].weights)
-    stops = plan.viewpoint(view.depth, 0.0).reduction.stops_to(weights)
+    stops = plan.viewpoint(view.depth, 0.0).reduction.stops_to(manifest.weights(view))
     try:
         truth = image_truth(plan, seen, lamps, stops=stops)
     except InputError as error:
         return [f"the truth of the picture was not written: {error}"]
-    write_truth(truth_path(seen.image), truth)
+    write_truth(files_of(manifest, view).truth, truth)
     return []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,10 @@ from ..uw_spectral.detector import Detector, capture
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import response_matrix
 from .manifest import Manifest, View
+from .picture_files import files_of
 
 _MOSAIC = "RGGB"
 _WHITE = 0.5  # of the counts' range
-_SUFFIX = {"dng": ".dng", "tiff": ".tiff"}
 
 
 def require_raw(plan: RenderPlan) -> None:
@@ -33,29 +32,24 @@ def require_raw(plan: RenderPlan) -> None:
         )
 
 
-def paths(picture: Path) -> list[Path]:
-    """Return the raw files that may lie beside a picture."""
-    return [picture.with_suffix(suffix) for suffix in _SUFFIX.values()]
-
-
 def write_raw_picture(
-    manifest: Manifest, view: View, plan: RenderPlan, linear: NDArray[np.float32], picture: Path
+    manifest: Manifest, view: View, plan: RenderPlan, linear: NDArray[np.float32]
 ) -> dict[str, Any]:
     """Write the raw picture of a view, if one is wanted, and return how it was taken.
 
     ``plan`` is that of the frame; ``linear`` the developed picture, linear Rec.709, shape (height,
-    width, 3), whose file is ``picture``; the raw one lies beside it.
+    width, 3).
     """
     chosen = plan.settings
     if chosen.raw == NO_RAW:
         return {}
-    weights = np.array(manifest.developments[view.development].weights)
-    to_rec709 = response_matrix(weights, plan.response(view.depth))
+    to_rec709 = response_matrix(manifest.weights(view), plan.response(view.depth))
     raw = _outputs(chosen)
     white = np.linalg.solve(to_rec709, np.ones(3))
     taken = raw.settings(float(white.max()), _seed(manifest, view))
     counts = capture(linear @ np.linalg.inv(to_rec709).T, taken)
-    write_counts(picture.with_suffix(_SUFFIX[chosen.raw]), raw, counts, to_rec709, plan.sensor.name)
+    path = files_of(manifest, view).raw(chosen.raw)
+    write_counts(path, raw, counts, to_rec709, plan.sensor.name)
     return {**taken.record(), "to_linear_rec709": to_rec709.tolist()}
 
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..quality.methods import method_of
 from ..settings.scene_settings import BY_PICTURE, flag
 from ..settings.water_settings import AUTO
 from ..uw_spectral.errors import InputError
-from . import band_passes, job_files, pictures
+from . import band_passes, job_files
 from .exposures import developments
 from .frame_plans import FramePlans
 from .manifest import SHOWN, Development, Exposed, Manifest, View
 from .manifest_files import read_manifest, write_manifest
+from .picture_files import files_of
 from .render_job import JOB_FILE
 
 
@@ -36,7 +36,7 @@ def redeveloped(
             f"--develop: {out} holds the job's own pictures; name another --out, nothing is "
             "overwritten"
         )
-    drawn = method_of(output.engine, output.mode).draws_colours
+    drawn = manifest.method.draws_colours
     if drawn and not SHOWN.issuperset(changed):
         raise InputError(
             f"{flags}: passes of {output.mode} are colours of the sensor already; render bands, or "
@@ -117,7 +117,7 @@ def take_folder(manifest: Manifest, views: Sequence[View]) -> None:
                 f"{manifest.out} holds another job; name another --out, nothing was overwritten"
             )
     else:
-        there = [pictures.picture_path(manifest, view) for view in views]
+        there = [files_of(manifest, view).picture for view in views]
         taken = next((path for path in there if path.exists()), None)
         if taken is not None:
             raise InputError(f"{taken} is there; name another --out, nothing was overwritten")

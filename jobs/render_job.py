@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
 
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.errors import InputError
+from ..uw_spectral.errors import InputError, first_of
 from . import band_passes, pictures, work
 from .claims import claim_path, claimed, is_living
 from .frame_plans import FramePlans
@@ -21,9 +21,10 @@ from .grown_job import with_earlier
 from .job import Job
 from .manifest import Manifest, View, differences
 from .manifest_files import read_manifest, write_manifest
+from .picture_files import files_of
 from .planning import plan_job
 from .rounds import Rounds
-from .work import Rendered
+from .work import Rendered, Task
 
 JOB_FILE = "job.json"
 """The manifest of a job in its output folder."""
@@ -60,7 +61,8 @@ def render(
     planned = plan_job(scene, settings_now, job)
     with _alone(planned.out):
         manifest = begin(planned, resume=job.resume)
-        yield from _render(scene, manifest, planned.frames, report_note)
+        views = [view for view in manifest.views if view.frame in set(planned.frames)]
+        yield from render_views(scene, manifest, views, report_note)
 
 
 @contextlib.contextmanager
@@ -77,31 +79,44 @@ def _alone(out: Path) -> Iterator[None]:
         yield
 
 
-def _render(
+def render_views(
     scene: bpy.types.Scene,
     manifest: Manifest,
-    frames: Sequence[int],
+    views: Sequence[View],
     report_note: Callable[[str], None],
 ) -> Generator[Step]:
-    """Render and develop frames of a job, one pass at each step of the iteration."""
-    plans = FramePlans(manifest)
+    """Render and develop views of a job, one pass at each step of the iteration."""
+    plans, rounds = FramePlans(manifest), Rounds(manifest, views)
     finished: dict[View, dict[int, Rendered]] = {}
-    rounds = Rounds(manifest, [view for view in manifest.views if view.frame in set(frames)])
     steps = work.render(scene, manifest, rounds.tasks(), plans, report_note, insist=True)
-    for number, (found, is_new) in enumerate(steps, start=1):
-        # A record has the seconds of its own process only.
-        file = found.file if is_new else replace(found.file, seconds=None)
+    for number, found in enumerate(steps, start=1):
         view = found.task.view
         of_view = finished.setdefault(view, {})
-        of_view[found.task.number] = replace(found, file=file)
+        of_view[found.task.number] = found
         picture = None
         if rounds.has_all(view, len(of_view)):
             ready = finished.pop(view)
             for note in pictures.develop(manifest, view, [ready[n] for n in sorted(ready)], plans):
                 report_note(note)
-            picture = pictures.shown_path(manifest, view)
+            picture = files_of(manifest, view).shown
         total = max(rounds.total, number)
-        yield Step(view.frame, file, number, total, view.camera, picture)
+        yield Step(view.frame, found.file, number, total, view.camera, picture)
+
+
+def render_passes(
+    scene: bpy.types.Scene,
+    manifest: Manifest,
+    tasks: Sequence[Task],
+    report_note: Callable[[str], None],
+    *,
+    insist: bool,
+) -> Iterator[Step]:
+    """Render passes of a job, of which others may render some, as :func:`.work.render` does."""
+    plans = FramePlans(manifest)
+    steps = work.render(scene, manifest, tasks, plans, report_note, insist=insist)
+    for number, found in enumerate(steps, start=1):
+        view = found.task.view
+        yield Step(view.frame, found.file, number, len(tasks), view.camera)
 
 
 def begin(manifest: Manifest, *, resume: bool) -> Manifest:
@@ -123,7 +138,7 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
                 )
         try:
             for view in manifest.views:
-                passes += pictures.files(manifest, view)
+                passes += files_of(manifest, view).all()
             for path in passes:
                 path.unlink(missing_ok=True)
         except OSError as error:
@@ -191,4 +206,8 @@ def develop(
         for note in pictures.develop(manifest, view, there, plans):
             report_note(note)
         yield view
-    pictures.require(missing)
+    if missing:
+        raise InputError(
+            f"not developed, passes are missing: {first_of(missing, between='; ')}; render them "
+            "with --from and --frames; the other pictures are finished"
+        )

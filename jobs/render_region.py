@@ -18,9 +18,7 @@ _INSIDE = 1e-3  # of a pixel: Blender cuts off a fraction, by which Cycles moves
 
 @dataclass(frozen=True)
 class Region:
-    """Pixels of a picture, from its upper left corner; ``right`` and ``bottom`` are the first
-    beyond.
-    """
+    """Pixels of a picture, from its upper left corner; ``right`` and ``bottom`` lie beyond."""
 
     left: int
     top: int

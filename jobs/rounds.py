@@ -70,7 +70,7 @@ def require_fixed(manifest: Manifest, option: str) -> None:
 
 def reached(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Reached:
     """Return the noise of a picture of parts: of each pass the first ones, an even number."""
-    weights = np.array(manifest.developments[view.development].weights)
+    weights = manifest.weights(view)
     by_pass: dict[int, list[Rendered]] = {}
     for item in rendered:
         by_pass.setdefault(item.task.number // manifest.parts, []).append(item)

@@ -13,21 +13,17 @@ from ..datasets.index import is_index, read_index
 from ..scene.readers.missing_data import require_data
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
-from . import data_set_batch, job_files, job_status, render_job, same_job, work
-from .frame_plans import FramePlans
+from . import data_set_batch, job_files, job_status, render_job, same_job
 from .job import Job, SplitRequest
 from .manifest import Manifest
 from .manifest_files import read_manifest, write_manifest
+from .opening import SceneOpener
 from .path_mapping import PathMapping, apply_to_scene, read_path_mapping
 from .planning import plan_job
 from .progress import Progress
 from .redevelopment import redeveloped, take_folder
-from .render_job import Step
 from .rounds import require_fixed
 from .work import Part
-
-OpenScene = Callable[[Path | None, bool], None]
-"""Opens a .blend, unless Blender has one open."""
 
 
 def plan(
@@ -53,14 +49,7 @@ def plan(
     )
 
 
-def run(
-    request: SplitRequest,
-    blend: Path | None,
-    progress: Progress,
-    open_scene: OpenScene,
-    *,
-    inside_blender: bool,
-) -> None:
+def run(request: SplitRequest, blend: Path | None, progress: Progress, opener: SceneOpener) -> None:
     """Do what is asked for with a manifest.
 
     ``blend`` is the scene, if it is not where the manifest says. Raises InputError if the manifest
@@ -69,7 +58,7 @@ def run(
     path = request.status or request.develop or request.work
     assert path is not None
     if is_index(path):
-        _data_set(request, path, blend, progress, open_scene, inside_blender)
+        _data_set(request, path, blend, progress, opener)
         return
     mapping = PathMapping()
     if request.path_mapping is not None:
@@ -94,21 +83,16 @@ def run(
             f"{render_job.JOB_FILE}"
         )
     else:
-        if inside_blender and bpy.data.filepath:
-            open_scene(blend, True)
+        if opener.is_open:
+            opener.take(blend)
         else:
-            open_scene(blend or _scene_of(manifest), False)
+            opener.read(blend or _scene_of(manifest))
         apply_to_scene(mapping)
         _work(manifest, mapping, part, progress)
 
 
 def _data_set(
-    request: SplitRequest,
-    path: Path,
-    blend: Path | None,
-    progress: Progress,
-    open_scene: OpenScene,
-    inside_blender: bool,
+    request: SplitRequest, path: Path, blend: Path | None, progress: Progress, opener: SceneOpener
 ) -> None:
     """Work at a whole data set, by its index."""
     if request.develop or request.path_mapping or request.out or request.frames or request.passes:
@@ -120,7 +104,7 @@ def _data_set(
     if request.status is not None:
         print(data_set_batch.status(index)[1 if request.json else 0])
     else:
-        data_set_batch.work_on(index, progress, open_scene, blend, inside_blender)
+        data_set_batch.work_on(index, progress, opener, blend)
 
 
 def _scene_of(manifest: Manifest) -> Path:
@@ -140,22 +124,15 @@ def _work(manifest: Manifest, mapping: PathMapping, part: Part, progress: Progre
     tasks = part.tasks(manifest)
     same_job.check_scene(manifest, job_files.open_blend(), mapping.apply)
     render_job.join(manifest)
-    kept = rendered = 0
-    steps = work.render(
-        bpy.context.scene,
-        manifest,
-        tasks,
-        FramePlans(manifest),
-        progress.note,
-        insist=part.is_named,
-    )
-    for number, (found, is_new) in enumerate(steps, start=1):
-        file = found.file if is_new else replace(found.file, seconds=None)
-        progress.report(Step(found.task.view.frame, file, number, len(tasks)))
-        rendered, kept = rendered + is_new, kept + (not is_new)
-    left = len(tasks) - rendered - kept
+    scene, count = bpy.context.scene, 0
+    for step in render_job.render_passes(
+        scene, manifest, tasks, progress.note, insist=part.is_named
+    ):
+        progress.report(step)
+        count += 1
+    new, left = progress.rendered, len(tasks) - count
     progress.say(
-        f"done: {rendered} pass(es) rendered, {kept} there before"
+        f"done: {new} pass(es) rendered, {count - new} there before"
         + (f", {left} left to other workers" if left else "")
         + f", in {manifest.out}"
     )

@@ -3,36 +3,28 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import itertools
-import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
-import numpy as np
 
-from ..scene import colour_space, contents, scripts, unlit_scans
-from ..scene.as_rendered import as_rendered
+from ..scene import contents
 from ..scene.engines import housed, transparent_film
-from ..scene.engines.band_engine import BandEngine, Engine, Opening, RenderPass
+from ..scene.engines.band_engine import BandEngine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
-from ..scene.marks import require_no_water
 from ..scene.materials import own_water
-from ..scene.readers import cameras, picture_size, stereo, unusable_places
-from ..scene.readers.missing_data import missing_notes
-from ..scene.readers.own_seabed import floor_note
-from ..scene.readers.surroundings import has_objects
-from ..scene.session import other_scenes
+from ..scene.readers import cameras, picture_size
 from ..scene.temporary import held
-from ..scene.unsupported import unsupported, unsupported_of_camera
 from ..scene.water.occlusion import Cache
 from ..uw_spectral.errors import InputError
-from . import band_passes, render_region, staging
+from . import band_passes, render_region
 from .claims import claimed
 from .frame_plans import FramePlans
 from .manifest import Manifest, Output, View
 from .planning import extent_of
+from .prepared_scene import prepared, require_usable
+from .scene_notes import notes_of_camera, notes_of_scene
 
 
 @dataclass(frozen=True)
@@ -51,6 +43,11 @@ class Rendered:
     file: band_passes.RenderedPass
     notes: tuple[str, ...] = ()
 
+    @property
+    def from_before(self) -> Rendered:
+        """It, where another process rendered it: a record has the seconds of its own only."""
+        return replace(self, file=replace(self.file, seconds=None))
+
 
 @dataclass(frozen=True)
 class Part:
@@ -66,9 +63,7 @@ class Part:
         return bool(self.passes or self.frames or self.cameras)
 
     def tasks(self, manifest: Manifest) -> list[Task]:
-        """Return the passes of a manifest that are meant; raise InputError if the job has no such
-        passes.
-        """
+        """Return the passes of a manifest that are meant; raise InputError if there are none."""
         _require(self.frames, manifest.frames, "--frames", "frames")
         _require(self.passes, range(len(manifest.passes)), "--passes", "passes")
         _require(self.cameras, [c.name for c in manifest.cameras], "--cameras", "cameras")
@@ -83,9 +78,7 @@ class Part:
 
 
 def done(manifest: Manifest, task: Task, *, thorough: bool = True) -> Rendered | None:
-    """Return a pass if it is on disk: all its pixels if ``thorough``, else by its header and
-    length.
-    """
+    """Return a pass if it is on disk; ``thorough`` reads its pixels, else its header counts."""
     path = manifest.pass_path(task.view, task.number)
     size = manifest.output.size
     key, layers = manifest.key(task.view, task.number), manifest.has_layers(task.number)
@@ -106,7 +99,7 @@ def render(
     report_note: Callable[[str], None],
     *,
     insist: bool = False,
-) -> Iterator[tuple[Rendered, bool]]:
+) -> Iterator[Rendered]:
     """Render the passes that are not done, one at each step of the iteration.
 
     The scene holds water only while the iteration lasts; closing it early takes the water out and
@@ -119,95 +112,66 @@ def render(
     machine that died. A doubled pass is the same pass. Raises InputError if the scene cannot be
     used, or a pass cannot be written.
     """
-    require_no_water(scene)
-    with own_water.hidden(scene, manifest.output.hidden):
-        said = _said(scene, manifest)  # of the scene as it came
+    require_usable(scene)
+    output = manifest.output
+    with own_water.hidden(scene, output.hidden):
+        said = notes_of_scene(scene, manifest)  # as it came
     if bpy.app.background:
         made = contents.make_local(scene)
         if made:
             report_note(made)
-    else:
-        contents.require_local(scene)
-    colour_space.require_rec709()
-    picture_size.check_memory(
-        manifest.output.size,
-        3 if _engine(manifest).method.draws_colours else len(manifest.bands_nm),
-    )
+    bands = 3 if manifest.method.draws_colours else len(manifest.bands_nm)
+    picture_size.check_memory(output.size, bands)
+    job = _Job(scene, manifest, plans, report_note, said)
     left: list[Task] = []
-    with (
-        own_water.hidden(scene, manifest.output.hidden),
-        as_rendered(scene),
-        stereo.two_eyes(scene),
-        staging.staged(scene, manifest.stage),
-    ):
-        rounds = functools.partial(_round, scene, manifest, plans, report_note, said, insist)
-        yield from rounds(tasks, left, force=False)
+    with prepared(scene, output.hidden, manifest.stage):
+        yield from _round(job, tasks, left, insist=insist, force=False)
         if left:  # by now their workers may have died
-            yield from rounds(left, [], force=insist)
+            yield from _round(job, left, [], insist=insist, force=insist)
 
 
-def _said(scene: bpy.types.Scene, manifest: Manifest) -> tuple[str, ...]:
-    """Return what to know of a scene, a line each."""
-    hidden = manifest.output.hidden
-    said = (
-        *missing_notes(scene, manifest.frames),
-        *(*scripts.notes(), *unsupported(scene), *unlit_scans.notes(scene), other_scenes(scene)),
-        *staging.notes(scene, manifest.stage),
-        own_water.hidden_note(hidden) if hidden else "",
-    )
-    return tuple(filter(None, dict.fromkeys(said)))
+@dataclass(frozen=True)
+class _Job:
+    """What passes are of; ``said`` are the notes of its scene."""
+
+    scene: bpy.types.Scene
+    manifest: Manifest
+    plans: FramePlans
+    report_note: Callable[[str], None]
+    said: tuple[str, ...]
 
 
 def _round(
-    scene: bpy.types.Scene,
-    manifest: Manifest,
-    plans: FramePlans,
-    report_note: Callable[[str], None],
-    said: tuple[str, ...],
-    thorough: bool,
-    tasks: Iterable[Task],
-    left: list[Task],
-    *,
-    force: bool,
-) -> Iterator[tuple[Rendered, bool]]:
+    job: _Job, tasks: Iterable[Task], left: list[Task], *, insist: bool, force: bool
+) -> Iterator[Rendered]:
+    """Render what is not done; what others are rendering is ``left``."""
+    manifest = job.manifest
     for camera, of_camera in itertools.groupby(tasks, lambda task: task.view.camera):
         with contextlib.ExitStack() as stack:
-            water = _Water(scene, manifest, camera, plans, stack, report_note, said)
-            for view, of_view in itertools.groupby(of_camera, lambda task: task.view):
-                for task in of_view:
-                    kept = done(manifest, task, thorough=thorough)
-                    if kept is not None:
-                        yield kept, False
-                        continue
-                    path = manifest.pass_path(view, task.number)
-                    band_passes.make_folder(path.parent)
-                    with claimed(path, force=force) as ours:
-                        kept = done(manifest, task, thorough=thorough)  # by now
-                        found = water.render(task) if ours and kept is None else None
-                    if found is not None:
-                        yield found, True
-                    elif kept is not None:
-                        yield kept, False
-                    else:
-                        left.append(task)
+            water = _Water(job, camera, stack)
+            for task in of_camera:
+                kept = done(manifest, task, thorough=insist)
+                if kept is not None:
+                    yield kept.from_before
+                    continue
+                path = manifest.pass_path(task.view, task.number)
+                band_passes.make_folder(path.parent)
+                with claimed(path, force=force) as ours:
+                    kept = done(manifest, task, thorough=insist)  # by now
+                    found = water.render(task) if ours and kept is None else None
+                if found is not None:
+                    yield found
+                elif kept is not None:
+                    yield kept.from_before
+                else:
+                    left.append(task)
 
 
 class _Water:
     """The water of a camera's passes: put into the scene when the first of them is rendered."""
 
-    def __init__(
-        self,
-        scene: bpy.types.Scene,
-        manifest: Manifest,
-        camera: str,
-        plans: FramePlans,
-        stack: contextlib.ExitStack,
-        report_note: Callable[[str], None],
-        said: tuple[str, ...],
-    ) -> None:
-        self._said = said
-        self._scene, self._manifest, self._plans = scene, manifest, plans
-        self._camera, self._stack, self._report = camera, stack, report_note
+    def __init__(self, job: _Job, camera: str, stack: contextlib.ExitStack) -> None:
+        self._job, self._camera, self._stack = job, camera, stack
         self._engine: BandEngine | None = None
         self._lamps = 0
         self._notes: tuple[str, ...] = ()
@@ -215,18 +179,18 @@ class _Water:
 
     def render(self, task: Task) -> Rendered:
         """Render a pass into its file."""
-        manifest, view = self._manifest, task.view
+        scene, manifest, view = self._job.scene, self._job.manifest, task.view
         item = manifest.passes[task.number]
         path = manifest.pass_path(view, task.number)
         engine = self._opened(len(manifest.lamps_of(view.frame)))
         if self._frame is None or self._frame[0] != view.frame:
-            self._scene.frame_set(view.frame)
-            ready = engine.frame(self._plans.of(view.frame), view.depth, _weights(manifest, view))
-            self._frame = view.frame, ready
+            scene.frame_set(view.frame)
+            plan = self._job.plans.of(view.frame)
+            self._frame = view.frame, engine.frame(plan, view.depth, manifest.weights(view))
         engine.draw(item.seed, item.samples)
         key, draw = manifest.key(view, task.number), self._frame[1]
         if manifest.output.transparent and task.number == 0:
-            draw = transparent_film.with_alpha(draw, self._scene)
+            draw = transparent_film.with_alpha(draw, scene)
         seconds = band_passes.render_pass(draw, item.bands, path, key, self._notes)
         return Rendered(task, band_passes.RenderedPass(path, item.bands, seconds), self._notes)
 
@@ -239,40 +203,29 @@ class _Water:
             return self._engine
         self._stack.close()
         self._frame, self._lamps = None, count
-        scene, manifest = self._scene, self._manifest
+        scene, manifest = self._job.scene, self._job.manifest
+        output = manifest.output
         of_camera = [view for view in manifest.views if view.camera == self._camera]
         first = next(x for x in of_camera if len(manifest.lamps_of(x.frame)) == count)
         camera = cameras.find_camera(scene, self._camera)
-        self._stack.enter_context(_size(scene, manifest.output))
-        self._stack.enter_context(contents.drawn_by(scene, manifest.output.engine.upper()))
+        self._stack.enter_context(_size(scene, output))
+        self._stack.enter_context(contents.drawn_by(scene, output.engine.upper()))
         scene.frame_set(first.frame)
-        plan, output = self._plans.of(first.frame), manifest.output
-        eyes = tuple(view.eye for view in of_camera if view.eye)
-        cache, ground = Cache(of_job=True), None
-        if math.isfinite(plan.column.floor_depth) and has_objects(scene):
-            ground = cache.look(scene, camera, plan.column, eyes).ground
         opening = Opening(
-            plan=plan,
+            plan=self._job.plans.of(first.frame),
             extent=extent_of(manifest),
             depth=first.depth,
-            weights=_weights(manifest, first),
+            weights=manifest.weights(first),
             seed=output.seed,
             guides=output.denoise,
             froxels=output.froxels,
             device=output.device,
-            eyes=eyes,
-            cache=cache,
+            eyes=tuple(view.eye for view in of_camera if view.eye),
+            cache=Cache(of_job=True),
         )
-        # Before the water is there.
-        traced = _engine(manifest).method.traced
-        said = (
-            *self._said,
-            *unsupported_of_camera(scene, camera, traced=traced),
-            "" if output.transparent else transparent_film.note(scene, camera, plan.settings, eyes),
-            floor_note(plan, ground),
-            *unusable_places.notes(),
-        )
-        engine = self._stack.enter_context(housed.opened(_engine(manifest), scene, camera, opening))
+        said = (*self._job.said, *notes_of_camera(scene, camera, opening, manifest))
+        chosen = engine_of(output.engine, output.mode)
+        engine = self._stack.enter_context(housed.opened(chosen, scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
             raise InputError(
                 "the passes of the manifest are not those of its settings; write it again with "
@@ -281,17 +234,9 @@ class _Water:
         known, self._notes = self._notes, tuple(note for note in (*said, *engine.notes) if note)
         for note in dict.fromkeys(self._notes):
             if note not in known:
-                self._report(note)
+                self._job.report_note(note)
         self._engine = engine
         return engine
-
-
-def _engine(manifest: Manifest) -> Engine:
-    return engine_of(manifest.output.engine, manifest.output.mode)
-
-
-def _weights(manifest: Manifest, view: View) -> np.ndarray:
-    return np.array(manifest.developments[view.development].weights)
 
 
 @contextlib.contextmanager

@@ -85,8 +85,7 @@ def spectrum_colours(wavelengths: ArrayLike) -> NDArray[np.float64]:
 def plot_coefficients(
     coefficients: Mapping[str, Spectrum], bands: Bands, size: tuple[int, int] = SIZE
 ) -> Picture:
-    """Draw up to four coefficients of a water by label over wavelength, on a logarithmic axis in
-    1/m.
+    """Draw up to four coefficients of a water by label, in 1/m, on a logarithmic axis.
 
     Labels use the characters of the picture's font; the centres of ``bands`` are marked, and their
     range is drawn; ``size`` is width and height in pixels. Raises InputError if the picture is too
@@ -122,8 +121,7 @@ def plot_coefficients(
 def plot_sensor(
     sensor: Sensor, bands: Bands | None = None, size: tuple[int, int] = SIZE
 ) -> Picture:
-    """Draw the three curves of a sensor, each over its own largest value; centres of bands are
-    marked.
+    """Draw the three curves of a sensor, each over its own largest value, and mark bands.
 
     ``size`` is width and height in pixels; raises InputError if it is too small.
     """

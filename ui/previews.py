@@ -37,8 +37,7 @@ _THUMBNAILS = Path(__file__).resolve().parent / "thumbnails"
 
 @dataclass
 class Pictures:
-    """What the panel shows of one scene; ``key`` is what its contents belong to: settings and
-    depth.
+    """What the panel shows of one scene; ``key`` is what it belongs to: settings and depth.
 
     ``readouts`` are None until computed, or where they cannot be. ``inelastic`` is the fraction of
     inelastic light in the luminance of the open water, None without any; ``source`` where the

@@ -65,8 +65,7 @@ class View:
 
 
 def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
-    """Return a phase function as high up to an angle (rad) as there, and its fraction of
-    scattering.
+    """Return a phase function as high up to an angle (rad) as there, and its part of the light.
 
     An angle of 0 leaves it as it is.
     """

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import bpy
 
-from ...quality.methods import method_of
 from ...scene.readers import picture_size
 from ...scene.readers.external_files import external_files
 from ...scene.readers.missing_data import require_data
@@ -69,8 +68,7 @@ def farm_job(planned: Manifest) -> FarmJob:
     """Return what a farm has to know of a plan."""
     if planned.scene is None:
         raise InputError("the scene was never saved, and a farm reads it from a file; save it")
-    output = planned.output
-    method = method_of(output.engine, output.mode)
+    output, method = planned.output, planned.method
     bands = 3 if method.draws_colours else len(planned.bands_nm)
     names = tuple(camera.name for camera in planned.cameras)
     return FarmJob(

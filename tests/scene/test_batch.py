@@ -19,7 +19,7 @@ from underwater_spectral.jobs import (
     command_line,
     manifest,
     manifest_files,
-    pictures,
+    picture_files,
     planning,
     render_job,
 )
@@ -463,9 +463,9 @@ def test_a_new_render_forgets_the_records_of_the_old_one(blend, tmp_path, monkey
     assert _run(blend, *FAST, "--bands", 3, "--out", out) == 0
     job = manifest_files.read_manifest(out / "job.json")
     (view,) = job.views
-    assert pictures.is_developed(job, view)
+    assert picture_files.is_developed(job, view)
     other = replace(job, settings={**job.settings, "tone": "agx"})
-    assert not pictures.is_developed(other, view)
+    assert not picture_files.is_developed(other, view)
     render_job.begin(job, resume=False)
     assert not (out / "0001.json").exists()
-    assert not pictures.is_developed(job, view)
+    assert not picture_files.is_developed(job, view)

@@ -37,7 +37,7 @@ from underwater_spectral.jobs import (
     batch,
     data_set_batch,
     data_set_export,
-    data_set_plan,
+    scene_objects,
     staging,
 )
 from underwater_spectral.jobs.manifest_files import read_manifest
@@ -202,7 +202,7 @@ def test_categories_and_their_numbers_are_those_of_the_scene(empty_blender):
         holder.objects.link(objects[name])
 
     def found():
-        rows = data_set_plan.objects_of(scene, 1)
+        rows = scene_objects.objects_of(scene, 1)
         return {row.name: (row.category, row.category_id) for row in rows}
 
     assert found() == {"fish": ("fish", None), "fish.001": ("fish", None), "rock": ("rock", None)}

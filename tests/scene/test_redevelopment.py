@@ -11,7 +11,7 @@ import OpenImageIO as oiio
 import pytest
 from underwater_spectral.jobs import batch
 from underwater_spectral.jobs.manifest import Output
-from underwater_spectral.jobs.pictures import picture_path
+from underwater_spectral.jobs.picture_files import files_of
 from underwater_spectral.jobs.redevelopment import redeveloped
 from underwater_spectral.scene import stored_settings
 from underwater_spectral.tests.scene import scenes
@@ -139,7 +139,7 @@ def test_a_picture_of_real_time_keeps_its_sensor_and_takes_another_tone(tmp_path
     assert made.developments == job.developments
     assert made.key(view, 0) == job.key(view, 0)
     assert made.pass_path(view, 0) == job.pass_path(view, 0)
-    assert picture_path(made, view) == tmp_path / "again" / "0001.exr"
+    assert files_of(made, view).picture == tmp_path / "again" / "0001.exr"
 
 
 def test_the_header_of_a_picture_names_the_camera_and_nothing_of_ours(torch):

@@ -27,7 +27,7 @@ from underwater_spectral.jobs import (
     job_status,
     manifest_files,
     path_mapping,
-    pictures,
+    picture_files,
     planning,
     render_job,
     work,
@@ -277,7 +277,7 @@ def test_the_manifest_keeps_the_frames_of_before(dive, capsys):
     assert other.changes.keys() == one.changes.keys() == {2, 3, 4}
     keys = [[job.view_key(view) for view in job.views] for job in (one, other)]
     assert keys[0] == keys[1]
-    assert all(pictures.is_developed(other, view) for view in other.views)
+    assert all(picture_files.is_developed(other, view) for view in other.views)
 
 
 def _folder(path: Path) -> Path:
@@ -302,7 +302,7 @@ def test_two_jobs_in_one_folder_do_not_mix(dive, capsys, monkeypatch):
 
     def overtaken(*given, **named):
         for step in typical(*given, **named):
-            mine = step[0].file.path
+            mine = step.file.path
             shutil.copy(other / mine.relative_to(out), mine)
             yield step
 

@@ -19,8 +19,7 @@ _ISOTROPIC = Isotropic()
 
 @dataclass(frozen=True, eq=False)
 class Constituent:
-    """One absorbing and scattering part of the water, whose name is that of its events in the
-    tally.
+    """One absorbing and scattering part of the water; its name is that of its events in the tally.
 
     Coefficients are per band, 1/m, shape (n,) or a number; InputError if negative or not finite.
     """

@@ -47,8 +47,7 @@ class Light:
 
 @dataclass(frozen=True, eq=False)
 class Event:
-    """How often one type of event, such as ``"Raman"``, happened, by the band before it; shape
-    (n,).
+    """How often a type of event, such as ``"Raman"``, happened, by the band before it; shape (n,).
 
     ``count`` is of photon packets, ``power`` theirs, W/m² of the band (spectral irradiance times
     width); ``deposit`` the power that ended: all of an absorption, none of a scattering, of an

@@ -1,0 +1,51 @@
+"""Ways of a scene's own cameras, as poses of a data set."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import bpy
+
+from ..datasets.pose_sets import ScenePath
+from ..datasets.specification import DataSetSpec
+from ..datasets.trajectory_files import TimedPoses
+from ..scene.readers.cameras import camera_of
+from ..scene.readers.pinhole import pose_of
+from ..uw_spectral.errors import InputError
+
+
+def with_scene_paths(spec: DataSetSpec, scene: bpy.types.Scene) -> DataSetSpec:
+    """Return a specification with the ways of the scene's cameras, pose by pose."""
+    poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
+    return replace(spec, poses=tuple(poses))
+
+
+def _way(path: ScenePath, scene: bpy.types.Scene) -> TimedPoses:
+    """Ask a camera of the scene where it is at each frame."""
+    cameras = [item for item in scene.objects if item.type == "CAMERA"]
+    named = {item.name: item for item in cameras}
+    camera = named.get(path.camera) if path.camera else camera_of(scene)
+    if camera is None:
+        wanted = repr(path.camera) if path.camera else "of its own"
+        raise InputError(
+            f"{path.name}: the scene has no camera {wanted}, but "
+            f"{', '.join(sorted(named)) or 'none at all'}; name one of them, or add one"
+        )
+    if camera.matrix_world.is_negative:
+        raise InputError(
+            f"{path.name}: camera {camera.name!r} is mirrored by a negative scale, which no pose "
+            "tells; apply its scale (Object, Apply, Scale)"
+        )
+    first = scene.frame_start if path.first is None else path.first
+    last = scene.frame_end if path.last is None else path.last
+    frames, now = range(first, last + 1, path.step), scene.frame_current
+    if not frames:
+        raise InputError(f"{path.name}: frames run from {first} to {last}; give first and last")
+    seconds = scene.render.fps_base / scene.render.fps
+    poses = []
+    for frame in frames:
+        scene.frame_set(frame)
+        poses.append(pose_of(camera))
+    scene.frame_set(now)
+    return TimedPoses(tuple(poses), tuple(Fraction((frame - first) * seconds) for frame in frames))

@@ -1,0 +1,91 @@
+"""The record of a picture: all that it was made of, and by what."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..datasets.files import relative
+from ..scene.water import particles
+from ..settings.render_plan import RenderPlan
+from ..uw_spectral.spectra.spectral_image import replacing
+from .manifest import Manifest, View
+from .work import Rendered
+
+_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
+
+
+def record_of(
+    manifest: Manifest, view: View, rendered: Sequence[Rendered], plan: RenderPlan
+) -> dict[str, Any]:
+    """Return what is known of a picture beforehand, as JSON holds it."""
+    output = manifest.output
+    chosen = manifest.developments[view.development]
+    return {
+        "key": manifest.view_key(view),
+        "frame": view.frame,
+        "camera_depth_m": view.depth,
+        "settings": manifest.settings_of(view.frame).in_effect(output.engine),
+        "job": {
+            "engine": output.engine,
+            "mode": output.mode,
+            "device": output.device,
+            "frames": manifest.frames,
+            "resolution": output.size,
+            **({"region": asdict(output.region), "crop": output.crop} if output.region else {}),
+            "seed": output.seed,
+            "parts": manifest.parts,
+            "denoise": output.denoise,
+            "froxels": output.froxels,
+            "decisions": output.decisions,
+            "out": str(manifest.out),
+            "blend": str(manifest.scene or ""),
+            "camera": view.camera,
+            "water_extent_m": output.extent,
+        },
+        "notes": [*plan.notes, *dict.fromkeys(note for item in rendered for note in item.notes)],
+        **plan.record(),
+        **particles.record(plan.settings, plan.column),
+        "versions": _versions(),
+        "development": {
+            "description": chosen.description,
+            "weights": chosen.weights,
+            "tone": plan.settings.tone,
+            "contrast": plan.settings.contrast,
+        },
+        **({"lamps": shining} if (shining := manifest.lamps_of(view.frame)) else {}),
+        **({"clouds": floating} if (floating := manifest.clouds_of(view.frame)) else {}),
+        "passes": [
+            {
+                "file": relative(item.file.path, manifest.out),
+                "bands_nm": [manifest.bands_nm[i] for i in item.file.bands],
+                "seconds": item.file.seconds,
+            }
+            for item in rendered
+        ],
+    }
+
+
+def write_json(path: Path, value: dict[str, Any]) -> None:
+    """Write a JSON file; whole under its name, or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(value, indent=1, default=str) + "\n", encoding="utf-8")
+
+
+def _versions() -> dict[str, str]:
+    found = {"blender": bpy.app.version_string, "python": platform.python_version()}
+    return found | {name: _version(name) for name in _RECORDED_PACKAGES}
+
+
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "bundled with Blender"
