@@ -12,7 +12,7 @@ from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from ..uw_spectral.spectra.sensor import parse_sensor
 from .camera import PinholeCamera
-from .tables import SpecTable, placed
+from .tables import SpecTable, in_folder
 
 _PORT_NUMBERS = (
     *("port_distance", "port_thickness", "port_tilt", "port_tilt_towards"),
@@ -88,7 +88,7 @@ def read_camera(table: SpecTable, folder: Path) -> DataSetCamera:
             raise InputError(f"{table.where}: give field_of_view in degrees, or focal in pixels")
         fx, fy = table.numbers("focal", 2)
         cx, cy = table.numbers("centre", 2, (width / 2, height / 2))
-    sensor = placed(table.text("sensor", "cie1931"), folder)
+    sensor = in_folder(table.text("sensor", "cie1931"), folder)
     parse_sensor(sensor)
     balance = table.text("white_balance", "daylight")
     if balance not in WHITE_BALANCES:
@@ -107,7 +107,7 @@ def _port(table: SpecTable, folder: Path) -> tuple[tuple[str, str | float], ...]
     """Read the port of a camera; what is left out is as the settings have it."""
     found: list[tuple[str, str | float]] = []
     if "port" in table:
-        found.append(("housing", placed(table.text("port"), folder)))
+        found.append(("housing", in_folder(table.text("port"), folder)))
     if "port_glass" in table:
         found.append(("port_glass", find_glass(table.text("port_glass")).name))
     found += [(name, table.number(name)) for name in _PORT_NUMBERS if name in table]
@@ -120,7 +120,7 @@ def read_rig(table: SpecTable, folder: Path) -> CameraRig:
     """Read one of the tables ``[[rig]]``; files that it names are sought from a folder."""
     name, lamps = table.text("name"), []
     for lamp in table.tables("lamps"):
-        emission = placed(lamp.text("emission", "led"), folder)
+        emission = in_folder(lamp.text("emission", "led"), folder)
         parse_emission(emission)
         unit = lamp.text("unit", LUMENS)
         if unit not in UNITS:

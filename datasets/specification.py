@@ -25,7 +25,7 @@ from .outputs import Outputs, RawOutputs, read_outputs, read_raw, read_render
 from .pairs import UNATTENUATED
 from .pose_sets import PoseSet, RandomPoses, read_pose_set
 from .quantities import LARGEST_SEED, Quantity
-from .tables import SpecTable, placed
+from .tables import SpecTable, in_folder
 from .view import AIR, SPLITS
 
 CONSTITUENTS = "constituents"
@@ -215,7 +215,7 @@ def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:
             raise unknown_name(f"{table.place('source')}", str(text), JERLOV_SOURCES)
     placed = []
     for name in map(str, names.values):
-        found = placed(name, folder)
+        found = in_folder(name, folder)
         if name not in (AIR, CONSTITUENTS):
             for text in source.values:
                 try:
@@ -255,7 +255,7 @@ def _sun(table: SpecTable, folder: Path) -> dict[str, Quantity]:
         settings["sky_radiance"] = _positive(table, "sky_radiance")
     if "illuminant" in table:
         given = table.quantity("illuminant", text=True)
-        placed = tuple(placed(str(text), folder) for text in given.values)
+        placed = tuple(in_folder(str(text), folder) for text in given.values)
         for text in placed:
             parse_illuminant(text)
         settings["illuminant"] = Quantity(placed)

@@ -118,7 +118,7 @@ class SpecTable:
         return InputError(f"{self.place(key)}: {found!r} should be {what}")
 
 
-def placed(text: str, folder: Path) -> str:
+def in_folder(text: str, folder: Path) -> str:
     """Return what names a file with its path from the folder of the specification."""
     scheme, _, rest = text.partition(":")
     return f"file:{folder / rest}" if scheme == "file" and rest else text

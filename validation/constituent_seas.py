@@ -8,6 +8,7 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
 from ..uw_spectral.closed_form.light_field import LightField, light_field_of
@@ -24,9 +25,7 @@ from ..uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from ..uw_spectral.transfer.water_column import WaterColumn
-from ..uw_spectral.water.bio_optics import (
-    Constituents,
-)
+from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.diffuse_attenuation import Kd490_Morel2007, Kd_Lee2013
 from ..uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
 from ..uw_spectral.water.kd_inversion import invert_Kd, water_of_chlorophyll
@@ -34,7 +33,6 @@ from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.phase_functions import FournierForand, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
-from .gutierrez import particle_scattering_Gordon1983
 from .inelastic_light import InelasticLight, solve_inelastic
 from .kd import Kd_Lee2005, jerlov_chlorophyll
 from .monte_carlo import simulate
@@ -59,9 +57,6 @@ CHLOROPHYLL, DETRITUS_CDOM = (0.0, 0.01, 0.1, 1.0), ((0.0, 0.0), (0.1, 0.0), (0.
 
 
 Kd_WAVELENGTHS = np.arange(400.0, 701.0, 25.0)
-
-
-RED_DEPTHS = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 
 
 CASE1 = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -94,6 +89,17 @@ class Scene:
             self.elastic.radiance(np.array([depth]), LEVEL),
             self.inelastic.radiance(np.array([depth]), LEVEL),
         )
+
+
+def particle_scattering_Gordon1983(chlorophyll: float, wavelengths: ArrayLike) -> np.ndarray:
+    """Scattering of particles, 0.30 C^0.62 (550/λ), 1/m, as Gutierrez et al. (2008) print it.
+
+    D. Gutierrez, F. J. Serón, A. Muñoz & O. Anson, Computer Graphics Forum 27(2), 547 (2008);
+    H. R. Gordon & A. Morel, Lecture Notes 4, Springer (1983); the factor ranges from 0.12 to
+    0.45 in nature.
+    """
+    nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
+    return 0.30 * chlorophyll**0.62 * 550.0 / nm
 
 
 def column(
@@ -156,27 +162,6 @@ def colour(radiance: np.ndarray, depth_white: np.ndarray) -> np.ndarray:
     )
     rgb = np.maximum(to_rgb.apply(radiance), 0.0)
     return srgb_encode(0.8 * rgb / rgb.max(axis=-1, keepdims=True))
-
-
-def red_fraction(constituents: Constituents, wavelength: float = 650.0) -> np.ndarray:
-    """Raman fraction of the upwelling (nadir-viewing) radiance at the depths of ``RED_DEPTHS``.
-
-    Radiance, not Eu: the two-stream Eu of the elastic light is not usable
-    where absorption is far above scattering.
-    """
-    solved = scene(constituents, 0.0, ("raman",))
-    band = int(np.argmin(np.abs(VISIBLE.centres - wavelength)))
-    y, down = np.array(RED_DEPTHS)[:, None], (0.0, 0.0, -1.0)
-    raman = solved.inelastic.radiance(y, down)[:, band]
-    phase = solved.elastic.phase
-    assert isinstance(phase, BandPhase), "of one layer"
-    elastic = [
-        solve_closed_form(solved.elastic.field, phase, depth, solved.elastic.sun).radiance(
-            np.array([depth]), down
-        )[band]
-        for depth in RED_DEPTHS
-    ]
-    return raman / (raman + np.array(elastic))
 
 
 def luminous_fractions(constituents: Constituents, depth: float = DEPTH) -> dict[str, float]:

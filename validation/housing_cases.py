@@ -19,7 +19,6 @@ from ..uw_spectral.housing import (
     FlatPort,
     Housing,
     LensCamera,
-    PinholeView,
     SeaWater,
 )
 
@@ -113,35 +112,6 @@ def errors(housing: Housing, distance: float, wavelength: float) -> tuple[float,
     return worst_pixel, worst_metre
 
 
-def polynomial_tangent(port: FlatPort, z: float, r: float, glass: float, water: float) -> float:
-    """Tangent of the angle in air to a point z before the outer face and r from the axis.
-
-    From (r - d q)² = (t q/√A + z q/√B)², A and B the n² + (n² - 1) q² of glass and water: the
-    quartic of A. Agrawal et al. (2012) without thickness, their equation of twelfth degree with it.
-    """
-    polynomial = np.polynomial.Polynomial
-    q = polynomial([0.0, 1.0])
-    in_glass, in_water = (polynomial([n * n, 0.0, n * n - 1.0]) for n in (glass, water))
-    rest = polynomial([r, -port.distance])
-    if port.thickness == 0:
-        equation = rest**2 * in_water - z**2 * q**2
-        assert equation.degree() == 4
-    else:
-        t = port.thickness
-        even = rest**2 * in_glass * in_water - q**2 * (t**2 * in_water + z**2 * in_glass)
-        equation = even**2 - 4.0 * t**2 * z**2 * q**4 * in_glass * in_water
-        assert equation.degree() == 12
-    roots = equation.roots()
-    real = roots.real[(np.abs(roots.imag) < 1e-6) & (roots.real > 0)]
-    sides = [
-        port.distance * x
-        + port.thickness * x / math.sqrt(in_glass(x))
-        + z * x / math.sqrt(in_water(x))
-        for x in real
-    ]
-    return float(real[np.argmin(np.abs(np.array(sides) - r))])
-
-
 @dataclasses.dataclass(frozen=True)
 class Board:
     """A square of the plane through a point, half its edge in m; infinite is a wall."""
@@ -174,14 +144,6 @@ def cast(origins: Array, w: Array) -> tuple[Array, NDArray[np.int64]]:
     return ways.min(axis=0), ways.argmin(axis=0)
 
 
-def view_of_boards(view: PinholeView) -> tuple[Array, NDArray[np.int64], Array]:
-    """Planar depth, board, and place of each pixel of a pinhole's picture."""
-    rays = view.rays()
-    origins = np.broadcast_to(view.position, rays.shape)
-    depth, which = cast(origins, rays)
-    return depth, which, origins + depth[..., None] * rays
-
-
 def painted(points: Array) -> Array:
     """A pattern of 3 cm on places, smooth."""
     x, y, z = np.moveaxis(points, -1, 0)
@@ -198,18 +160,6 @@ def shift(expected: Array, miss: Array, where: NDArray[np.bool_]) -> Array:
     """Least-squares shift, pixels, that explains a difference (Lucas & Kanade)."""
     down, across = (np.asarray(g)[where] for g in np.gradient(expected))
     return np.linalg.lstsq(np.stack([across, down], axis=-1), miss[where], rcond=None)[0]
-
-
-def traced_focus(port: FlatPort | DomePort, distance: float, nm: float) -> float:
-    """Distance at which rays from the sides of the pupil to an object on the axis meet."""
-    step, found = 1e-5, []
-    for side in (-step, step):
-        moved = port
-        if isinstance(port, DomePort):
-            moved = dataclasses.replace(port, pupil=(side, 0.0, port.pupil[2]))
-        x, _ = Housing(CAMERA, moved).project([-side, 0.0, distance], nm)
-        found.append(-side * CAMERA.fx / (float(x) - CAMERA.cx))
-    return float(np.mean(found))
 
 
 # A board of corners in many poses, as a user calibrates with.

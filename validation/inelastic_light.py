@@ -8,13 +8,11 @@ follow. The per-pixel formulas are plain arithmetic over a :class:`.Mathematics`
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..uw_spectral.closed_form.light_field import (
     DEEPEST_FLOOR,
@@ -27,7 +25,6 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import fresnel_reflectance
-from ..uw_spectral.transfer.path_integral import attenuated_path
 from ..uw_spectral.transfer.radiance_field import end_of_path
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.inelastic_processes import InelasticProcess, energy_matrix
@@ -97,15 +94,6 @@ class InelasticLight(PathField):
     def floor_radiance(self, m: Mathematics = NUMPY) -> Operand:
         """Radiance that the Lambertian floor adds."""
         return m.maximum(self.field.r / math.pi * self.Ed(self.field.y_f, m), 0.0)
-
-    def mean_source(self, upper: Operand, lower: Operand) -> NDArray[np.float64]:
-        """Mean of :meth:`source` between two depths, in closed form."""
-        f, P = self.field, np.asarray(lower) - upper
-        total = 0.0
-        for t in self.terms:
-            ends = t.exponent(upper, f.y_f), t.exponent(lower, f.y_f)
-            total = total + t.emission * attenuated_path(*ends, t.rate * P, 1.0)
-        return np.asarray(total)
 
     def path(
         self,
@@ -277,60 +265,6 @@ def solve_inelastic(
     nothing = np.zeros(shape[1])
     terms.append(DepthExponential(f.k, False, nothing, C1, f.h * C1))
     terms.append(DepthExponential(f.k, True, nothing, C2, -f.h * C2))
-    return InelasticLight(f, tuple(terms))
-
-
-def reduced(light: InelasticLight, count: int = 3, deepest: float = 100.0) -> InelasticLight:
-    """Approximate inelastic light by a few exponentials of depth in each band, for shaders.
-
-    The rates are the best of a grid, the coefficients a least-squares fit of emission, E0 and F,
-    each depth weighing by the inverse of the light there. ``count`` exponentials fall, 1 to 4; over
-    a floor one that rises joins them. ``deepest`` is the depth in m to which the fit reaches, at
-    most to the floor. The rates differ by band.
-    """
-    if not 1 <= count <= 4:
-        raise InputError(f"inelastic light: reduce to 1 to 4 exponentials, got {count}")
-    f = light.field
-    over_floor = f.y_f < DEEPEST_FLOOR
-    reach = min(f.y_f, deepest)
-    # Dense near the surface, where light of strongly absorbed bands is made.
-    y = reach * np.linspace(0.0, 1.0, _FIT_DEPTHS)[:, None] ** 3
-    source, E0, F = light.source(y), light.E0(y), light.F(y)
-    weigh_source, weigh_light = (
-        1.0 / np.maximum(x, _FAINT * x.max(axis=0) + np.finfo(float).tiny) for x in (source, E0)
-    )
-    rates = [np.broadcast_to(t.rate, f.k.shape) for t in light.terms if not t.rising]
-    low, high = np.min(rates, axis=0), np.max(rates, axis=0)
-    grid = low * (high / low) ** np.linspace(0.0, 1.0, _FIT_RATES)[:, None]
-    # Axes: bands, depths, candidates or quantities.
-    columns = np.exp(-y * grid[:, None, :])
-    if over_floor:
-        columns = np.concatenate([columns, np.exp(-f.k * (f.y_f - y))[None]])
-    columns = np.moveaxis(columns, 0, -1).transpose(1, 0, 2)
-    weights = [np.moveaxis(w, 0, 1)[..., None] for w in (weigh_source, weigh_light)]
-    wanted = [np.moveaxis(q, 0, -1)[..., None] for q in (source, E0, F)]
-    wanted = [wanted[0], np.concatenate(wanted[1:], axis=-1)]
-    best = np.full(f.k.shape, math.inf)
-    kept = np.zeros((*f.k.shape, count), dtype=int)
-    fits = np.zeros((*f.k.shape, count + over_floor, 3))
-    for chosen in itertools.combinations(range(_FIT_RATES), count):
-        basis = columns[..., [*chosen, *([_FIT_RATES] if over_floor else [])]]
-        found, error = [], np.zeros(f.k.shape)
-        for weight, quantity in zip(weights, wanted, strict=True):
-            weighted, aim = weight * basis, weight * quantity
-            found.append(np.linalg.pinv(weighted, rcond=_FIT_CONDITION) @ aim)
-            error = error + ((weighted @ found[-1] - aim) ** 2).sum(axis=(1, 2))
-        better = error < best
-        best[better], kept[better] = error[better], chosen
-        fits[better] = np.concatenate(found, axis=-1)[better]
-    terms = [
-        DepthExponential(
-            np.take_along_axis(grid, kept[None, :, i], axis=0)[0], False, *fits[:, i].T
-        )
-        for i in range(count)
-    ]
-    if over_floor:
-        terms.append(DepthExponential(f.k, True, *fits[:, count].T))
     return InelasticLight(f, tuple(terms))
 
 

@@ -55,7 +55,6 @@ from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.inelastic_light import (
     excitation_fields,
-    reduced,
     solve_inelastic,
 )
 from underwater_spectral.validation.sun_beam import closed_beam
@@ -661,13 +660,12 @@ def test_inelastic_light(cases_, record_property):
         light = solve_inelastic(processes, exciting, EXCITATION, field, emission)
         y = np.linspace(0.0, min(floor, 1000.0), 5)[:, None]
         w = tuple(np.array(axis)[:, None] for axis in np.transpose(UP_DOWN_LEVEL))
-        for now in (light, reduced(light)):
-            for name in ("E0", "F", "Ed", "Eu", "source"):
-                assert np.isfinite(getattr(now, name)(y)).all(), name
-            for P in DISTANCES:
-                _sound(now.path(y[2], w, P), "inelastic path")
-            _sound(now.radiance(y[2], w, under_surface(now, w, 0.0, 1.34)), "inelastic background")
-            _sound(now.surface_irradiance(y, -1.0), "inelastic irradiance")
+        for name in ("E0", "F", "Ed", "Eu", "source"):
+            assert np.isfinite(getattr(light, name)(y)).all(), name
+        for P in DISTANCES:
+            _sound(light.path(y[2], w, P), "inelastic path")
+        _sound(light.radiance(y[2], w, under_surface(light, w, 0.0, 1.34)), "inelastic background")
+        _sound(light.surface_irradiance(y, -1.0), "inelastic irradiance")
         # What is emitted has been taken from the light: at most the yield of one, and Raman.
         _sound(light.source(y), "source", -1e-9 * max(light.source(y).max(), 0.0))
 

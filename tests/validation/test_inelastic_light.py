@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 
 import numpy as np
@@ -35,12 +34,8 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
 )
 from underwater_spectral.uw_spectral.water.named_waters import named_waters
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
-from underwater_spectral.validation.gutierrez import raman_coefficient_Gutierrez2008
-from underwater_spectral.validation.inelastic_light import (
-    excitation_fields,
-    reduced,
-    solve_inelastic,
-)
+from underwater_spectral.uw_spectral.water.pure_water import pure_water_absorption
+from underwater_spectral.validation.inelastic_light import excitation_fields, solve_inelastic
 
 FINE = np.arange(400.0, 1000.0, 0.05)
 WIDE, TABLES = Bands.uniform(110, 300, 850), Bands.uniform(100, 300, 800)
@@ -51,7 +46,8 @@ def test_raman_coefficient_and_its_slope():
     assert raman_coefficient([488.0])[0] == pytest.approx(2.6e-4, rel=0.1)
     slope = np.diff(np.log(raman_coefficient([400.0, 600.0]))) / math.log(1.5)
     assert slope[0] == pytest.approx(-5.5)
-    assert raman_coefficient_Gutierrez2008([488.0]) > 20 * raman_coefficient([488.0])
+    # Gutierrez et al. 2008 take the absorption of water for it.
+    assert pure_water_absorption([488.0]) > 20 * raman_coefficient([488.0])
 
 
 def test_raman_line():
@@ -207,37 +203,6 @@ def _sea(constituents, y_f=math.inf, surface="flat", sky=0.1):
 
 EMISSION = Bands.uniform(12)
 CLEAR, BALTIC = Constituents.case1(0.03), named_waters()["baltic"].constituents
-
-
-@pytest.mark.parametrize(("sea", "median", "worst"), [(CLEAR, 0.004, 0.04), (BALTIC, 0.04, 0.2)])
-@pytest.mark.parametrize("y_f", [math.inf, 8.0])
-def test_few_exponentials_stand_for_all(sea, median, worst, y_f):
-    light = _sea(sea, y_f)
-    few = reduced(light)
-    assert len(few.terms) == 3 + math.isfinite(y_f)
-    assert len(light.terms) > 20
-    errors = []
-    for y, w_z, P in itertools.product((0.5, 3.0, 7.0), (-1.0, -0.3, 0.3, 0.9), (2.0, 1e7)):
-        w = (math.sqrt(1 - w_z**2), 0.0, w_z)
-        errors.append(few.path(y, w, P) / light.path(y, w, P) - 1)
-    assert np.median(np.abs(errors)) < median
-    assert np.abs(errors).max() < worst
-    down, up = (np.array([x.surface_irradiance(3.0, n) for x in (few, light)]) for n in (1, -1))
-    np.testing.assert_allclose(down[0], down[1], rtol=3 * worst)
-    assert np.all(up >= 0)
-
-
-def test_few_exponentials_are_refused_without_sense():
-    with pytest.raises(InputError, match="1 to 4"):
-        reduced(_single(), 0)
-
-
-def test_mean_source_is_the_mean():
-    light = _sea(BALTIC)
-    y = np.linspace(2.0, 3.0, 2001)[:, None]
-    np.testing.assert_allclose(
-        light.mean_source(2.0, 3.0), np.trapezoid(light.source(y), y, axis=0), rtol=1e-5
-    )
 
 
 def test_surface_mirrors_what_rises():

@@ -40,6 +40,14 @@ HOUSINGS = {
 BLUE_TO_RED = (440.0, 540.0, 620.0)
 
 
+def _view_of_boards(view):
+    """Planar depth, board, and place of each pixel of a pinhole's picture."""
+    rays = view.rays()
+    origins = np.broadcast_to(view.position, rays.shape)
+    depth, which = cases.cast(origins, rays)
+    return depth, which, origins + depth[..., None] * rays
+
+
 @pytest.mark.parametrize(
     ("name", "position"), [*((name, None) for name in HOUSINGS), ("flat", (0.0, 0.0, 0.038))]
 )
@@ -47,7 +55,7 @@ def test_pixels_see_what_their_rays_meet(name, position):
     """From the best viewpoint, and from the face of a port, where no water is too much."""
     housing = HOUSINGS[name]
     view = field_needed(housing, 0.4, BLUE_TO_RED, position)
-    depth, which, _ = cases.view_of_boards(view)
+    depth, which, _ = _view_of_boards(view)
     centres = housing.camera.pixel_centres()
     for nm in BLUE_TO_RED:
         seen = seen_places(housing, view, depth, nm)
@@ -74,7 +82,7 @@ def test_pixels_see_what_their_rays_meet(name, position):
 def test_warped_pictures_are_those_that_rays_see(name):
     housing = HOUSINGS[name]
     view = field_needed(housing, 0.4, BLUE_TO_RED)
-    depth, _, points = cases.view_of_boards(view)
+    depth, _, points = _view_of_boards(view)
     picture = np.repeat(cases.painted(points)[..., None], 3, axis=-1)
     found = warped(picture, depth, housing, view, BLUE_TO_RED)
     for band, nm in enumerate(BLUE_TO_RED):
@@ -157,7 +165,7 @@ def test_flow_through_the_port():
     """Of a camera that goes sideways and ahead, against points projected twice."""
     housing = HOUSINGS["tilted"]
     view = field_needed(housing, 0.3, 540.0)
-    depth, _, points = cases.view_of_boards(view)
+    depth, _, points = _view_of_boards(view)
     moved = points - (0.02, -0.01, 0.03)
     there = moved - view.position
     flow = view.camera.project(there) - view.camera.pixel_centres()
