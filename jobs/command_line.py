@@ -66,30 +66,24 @@ def _add_decisions(result: argparse.ArgumentParser) -> None:
         "--engine", choices=("cycles", "eevee"), help="default: that of --quality, else cycles"
     )
     group.add_argument(
-        "--mode",
-        choices=(BANDS, REALTIME),
+        "--mode", choices=(BANDS, REALTIME),
         help="eevee: three bands a pass, or all bands in one pass and no spectra",
-    )
+    )  # fmt: skip
     group.add_argument(
-        "--quality",
-        choices=tuple(QUALITIES),
+        "--quality", choices=tuple(QUALITIES),
         help="choose engine, bands and terms by what the scene requires; "
         + ", ".join(f"{name}: ΔE {q.target:g}" for name, q in QUALITIES.items())
         + "; other options win",
-    )
+    )  # fmt: skip
     group.add_argument(
-        "--target-delta-e",
-        type=float,
-        metavar="X",
+        "--target-delta-e", type=float, metavar="X",
         help="choose so that the mean ΔE2000 against everything in many bands stays below X; "
         "objects, floor and open water count equally",
-    )
+    )  # fmt: skip
     group.add_argument(
-        "--time-budget",
-        type=float,
-        metavar="S",
+        "--time-budget", type=float, metavar="S",
         help="stay within S seconds of CPU time, by a measured table, even if ΔE suffers",
-    )
+    )  # fmt: skip
     group.add_argument(
         "--explain", action="store_true", default=False, help="print what was chosen and why"
     )
@@ -107,42 +101,31 @@ def _add_work(result: argparse.ArgumentParser) -> None:
     cameras = group.add_mutually_exclusive_group()
     cameras.add_argument("--camera", default=None, help="name; default: the scene's camera")
     cameras.add_argument(
-        "--cameras",
-        default="",
-        metavar="A,B",
+        "--cameras", default="", metavar="A,B",
         help="several, which share bands and exposure; each gets a folder in --out",
-    )
+    )  # fmt: skip
     group.add_argument("--resolution", nargs=2, type=int, default=None, metavar=("W", "H"))
     group.add_argument("--seed", type=int, default=0)
     group.add_argument("--out", type=_path, default=None, metavar="DIR", help="default: bands")
     group.add_argument("--resume", action="store_true", default=False)
     group.add_argument(
-        TRUST,
-        action="store_true",
-        default=False,
+        TRUST, action="store_true", default=False,
         help="let Python drivers and scripts of the scene run; for files of your own",
-    )
+    )  # fmt: skip
     group.add_argument(
-        "--denoise",
-        action=argparse.BooleanOptionalAction,
-        default=None,
+        "--denoise", action=argparse.BooleanOptionalAction, default=None,
         help="cycles: denoise the developed picture, never spectra and layers; default: yes, but "
         "not in data sets",
-    )
+    )  # fmt: skip
     group.add_argument(
-        "--device",
-        choices=get_args(Device),
-        default=None,
+        "--device", choices=get_args(Device), default=None,
         help="what Cycles renders on; default: the scene's, which is the cpu unless it was changed",
-    )
+    )  # fmt: skip
     group.add_argument(
-        "--parts",
-        type=int,
-        default=1,
-        metavar="N",
+        "--parts", type=int, default=1, metavar="N",
         help="cycles: render each pass N times with a fraction of the samples, rounded up, and "
         "another seed; their mean is the pass, and the record holds their variance",
-    )
+    )  # fmt: skip
 
 
 def _add_splitting(result: argparse.ArgumentParser) -> None:

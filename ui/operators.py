@@ -51,13 +51,9 @@ class AddWater(ReportingOperator):
         default=True,
     )
     depth: bpy.props.FloatProperty(
-        name="Camera depth",
-        description="Depth of the camera in a scene that is lowered",
-        default=_START_DEPTH,
-        min=0.01,
-        soft_max=50.0,
-        subtype="DISTANCE",
-    )
+        name="Camera depth", description="Depth of the camera in a scene that is lowered",
+        default=_START_DEPTH, min=0.01, soft_max=50.0, subtype="DISTANCE",
+    )  # fmt: skip
 
     @classmethod
     @override
@@ -191,13 +187,9 @@ class Submerge(_CameraOperator):
     )
 
     depth: bpy.props.FloatProperty(
-        name="Camera depth",
-        description="Depth of the camera afterwards",
-        default=_DEFAULT_DEPTH,
-        min=0.01,
-        soft_max=50.0,
-        subtype="DISTANCE",
-    )
+        name="Camera depth", description="Depth of the camera afterwards", default=_DEFAULT_DEPTH,
+        min=0.01, soft_max=50.0, subtype="DISTANCE",
+    )  # fmt: skip
 
     @override
     def run(self, context: bpy.types.Context) -> None:
@@ -218,11 +210,9 @@ class AddLamps(_CameraOperator):
     bl_description = "Hang a torch, strobes or the lights of a vehicle on the camera"
 
     rig: bpy.props.EnumProperty(
-        name="Lamps",
-        description="What to add",
-        items=[(name, rig.label, "") for name, rig in lamp_rigs.RIGS.items()],
-        default="rov2",
-    )
+        name="Lamps", description="What to add",
+        items=[(name, rig.label, "") for name, rig in lamp_rigs.RIGS.items()], default="rov2",
+    )  # fmt: skip
 
     @override
     def run(self, context: bpy.types.Context) -> None:

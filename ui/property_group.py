@@ -171,6 +171,7 @@ def _get_job_options(group: bpy.types.PropertyGroup) -> str:
 class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     """How a scene is rendered, and views of its optics that suit a panel."""
 
+    # fmt: off
     version: bpy.props.IntProperty(
         name="Version",
         description="Version of the settings in this file; 0 if no water was ever added",
@@ -179,17 +180,12 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     gallery: bpy.props.EnumProperty(
         name="Jerlov type",
         description="Each water as it looks from the camera: a level view into the open sea",
-        items=_swatches,
-        options=set(),
-        get=_get_gallery,
-        set=_set_gallery,
+        items=_swatches, options=set(), get=_get_gallery, set=_set_gallery,
     )
     from_constituents: bpy.props.BoolProperty(
         name="From constituents",
         description="Compute the water from what is in it, instead of taking a Jerlov type",
-        options=set(),
-        get=_get_constituents,
-        set=_set_constituents,
+        options=set(), get=_get_constituents, set=_set_constituents,
     )
     inelastic: _ticked("inelastic", _PROCESSES, parse_processes)
     layers: _ticked("layers", _LAYERS, parse_layers, NONE)
@@ -197,44 +193,23 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
         name="Visibility",
         description="Distance at which a black object fades into the open water, looking level "
         "from the camera (contrast 2 %). Setting it sets the concentration of what is in the water",
-        min=0.05,
-        soft_min=1.0,
-        soft_max=50.0,
-        max=200.0,
-        precision=1,
-        subtype="DISTANCE",
-        unit="LENGTH",
-        options=set(),
-        get=_get_visibility,
-        set=_set_visibility,
+        min=0.05, soft_min=1.0, soft_max=50.0, max=200.0, precision=1, subtype="DISTANCE",
+        unit="LENGTH", options=set(), get=_get_visibility, set=_set_visibility,
     )
     elevation: bpy.props.FloatProperty(
-        name="Sun Elevation",
-        description="Height of the sun over the horizon, in air",
-        min=math.radians(90.0 - SETTINGS["sun_zenith"].limits[1]),
-        max=math.radians(90.0),
-        precision=1,
-        subtype="ANGLE",
-        unit="ROTATION",
-        options=set(),
-        get=_get_elevation,
+        name="Sun Elevation", description="Height of the sun over the horizon, in air",
+        min=math.radians(90.0 - SETTINGS["sun_zenith"].limits[1]), max=math.radians(90.0),
+        precision=1, subtype="ANGLE", unit="ROTATION", options=set(), get=_get_elevation,
         set=_set_elevation,
     )
     bearing: bpy.props.FloatProperty(
         name="Sun From",
         description="Where the sun stands: its compass bearing, from north (+y) over east (+x)",
-        min=0.0,
-        max=math.radians(360.0),
-        precision=1,
-        subtype="ANGLE",
-        unit="ROTATION",
-        options=set(),
-        get=_get_bearing,
-        set=_set_bearing,
+        min=0.0, max=math.radians(360.0), precision=1, subtype="ANGLE", unit="ROTATION",
+        options=set(), get=_get_bearing, set=_set_bearing,
     )
     meter: bpy.props.EnumProperty(
-        name="Exposure",
-        description="What the exposure follows",
+        name="Exposure", description="What the exposure follows",
         items=[
             ("LIGHT", "By the light", "A white surface in the light at the camera is nearly white"),
             (
@@ -245,74 +220,55 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
             ),
             ("FIXED", "By hand", "As many stops as you give"),
         ],
-        options=set(),
-        get=_get_meter,
-        set=_set_meter,
+        options=set(), get=_get_meter, set=_set_meter,
     )
     stops: bpy.props.FloatProperty(
         name="Exposure",
         description="Stops; at 0 a white surface in the light that is balanced for is white",
-        soft_min=-10.0,
-        soft_max=10.0,
-        options=set(),
-        get=_get_stops,
-        set=_set_stops,
+        soft_min=-10.0, soft_max=10.0, options=set(), get=_get_stops, set=_set_stops,
     )
     quality: bpy.props.EnumProperty(
-        name="Quality",
-        description="How the water is rendered",
-        items=[(name.upper(), m.label, m.text) for name, m in METHODS.items()],
-        options=set(),
+        name="Quality", description="How the water is rendered",
+        items=[(name.upper(), m.label, m.text) for name, m in METHODS.items()], options=set(),
     )
     target_delta_e: bpy.props.FloatProperty(
         name="Colour error",
         description="Mean ΔE2000, against everything in many bands, that Auto aims at, objects, "
         "floor and open water counting equally; 1 is just visible",
-        default=1.0,
-        min=0.05,
-        soft_max=5.0,
-        options=set(),
+        default=1.0, min=0.05, soft_max=5.0, options=set(),
     )
     decisions: bpy.props.StringProperty(
-        name="Decisions",
-        description="What Auto has chosen and why, a line each",
+        name="Decisions", description="What Auto has chosen and why, a line each",
         options={"HIDDEN"},
     )
     chosen: bpy.props.StringProperty(
-        name="Chosen",
-        description="What Auto has changed: by setting, its value before and after",
+        name="Chosen", description="What Auto has changed: by setting, its value before and after",
         options={"HIDDEN"},
     )
     denoise: bpy.props.BoolProperty(
         name="Denoise",
         description="Denoise the reference's picture; spectra and layers stay as rendered",
-        default=True,
-        options=set(),
+        default=True, options=set(),
     )
     output: bpy.props.StringProperty(
         name="Folder",
         description="Pictures, spectral images and records go here; // is the file's folder",
-        default="//underwater",
-        subtype="DIR_PATH",
-        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+        default="//underwater", subtype="DIR_PATH", options={"PATH_SUPPORTS_BLEND_RELATIVE"},
     )
     animation: bpy.props.BoolProperty(
         name="Whole animation",
-        description="Render every frame of the scene instead of the current one",
-        options=set(),
+        description="Render every frame of the scene instead of the current one", options=set(),
     )
     pass_count: bpy.props.IntProperty(
-        name="Passes",
-        description="Render passes of a frame, for render farms",
-        options={"HIDDEN"},
+        name="Passes", description="Render passes of a frame, for render farms", options={"HIDDEN"},
         get=_get_pass_count,
     )
     job_options: bpy.props.StringProperty(
         name="Options",
         description="What the panel says besides the settings of the water, for render farms",
-        options={"HIDDEN"},
-        get=_get_job_options,
+        options={"HIDDEN"}, get=_get_job_options,
     )
+    # fmt: on
 
 
 def register() -> None:
