@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
+from ..datasets.cameras_and_rigs import RigLamp
+
 Matrix = tuple[tuple[float, ...], ...]
 
 
@@ -26,18 +28,9 @@ class StageCamera:
 
 
 @dataclass(frozen=True)
-class StageLamp:
-    """A lamp on the camera, in its axes; ``size`` is the full angle of its cone, 0 for all sides.
+class StageLamp(RigLamp):
+    """A lamp on the camera; ``sha256`` is the content of its file, empty without one."""
 
-    ``sha256`` is the content of the file that ``emission`` names, empty without one.
-    """
-
-    power: float
-    unit: str
-    emission: str
-    position: tuple[float, ...]
-    axis: tuple[float, ...]
-    size: float
     sha256: str = ""
 
     @property
