@@ -29,7 +29,11 @@ _COLUMNS = {
     "cy": ("Float", "principal point from the upper left corner, pixels"),
     "camera_to_world": ("Text", "16 numbers, row by row: Blender's axes, m, as JSON"),
 }
-_OWN = ["citeAs", "column", "extract", "field", "fileObject", "fileProperty", "fileSet", "format", "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField", "path", "recordSet", "references", "regex", "repeated", "replace", "separator", "source", "subField", "transform"]
+_OWN = (
+    "citeAs", "column", "extract", "field", "fileObject", "fileProperty", "fileSet", "format",
+    "includes", "isLiveDataset", "jsonPath", "key", "md5", "parentField", "path", "recordSet",
+    "references", "regex", "repeated", "replace", "separator", "source", "subField", "transform",
+)  # fmt: skip
 """Words of Croissant's own."""
 _CONTEXT: dict[str, Any] = {
     "@language": "en",

@@ -106,8 +106,9 @@ def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> lis
         fits.
     """
     poses = list(_poses(spec, scene))
-    choices = [quantity.values for quantity in spec.settings.values()]
-    conditions = list(dict.fromkeys(map(_known, _crossed(spec, choices))))
+    crossed = itertools.product(*(quantity.values for quantity in spec.settings.values()))
+    settings = (dict(zip(spec.settings, values, strict=True)) for values in crossed)
+    conditions = list(dict.fromkeys(map(_known, settings)))
     sets = len(spec.lowered.values) * len(spec.cameras) * len(spec.rigs) * spec.repeats
     total = len(poses) * len(conditions) * sets
     if total > spec.most:
@@ -172,11 +173,6 @@ def _poses(spec: DataSetSpec, scene: RoomForPoses | None) -> Iterator[_Pose]:
                     )
                 told_by = (float(time),) if isinstance(pose_set, GivenPoses) else ()
                 yield _Pose(pose_set.name, pose, time, told_by)
-
-
-def _crossed(spec: DataSetSpec, choices: Sequence[tuple[Value, ...]]) -> Iterator[dict[str, Value]]:
-    for values in itertools.product(*choices):
-        yield dict(zip(spec.settings, values, strict=True))
 
 
 def _known(values: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
 
@@ -126,13 +125,9 @@ def apply_to_scene(mapping: PathMapping) -> None:
     before = {library: library.filepath for library in bpy.data.libraries}
     flags = {"SKIP_PACKED", "SKIP_WEAK_REFERENCES", "RELOAD_EDITED"}
     bpy.data.file_path_foreach(mapped, flags=flags)
-    for library in _moved(before):
+    for library in [library for library, path in before.items() if library.filepath != path]:
         library.reload()
     for file in (*lamp_files(), *fluorophore_files()):
         path = mapping.apply(file.path)
         if path != file.path:
             file.move(path)
-
-
-def _moved(before: dict[bpy.types.Library, str]) -> Iterable[bpy.types.Library]:
-    return [library for library, path in before.items() if library.filepath != path]

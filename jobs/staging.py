@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import bpy
@@ -206,9 +206,5 @@ def _remove(item: bpy.types.Object) -> None:
     data, animation = item.data, item.animation_data
     action = animation.action if animation else None
     bpy.data.objects.remove(item)
-    blocks: Iterable[bpy.types.ID] = [block for block in (data, action) if block is not None]
-    bpy.data.batch_remove(_unused(list(blocks)))
-
-
-def _unused(blocks: Sequence[bpy.types.ID]) -> list[bpy.types.ID]:
-    return [block for block in blocks if not block.users]
+    blocks = [block for block in (data, action) if block is not None and not block.users]
+    bpy.data.batch_remove(blocks)

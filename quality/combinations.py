@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -197,7 +197,7 @@ class ErrorEstimate:
     ) -> tuple[Combination, float]:
         """Return what :func:`cheapest_within` picks, and its error."""
         errors = np.empty(0)
-        for chunk in _chunks(combinations):
+        for chunk in itertools.batched(combinations, _CHUNK, strict=False):
             found = self.errors([self.rgb(c.bands, c.options) for c in chunk])
             errors = np.append(errors, found)
             if (found <= target).any():
@@ -210,8 +210,3 @@ def cheapest_within(errors: NDArray[np.float64], target: float) -> int:
     """Index of the first error within a target; without one, of the first that is hardly worse."""
     allowed = max(target, _HARDLY * float(errors.min()) + _UNSEEN)
     return int(np.argmax(errors <= allowed))
-
-
-def _chunks(combinations: Sequence[Combination]) -> Iterator[Sequence[Combination]]:
-    for first in range(0, len(combinations), _CHUNK):
-        yield combinations[first : first + _CHUNK]

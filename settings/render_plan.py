@@ -216,13 +216,11 @@ def sea_of(settings: SceneSettings) -> Sea:
         settings.wave_resolution,
         settings.wave_loop or None,
         settings.raised_waves,
-        _swell_of(settings) if settings.raised_waves else NO_SWELL,
+        Swell(settings.swell_height, settings.swell_length, settings.swell_direction)
+        if settings.raised_waves
+        else NO_SWELL,
         settings.raised_waves and settings.whitecaps,
     )
-
-
-def _swell_of(settings: SceneSettings) -> Swell:
-    return Swell(settings.swell_height, settings.swell_length, settings.swell_direction)
 
 
 def housing_of(settings: SceneSettings) -> HousingDescription:

@@ -67,7 +67,9 @@ class _State:
 _states: list[_State] = []
 
 
-def swatch_items(_: bpy.types.Context | None) -> list[tuple[str, str, str, int, int]]:
+def swatch_items(
+    _: bpy.types.PropertyGroup, __: bpy.types.Context | None
+) -> list[tuple[str, str, str, int, int]]:
     """Items of the gallery: the ten types with their swatches, as far as they are computed."""
     state = _states[-1]
     # Blender keeps no copy of the strings: the list must live on.

@@ -34,12 +34,6 @@ def _index(text: str) -> int:
     return JERLOV_TYPES.index(name) if text.startswith(_JERLOV) and name in JERLOV_TYPES else -1
 
 
-def _swatches(
-    _: bpy.types.PropertyGroup, context: bpy.types.Context | None
-) -> list[tuple[str, str, str, int, int]]:
-    return previews.swatch_items(context)
-
-
 def _get_gallery(group: bpy.types.PropertyGroup) -> int:
     return max(_index(_water(group).water), 0)
 
@@ -180,7 +174,7 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     gallery: bpy.props.EnumProperty(
         name="Jerlov type",
         description="Each water as it looks from the camera: a level view into the open sea",
-        items=_swatches, options=set(), get=_get_gallery, set=_set_gallery,
+        items=previews.swatch_items, options=set(), get=_get_gallery, set=_set_gallery,
     )
     from_constituents: bpy.props.BoolProperty(
         name="From constituents",
