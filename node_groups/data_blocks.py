@@ -24,7 +24,7 @@ def new_world(name: str) -> tuple[bpy.types.World, Graph, bpy.types.Node]:
     return world, graph, graph.node("ShaderNodeOutputWorld")
 
 
-def emit(light: bpy.types.Light, name: str) -> tuple[Graph, bpy.types.Node]:
+def new_emission(light: bpy.types.Light, name: str) -> tuple[Graph, bpy.types.Node]:
     """Let a lamp emit what the view layer holds; return the graph of its nodes and its Emission."""
     graph = _emptied(light.node_tree)
     emission, output = graph.node("ShaderNodeEmission"), graph.node("ShaderNodeOutputLight")

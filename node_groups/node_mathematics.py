@@ -29,29 +29,19 @@ _COLUMNS = 40
 
 @dataclass(eq=False)
 class Graph:
-    """The node tree under construction, and the nodes it has so far.
-
-    Parameters
-    ----------
-    part_size : int, optional
-        Put the mathematics into groups inside the tree, of so many nodes each. Blender updates
-        the whole of a tree with each node and link it gets, so the time to build one grows as
-        the square of its size.
-    slim : bool
-        Keep the constants few: a shader holds 64 KB of them, among which each open input counts,
-        those that an operation does not have included, and each use of a value that never varies.
-        Only with parts.
-    rays: ShaderNodeTree, optional
-        The group of :mod:`.realtime_refraction`, where view rays may be bent at the surface.
-    slim_numbers : bool
-        Whether that holds for operations on single numbers too.
-    """
+    """The node tree under construction, and the nodes it has so far."""
 
     tree: bpy.types.ShaderNodeTree
+    #: Puts the mathematics into groups of so many nodes: Blender updates the whole of a tree with
+    #: each node and link it gets, so the time to build one grows as the square of its size.
     part_size: int | None = None
+    #: Keeps the constants few, with parts: a shader holds 64 KB of them, among which each open
+    #: input counts, those that an operation does not have included, and each use of a value that
+    #: never varies.
     slim: bool = False
+    #: The group of :mod:`.realtime_refraction`, where view rays may be bent at the surface.
     rays: bpy.types.ShaderNodeTree | None = None
-    slim_numbers: bool = False
+    slim_numbers: bool = False  #: That holds for operations on single numbers too.
     _made: dict[tuple[Operand, ...], Operand] = field(default_factory=dict)
     _products: dict[tuple[Operand, ...], NodeValue] = field(default_factory=dict)
     _groups: dict[tuple[object, ...], bpy.types.ShaderNodeTree] = field(default_factory=dict)

@@ -44,28 +44,14 @@ _ALONG = 1 + _SIDES  # rows of a table of one dimension
 
 @dataclass(frozen=True)
 class Layout:
-    """Rows of the image.
+    """Rows of the image."""
 
-    Parameters
-    ----------
-    slices : int
-        Depths.
-    columns : int
-        Colours: red, green, blue and measured ones.
-    parts : int
-        Of the phase function.
-    layered : bool
-        Whether the water differs with depth.
-    emissions : int
-        That are no colour.
-    """
-
-    slices: int
-    columns: int
-    parts: int
-    layered: bool
+    slices: int  #: Depths.
+    columns: int  #: Colours: red, green, blue and measured ones.
+    parts: int  #: Of the phase function.
+    layered: bool  #: The water differs with depth.
     waves: bool
-    emissions: int = 0
+    emissions: int = 0  #: That are no colour.
 
     @classmethod
     def of(cls, light: ChannelTables) -> Layout:

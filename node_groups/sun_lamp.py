@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from . import attributes
-from .data_blocks import emit
+from .data_blocks import new_emission
 
 NAME = "UW Sun"
 
@@ -23,6 +23,6 @@ def build(
     light = bpy.data.lights.new(NAME, "SUN")
     light.energy = 1.0
     light.angle = angular_diameter
-    _, emission = emit(light, irradiance)
+    _, emission = new_emission(light, irradiance)
     emission.inputs["Strength"].default_value = gain
     return light

@@ -9,7 +9,7 @@ import bpy
 from ..uw_spectral.lamps.lamp import Lamp
 from ..uw_spectral.lamps.profile import LAMBERT, LampProfile, SpreadProfile
 from . import attributes
-from .data_blocks import emit
+from .data_blocks import new_emission
 from .node_mathematics import NODES
 
 NAME = "UW Lamp"
@@ -30,7 +30,7 @@ def build(index: int, lamp: Lamp, like: bpy.types.Light) -> bpy.types.Light:
         light = bpy.data.lights.new(NAME, "POINT")
         light.shadow_soft_size, light.energy = float(lamp.radius), 4.0 * math.pi
     light[_FORM] = _form(lamp, like)
-    graph, emission = emit(light, attributes.lamp(index))
+    graph, emission = new_emission(light, attributes.lamp(index))
     if not flat:
         # The normal of a point lamp's texture is the direction it shines in, in its own axes.
         here = graph.node("ShaderNodeTexCoord").outputs["Normal"]

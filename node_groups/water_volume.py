@@ -17,28 +17,14 @@ NAME = "UW Water"
 
 @dataclass(frozen=True)
 class ScatteringLobe:
-    """One phase function that Cycles knows.
-
-    Parameters
-    ----------
-    phase : str
-        Cycles' name.
-    anisotropy : float
-        Mean cosine, Henyey-Greenstein; asymmetry, Draine.
-    alpha : float
-        Weight of cos² beside 1, Draine only.
-    index, backscatter : float
-        Relative refractive index of the particles and bb/b, Fournier-Forand only.
-    by_band : bool
-        Anisotropy and alpha differ by band: attributes of the pass.
-    """
+    """One phase function that Cycles knows."""
 
     phase: Literal["HENYEY_GREENSTEIN", "DRAINE", "FOURNIER_FORAND", "RAYLEIGH"]
-    anisotropy: float = 0.0
-    alpha: float = 0.5
-    index: float = 1.10
-    backscatter: float = 0.0183
-    by_band: bool = False
+    anisotropy: float = 0.0  #: Mean cosine, Henyey-Greenstein; asymmetry, Draine.
+    alpha: float = 0.5  #: Weight of cos² beside 1, Draine only.
+    index: float = 1.10  #: Relative index of the particles, Fournier-Forand only.
+    backscatter: float = 0.0183  #: bb/b, Fournier-Forand only.
+    by_band: bool = False  #: Anisotropy and alpha differ by band: attributes of the pass.
 
 
 def build(

@@ -357,34 +357,22 @@ class ClosureWalk:
 
 @dataclass(frozen=True)
 class Surfaces:
-    """The groups that materials are sent through.
+    """The groups that materials are sent through."""
 
-    Attributes
-    ----------
-    lit : ShaderNodeTree
-        Of :func:`.realtime_surface.build`, for shaders that are lit first.
-    clear : ShaderNodeTree, optional
-        Of :func:`.realtime_filter.build`, for what lets through what is behind.
-    native : ShaderNodeTree, optional
-        The one that keeps closures.
-    floor : Material, optional
-        Of the added floor, whose reflectance is a measured one.
-    highlights : mapping
-        Groups of :mod:`.realtime_highlights`, by name.
-    fluorescent : ShaderNodeTree, optional
-        The one for shaders that are lit first and fluoresce.
-    fluorescing : collection of str
-        Names of the materials that do.
-    """
-
+    #: Of :func:`.realtime_surface.build`, for shaders that are lit first.
     lit: bpy.types.ShaderNodeTree
+    #: Of :func:`.realtime_filter.build`, for what lets through what is behind.
     clear: bpy.types.ShaderNodeTree | None = None
-    native: bpy.types.ShaderNodeTree | None = None
+    native: bpy.types.ShaderNodeTree | None = None  #: The one that keeps closures.
+    #: Of the added floor, whose reflectance is a measured one.
     floor: bpy.types.Material | None = None
+    #: Of the others light from behind crosses one sheet.
     closed: Collection[bpy.types.Material] = ()
+    #: Groups of :mod:`.realtime_highlights`, by name.
     highlights: Mapping[str, bpy.types.ShaderNodeTree] = field(default_factory=dict)
+    #: For shaders that are lit first and fluoresce.
     fluorescent: bpy.types.ShaderNodeTree | None = None
-    fluorescing: Collection[str] = ()
+    fluorescing: Collection[str] = ()  #: Names of the materials that do.
 
     @property
     def facets(self) -> int:

@@ -20,34 +20,16 @@ EVEN, METAL, CLEAR = "even", "metal", "clear"
 
 @dataclass(frozen=True)
 class ShaderNode:
-    """What is known of a shader node.
+    """What is known of a shader node."""
 
-    Attributes
-    ----------
-    does : str
-        ``REFLECTS`` light; ``EMITS`` it; ``PASSES`` it on straight, or ``REFRACTS`` it, so that
-        what is behind shows; or ``HIDES`` what is there.
-    colour : str
-        Input with the colour that it does it by.
-    mirrors : bool
-        Whether it shows the water around it.
-    behind : bool
-        Whether it is the light from behind that it throws on.
-    facets : str
-        How they reflect if it consists of some: ``EVEN``, ``METAL`` or ``CLEAR``.
-    sunlit : str, optional
-        Group of :mod:`.realtime_highlights` by which the sun lights it.
-    approximate : str
-        What to know of it in real time, after the name of a material; empty where it is right.
-    """
-
+    #: One of the words above; by what passes straight, or refracts, what is behind shows.
     does: str
-    colour: str = "Color"
-    mirrors: bool = False
-    behind: bool = False
-    facets: str = ""
-    sunlit: str | None = None
-    approximate: str = ""
+    colour: str = "Color"  #: Input with the colour that it does it by.
+    mirrors: bool = False  #: It shows the water around it.
+    behind: bool = False  #: It throws on the light from behind.
+    facets: str = ""  #: How they reflect, if it consists of some.
+    sunlit: str | None = None  #: Group of :mod:`.realtime_highlights` by which the sun lights it.
+    approximate: str = ""  #: What to know of it in real time, after the name of a material.
 
 
 _STRAIGHT = "refracts; in real time light goes straight through it"

@@ -31,42 +31,23 @@ class ViewFromAir:
 
 @dataclass(frozen=True, eq=False)
 class FrameInputs:
-    """What of a scene the light of its water depends on, in the bands of a plan.
+    """What of a scene the light of its water depends on, in the bands of a plan."""
 
-    Attributes
-    ----------
-    reflectances : mapping of str to array, shape (n,)
-        Measured ones, by the names of materials.
-    occlusion : OcclusionTable or None
-        What objects keep away and throw back.
-    buffer : VisibilityBuffer or None
-        What of the camera's view objects fill.
-    above : ViewFromAir or None
-        Of a camera that may be above the water.
-    seabed : float or None
-        Depth in m of the floor that continues the scene's own seabed, infinite while there is no
-        such seabed; None without that floor.
-    seabed_colour : three floats
-        Of that floor, linear Rec.709.
-    clouds, grids : tuple of (Cloud, float)
-        Clouds that are blobs, and that have grids, and how far each is from the camera, m.
-    frame : four floats
-        Left, bottom, width and height of the picture of an orthographic camera, m; zero of others.
-    port : float
-        Distance from the camera along its axis at which the water begins, m; 0 without a port.
-    """
-
+    #: Measured ones, shape (n,), by the names of materials.
     reflectances: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    occlusion: OcclusionTable | None = None
-    buffer: VisibilityBuffer | None = None
+    occlusion: OcclusionTable | None = None  #: What objects keep away and throw back.
+    buffer: VisibilityBuffer | None = None  #: What of the camera's view objects fill.
     lamps: SceneLamps = field(default_factory=SceneLamps)
-    above: ViewFromAir | None = None
+    above: ViewFromAir | None = None  #: Of a camera that may be above the water.
     kinds: Kinds = field(default_factory=Kinds)
+    #: Depth in m of the floor that continues the scene's own seabed, infinite while there is no
+    #: such seabed; None without that floor.
     seabed: float | None = None
-    seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)
-    clouds: tuple[tuple[Cloud, float], ...] = ()
-    grids: tuple[tuple[Cloud, float], ...] = ()
+    seabed_colour: tuple[float, float, float] = (0.5, 0.5, 0.5)  #: Linear Rec.709.
+    clouds: tuple[tuple[Cloud, float], ...] = ()  #: Blobs, and how far each is from the camera, m.
+    grids: tuple[tuple[Cloud, float], ...] = ()  #: Those that have grids, likewise.
     cloud_notes: tuple[str, ...] = ()
+    #: Left, bottom, width and height of the picture of an orthographic camera, m.
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
-    port: float = 0.0
+    port: float = 0.0  #: Distance from the camera along its axis at which the water begins, m.
     fluorescent: FluorescentObjects = field(default_factory=FluorescentObjects)

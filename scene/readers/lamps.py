@@ -73,28 +73,16 @@ class SeenByLamp:
 
 @dataclass(frozen=True, eq=False)
 class SceneLamps:
-    """Lamps of a scene that light its water, and what of the scene they come from.
-
-    Attributes
-    ----------
-    virtual : tuple of Lamp
-        What stands for the objects that throw their light back.
-    from_air : bool
-        Whether some shine into the water from above, or may at another frame.
-    waters : tuple of LampWater
-        Of each lamp, where water differs with depth.
-    around : LampWater, optional
-        The water of all of them then.
-    """
+    """Lamps of a scene that light its water, and what of the scene they come from."""
 
     shown: tuple[ShownLamp, ...] = ()
     lamps: tuple[Lamp, ...] = ()
     notes: tuple[str, ...] = ()
     seen: tuple[SeenByLamp | None, ...] = ()
-    virtual: tuple[Lamp, ...] = ()
-    from_air: bool = False
-    waters: tuple[LampWater, ...] = ()
-    around: LampWater | None = None
+    virtual: tuple[Lamp, ...] = ()  #: What stands for the objects that throw their light back.
+    from_air: bool = False  #: Some shine into the water from above, or may at another frame.
+    waters: tuple[LampWater, ...] = ()  #: Of each lamp, where water differs with depth.
+    around: LampWater | None = None  #: The water of all of them then.
 
     @property
     def all(self) -> tuple[Lamp, ...]:

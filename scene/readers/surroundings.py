@@ -80,22 +80,14 @@ class Ground:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The visible objects of a scene around its cameras; make it with :func:`look_around`.
-
-    Attributes
-    ----------
-    eyes, ahead : array, shape (m, 3)
-        Where the camera is, now and at other frames, m, and unit vectors to where it looks.
-    coarse : SurfaceVoxels
-        The surfaces, coarsely; ``box`` is what they are looked for in.
-    """
+    """The visible objects of a scene around its cameras; make it with :func:`look_around`."""
 
     surfaces: Sequence[Triangles]
-    eyes: Array
-    ahead: Array
+    eyes: Array  #: Where the camera is, now and at other frames, m, (m, 3).
+    ahead: Array  #: Unit vectors to where it looks, (m, 3).
     coarse: SurfaceVoxels
     samples: SampleCache
-    box: tuple[Array, Array]
+    box: tuple[Array, Array]  #: What surfaces are looked for in, m; cells may reach beyond it.
 
     @property
     def middle(self) -> Place:

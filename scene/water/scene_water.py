@@ -32,29 +32,21 @@ SUN_DIAMETER_IN_AIR = math.radians(0.53)
 
 @dataclass(frozen=True, eq=False)
 class Filling:
-    """What an engine brings into a scene; the sun is the first of the lamps.
-
-    Parameters
-    ----------
-    parts : mapping of str to ID
-        Data-blocks that :func:`part` returns.
-    followers : sequence of tuples
-        Lamps that are where lamps of the scene are.
-    traced : bool
-        Whether rays meet lamps: then cameras see followers where they see what these follow, and
-        nothing sees the scene's own, not even as instances.
-    floor_occlusions : bool
-        Whether the floor throws shadows; nothing is seen under it, and maps of it cost time.
-    """
+    """What an engine brings into a scene; the sun is the first of the lamps."""
 
     world: bpy.types.World
     lamps: list[bpy.types.Light]
     floor: bpy.types.Material | None
     objects: list[bpy.types.Object]
     images: WaveImages | None = None
+    #: Data-blocks that :func:`.marks.part` returns.
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
+    #: Lamps that are where lamps of the scene are.
     followers: Sequence[tuple[bpy.types.Light, ShownLamp]] = ()
+    #: Rays meet lamps: cameras see followers where they see what these follow, and nothing sees the
+    #: scene's own, not even as instances.
     traced: bool = True
+    #: The floor throws shadows; nothing is seen under it, and maps of it cost time.
     floor_occlusions: bool = True
 
 
