@@ -9,13 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.density_grid import (
-    BLOCK,
-    LAMP_NODES,
-    ArrayLampNodes,
-    ArrayNodes,
-    Grid,
-)
+from ..uw_spectral.clouds.density_grid import BLOCK, LAMP_NODES, ArrayLampNodes, ArrayNodes, Grid
 from ..uw_spectral.mathematics import Operand
 from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue

@@ -65,10 +65,7 @@ def _sum(place: int) -> str:
 
 
 def iterated(
-    graph: Graph,
-    count: int,
-    state: Sequence[Operand],
-    step: Callable[..., Sequence[Operand]],
+    graph: Graph, count: int, state: Sequence[Operand], step: Callable[..., Sequence[Operand]]
 ) -> tuple[NodeValue, ...]:
     """Take numbers through the steps of a repeat zone.
 

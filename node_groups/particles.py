@@ -147,10 +147,7 @@ class _Chance:
 
 
 def _is_there(
-    place: Sequence[NodeValue],
-    eye: Sequence[NodeValue],
-    size: NodeValue,
-    deepest: NodeValue,
+    place: Sequence[NodeValue], eye: Sequence[NodeValue], size: NodeValue, deepest: NodeValue
 ) -> NodeValue:
     """Whether a place is in the water, and not in the camera."""
     away = [x - o for x, o in zip(place, eye, strict=True)]

@@ -35,10 +35,7 @@ def write_adjacency(image: bpy.types.Image, adjacency: Adjacency) -> None:
 
 
 def around(
-    graph: Graph,
-    values: bpy.types.NodeOutputs,
-    image: bpy.types.Image,
-    point: Sequence[NodeValue],
+    graph: Graph, values: bpy.types.NodeOutputs, image: bpy.types.Image, point: Sequence[NodeValue]
 ) -> Around:
     """Look up what objects about a point, m, do, in an image of :func:`new_image`.
 

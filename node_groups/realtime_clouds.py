@@ -237,10 +237,7 @@ def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
 
 
 def grids_in(
-    graph: Graph,
-    image: bpy.types.Image,
-    of_lamps: bpy.types.Image | None = None,
-    lamps: int = 0,
+    graph: Graph, image: bpy.types.Image, of_lamps: bpy.types.Image | None = None, lamps: int = 0
 ) -> list[CloudNumbers]:
     """Return the clouds with grids in an image, in a node tree; arguments of :func:`.grid`."""
     found = []

@@ -37,10 +37,7 @@ def output_names(layers: Iterable[str]) -> dict[str, tuple[str, ...]]:
 
 
 def write(
-    graph: Graph,
-    layers: Iterable[str],
-    values: Mapping[str, Operand],
-    coverage: Operand = 1.0,
+    graph: Graph, layers: Iterable[str], values: Mapping[str, Operand], coverage: Operand = 1.0
 ) -> None:
     """Bring those values that are wanted to the outputs of a shader; what has no value is 0.
 

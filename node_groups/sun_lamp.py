@@ -11,9 +11,7 @@ NAME = "UW Sun"
 
 
 def build(
-    angular_diameter: float,
-    irradiance: str = attributes.SUN_IRRADIANCE,
-    gain: float = 1.0,
+    angular_diameter: float, irradiance: str = attributes.SUN_IRRADIANCE, gain: float = 1.0
 ) -> bpy.types.SunLight:
     """Build the lamp of a sun whose disc is seen under a diameter in radians.
 

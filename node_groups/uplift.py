@@ -56,11 +56,7 @@ FRACTION = "Fraction"
 """Input and output: the part of that with which whole closures are mixed in."""
 _LEAST = 1e-5
 _THICKNESS = 0.03  # m; a sheet of less shades itself from behind, by the texels of shadows
-_IN_WATER = {
-    INDEX: index_in_water,
-    OPAQUE_INDEX: opaque_index_in_water,
-    LENGTH: length_in_water,
-}
+_IN_WATER = {INDEX: index_in_water, OPAQUE_INDEX: opaque_index_in_water, LENGTH: length_in_water}
 IN_WATER = frozenset(_IN_WATER)
 """Kinds of numbers that are others in water."""
 READ = frozenset({SHEEN, HAIR, WET})

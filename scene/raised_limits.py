@@ -4,12 +4,7 @@ from __future__ import annotations
 
 
 def raised_limits(
-    tile: float,
-    *,
-    eevee: bool,
-    above: bool = True,
-    below: bool = True,
-    live: bool = False,
+    tile: float, *, eevee: bool, above: bool = True, below: bool = True, live: bool = False
 ) -> list[str]:
     """Return what to know before waves with height are rendered, a line each.
 

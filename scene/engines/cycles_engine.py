@@ -90,12 +90,7 @@ def cycles_bands(
     notes += deep_cameras.notes(plan.column, [-place[2] for place in places])
     try:
         with cycles_settings.reference_settings(
-            scene,
-            camera,
-            samples=chosen.samples,
-            seed=seed,
-            bounces=chosen.bounces,
-            device=device,
+            scene, camera, samples=chosen.samples, seed=seed, bounces=chosen.bounces, device=device
         ) as layer:
             clip_start, of_region = camera.data.clip_start, scene.render.use_border
 

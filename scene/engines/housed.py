@@ -92,10 +92,7 @@ def opened(
     trough = moving_surface.deepest_trough(opening.plan.settings)
     port_eye.require_under_water(camera, opening.eyes, trough)
     way = _traced if _traces(engine, camera, opening) else _warped
-    with (
-        port_eye.port_eye(scene, camera) as eye,
-        way(engine, scene, camera, eye, opening) as found,
-    ):
+    with port_eye.port_eye(scene, camera) as eye, way(engine, scene, camera, eye, opening) as found:
         yield replace(found, notes=[*found.notes, _note(housing)])
 
 

@@ -30,9 +30,8 @@ from ..water.occlusion import Cache
 from .eevee_layers import depth_map
 from .exr_output import write_float_exr
 
-_REACH = (
-    3.0  # optical depths of the clearest band, by the surface, after which nothing is looked for
-)
+# Optical depths of the clearest band, by the surface, after which nothing is looked for.
+_REACH = 3.0
 _FARTHEST = 200.0  # m
 
 
@@ -158,9 +157,7 @@ def may_show_air(
 
 
 def notes(
-    camera: bpy.types.Object,
-    plan: RenderPlan,
-    eyes: Sequence[tuple[float, ...]],
+    camera: bpy.types.Object, plan: RenderPlan, eyes: Sequence[tuple[float, ...]]
 ) -> list[str]:
     """Return why objects are not mirrored in a surface, if they are not."""
     why = _why_not(camera, plan, eyes)
@@ -185,11 +182,7 @@ def notes_of_air(
     return [f"objects above the water are seen from below as if it did not refract: {why}"]
 
 
-def _why_not(
-    camera: bpy.types.Object,
-    plan: RenderPlan,
-    eyes: Sequence[tuple[float, ...]],
-) -> str:
+def _why_not(camera: bpy.types.Object, plan: RenderPlan, eyes: Sequence[tuple[float, ...]]) -> str:
     if not plan.column.reflects:
         return "there is no surface"
     if moving_surface.may_be_over(camera, plan.settings, eyes):

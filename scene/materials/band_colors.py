@@ -149,9 +149,7 @@ def is_measured(material: bpy.types.Material) -> bool:
     return MEASURED_REFLECTANCE in material and MEASURED_WAVELENGTHS in material
 
 
-def measured_reflectances(
-    scene: bpy.types.Scene,
-) -> Iterator[tuple[bpy.types.Material, Spectrum]]:
+def measured_reflectances(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.Material, Spectrum]]:
     """Yield the materials that carry a measured reflectance, with it; InputError if it is none."""
     for material in filter(is_measured, contents.materials(scene)):
         yield (
@@ -183,9 +181,7 @@ def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> N
             put_before(tree, socket, new_node(tree, kind))
 
 
-def _colours(
-    tree: bpy.types.NodeTree,
-) -> Iterator[tuple[bpy.types.Node, bpy.types.NodeSocket]]:
+def _colours(tree: bpy.types.NodeTree) -> Iterator[tuple[bpy.types.Node, bpy.types.NodeSocket]]:
     """Yield the inputs of a tree's shaders that nothing was put before yet."""
     for node in list(tree.nodes):
         if MARK in node or not makes_closure(node):

@@ -31,9 +31,8 @@ _BARE: Rgb = (0.8, 0.8, 0.8)  # what Blender draws without a material
 _BLACK: Rgb = (0.0, 0.0, 0.0)
 _THINNEST = 1e-6
 _GRAINS = GRAIN_INDEX / REFRACTIVE_INDEX
-_FROM_BEHIND = (
-    0.5  # of what comes through, by the light on this side: sides seen are mostly the lit
-)
+# Of what comes through, by the light on this side: sides seen are mostly the lit.
+_FROM_BEHIND = 0.5
 _SIDES = 64
 _APART = 0.05  # of what is reflected or covered, by which it matters what a node gives
 _THREADS = {"ShaderNodeBsdfHair", "ShaderNodeBsdfHairPrincipled"}

@@ -10,26 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-_NOISE = np.array(
-    [
-        0.366,
-        0.403,
-        0.426,
-        0.443,
-        0.458,
-        0.471,
-        0.483,
-        0.494,
-        0.505,
-        0.517,
-        0.529,
-        0.542,
-        0.557,
-        0.574,
-        0.596,
-        0.634,
-    ]
-)
+_NOISE = np.array([
+    0.366, 0.403, 0.426, 0.443, 0.458, 0.471, 0.483, 0.494,
+    0.505, 0.517, 0.529, 0.542, 0.557, 0.574, 0.596, 0.634,
+])  # fmt: skip
 """Quantiles of Blender's noise texture, measured at a detail of 8 and a roughness of 0.5; much the
 same with a detail of 3 or 15."""
 _RANKS = (np.arange(len(_NOISE)) + 0.5) / len(_NOISE)

@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 from ...node_groups import realtime_highlights, realtime_lamps, realtime_surface, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
-from ...uw_spectral.transfer.closures import (
-    whole_closure,
-)
+from ...uw_spectral.transfer.closures import whole_closure
 from .. import contents
 from . import (
     band_colors,
@@ -36,14 +34,7 @@ from . import (
 from .closure_walk import Closure, ClosureWalk, Surfaces, drawn_by, is_animated, is_zero, mean
 from .inserted import is_idle, new_node, own_input, put_before
 from .native_closures import SUNLIGHT, groups_of_shaders, has_sunlight, native_materials
-from .shader_nodes import (
-    EMITS,
-    PASSES,
-    PRINCIPLED,
-    REFRACTS,
-    SHADER_NODES,
-    nodes_that,
-)
+from .shader_nodes import EMITS, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
 from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE, surface_node
 
 _SHEET, _BODY = "SLAB", "SPHERE"

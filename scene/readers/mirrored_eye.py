@@ -125,12 +125,7 @@ def mirrored_eye(
 
 
 def window_eye(
-    scene: bpy.types.Scene,
-    camera: bpy.types.Object,
-    reach: float,
-    index: float,
-    *,
-    waves: bool,
+    scene: bpy.types.Scene, camera: bpy.types.Object, reach: float, index: float, *, waves: bool
 ) -> MirroredEye | None:
     """Return the eye of a camera at this frame for what is seen through the surface.
 

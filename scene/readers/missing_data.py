@@ -151,10 +151,7 @@ def _tile(path: Path, tile: bpy.types.UDIMTile) -> Path:
 
 
 def _lost_frames(
-    path: Path,
-    image: bpy.types.Image,
-    used: Sequence[bpy.types.ID],
-    frames: Sequence[int],
+    path: Path, image: bpy.types.Image, used: Sequence[bpy.types.ID], frames: Sequence[int]
 ) -> list[Path]:
     """Files of a sequence that its nodes show at frames, and that are not there."""
     found: dict[Path, None] = {}

@@ -34,11 +34,8 @@ on the side of a voxel lies on either side of it by rounding."""
 _LEAST = 0.301  # m: the smallest cell of the coarse grid
 _COARSER = 1.12
 _BLOCK, _COARSE_BLOCK = 6, 9  # cells that come and go together when the camera moves
-_OPTICAL_REACH, _NEAREST, _FARTHEST = (
-    4.0,
-    6.0,
-    30.0,
-)  # how far from the camera occlusion is looked for
+# How far from the camera occlusion is looked for.
+_OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0
 _CLOSE = 10.0  # m from the eyes, where small overhangs are looked for
 _MARGIN = 1.0  # m around objects
 _SIDE = 0.5  # of the height of a place under objects: how far from it there is shade

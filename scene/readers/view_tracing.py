@@ -135,18 +135,12 @@ def _with_shadows(
         seen.normal[on_surface], upward, _clear(meshes, points[:, None], upward)
     )
     return replace(
-        seen,
-        sunlit=sunlit,
-        path_sunlit=_clear(meshes, stations, to_sun),
-        openness=fraction,
+        seen, sunlit=sunlit, path_sunlit=_clear(meshes, stations, to_sun), openness=fraction
     )
 
 
 def _first_seen(
-    origin: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    column: WaterColumn,
-    meshes: Meshes,
+    origin: NDArray[np.float64], direction: NDArray[np.float64], column: WaterColumn, meshes: Meshes
 ) -> SeenPoints:
     """What rays meet, its shadows not looked for yet."""
     count = len(origin)

@@ -26,9 +26,7 @@ def camera_depth(
 
 
 def preview_depth(
-    scene: bpy.types.Scene,
-    chosen: SceneSettings,
-    depsgraph: bpy.types.Depsgraph | None = None,
+    scene: bpy.types.Scene, chosen: SceneSettings, depsgraph: bpy.types.Depsgraph | None = None
 ) -> float:
     """Depth in m that the water is computed for: the camera's, or a nominal one."""
     if scene.camera is not None:

@@ -14,15 +14,7 @@ from ...uw_spectral.clouds.gaussian_blob import REACH
 from ...uw_spectral.clouds.matter import BUBBLES
 from .. import contents, marks
 from ..materials import bare_surfaces
-from ..readers.clouds import (
-    BLOB,
-    BUBBLES_IN_CYCLES,
-    GRID,
-    SceneClouds,
-    clouds_of,
-    is_grid,
-    outline,
-)
+from ..readers.clouds import BLOB, BUBBLES_IN_CYCLES, GRID, SceneClouds, clouds_of, is_grid, outline
 from ..stored_clouds import stored_cloud
 from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase

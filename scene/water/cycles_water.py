@@ -216,11 +216,7 @@ def _lid(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
 
 
 def _layers(
-    column: WaterColumn,
-    phases: Sequence[CyclesPhase],
-    extent: WaterExtent,
-    *,
-    raised: bool,
+    column: WaterColumn, phases: Sequence[CyclesPhase], extent: WaterExtent, *, raised: bool
 ) -> list[bpy.types.Object]:
     """Make a box for each layer of the water, one upon the other."""
     gap = _gap(column.attenuation)

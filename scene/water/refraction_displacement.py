@@ -152,11 +152,7 @@ def _more_in_renders(item: bpy.types.Object) -> int:
 
 
 def _levels(
-    mesh: bpy.types.Mesh,
-    place: NDArray[np.float64],
-    camera: NDArray[np.float64],
-    *,
-    from_air: bool,
+    mesh: bpy.types.Mesh, place: NDArray[np.float64], camera: NDArray[np.float64], *, from_air: bool
 ) -> int:
     """How often the faces of a mesh should be halved in each direction."""
     places = vertices_of(mesh) @ place[:3, :3].T + place[:3, 3]

@@ -38,9 +38,7 @@ def clear_depth(scene: bpy.types.Scene, floor_depth: float) -> float:
     return depth
 
 
-def _meshes(
-    layer: bpy.types.ViewLayer,
-) -> Iterator[tuple[bpy.types.Object, NDArray[np.float64]]]:
+def _meshes(layer: bpy.types.ViewLayer) -> Iterator[tuple[bpy.types.Object, NDArray[np.float64]]]:
     """Evaluated objects with meshes of the scene's own, and their places."""
     depsgraph = layer.depsgraph
 
