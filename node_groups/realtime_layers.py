@@ -23,13 +23,7 @@ _LEAST_COVERED = 1e-4
 
 
 def output_names(layers: Iterable[str]) -> dict[str, tuple[str, ...]]:
-    """Return the outputs that layers need, and what each holds.
-
-    Examples
-    --------
-    >>> output_names(["D", "caustics", "shadow"])
-    {'uw_D': ('D',), 'uw_numbers': ('caustics', 'shadow')}
-    """
+    """Return the outputs that layers need, and what each holds."""
     wanted = list(layers)
     found = {f"{_PREFIX}{name}": (name,) for name in wanted if name not in NUMBERS}
     numbers = tuple(name for name in NUMBERS if name in wanted)

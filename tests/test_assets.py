@@ -11,12 +11,12 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral import registration
-from underwater_spectral.node_groups import asset_groups
 from underwater_spectral.scene import contents, marks, stored_settings
 from underwater_spectral.scene.engines import cycles_settings, exr_output
 from underwater_spectral.scene.readers import lamps
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.tools import asset_groups
 from underwater_spectral.ui import asset_library, dropped_assets
 from underwater_spectral.uw_spectral.closed_form import plain_water
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

@@ -110,11 +110,11 @@ def test_rooms_of_the_scene_import_only_what_lies_below_them(place):
 
 
 def test_the_closed_form_keeps_to_its_room():
-    """Its node group and what proves alone ask for it; the water's light is the solved field."""
-    room, door = ROOT / "uw_spectral" / "closed_form", ROOT / "node_groups" / "closed_form_group.py"
+    """A node group for others and what proves alone ask for it: the water's is the solved field."""
+    room = ROOT / "uw_spectral" / "closed_form"
     for package in sorted({*PACKAGES} - {"validation"}):
         for path in (ROOT / package).rglob("*.py"):
-            if path != door and room not in path.parents:
+            if room not in path.parents:
                 inside = [x for x in _imports(path) if x.startswith("uw_spectral.closed_form")]
                 assert not inside, path
 

@@ -81,9 +81,10 @@ def looks() -> Iterable[Any]:
 
 def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
-    from underwater_spectral.node_groups import asset_groups, closed_form_group, realtime_waves
+    from underwater_spectral.node_groups import realtime_waves
     from underwater_spectral.scene.water import eevee_water as made
     from underwater_spectral.scene.water import moving_surface
+    from underwater_spectral.tools import asset_groups, closed_form_group
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
     distances = np.linspace(0.0, 20.0, SIZE)
@@ -121,7 +122,7 @@ def shaders() -> Iterable[Any]:
 
 def closed_form() -> Any:
     """Return the group of the closed form, with a picture of open water by its view's turn."""
-    from underwater_spectral.node_groups import closed_form_group
+    from underwater_spectral.tools import closed_form_group
     from underwater_spectral.uw_spectral.closed_form import plain_water
 
     tree = closed_form_group.build("Closed Form Water")
@@ -144,9 +145,9 @@ def closed_form() -> Any:
 
 def representative_bands(water: str, **changes: Any) -> Any:
     """Return the plan of the three bands, blue first."""
-    from underwater_spectral.node_groups.asset_groups import WAVELENGTHS
     from underwater_spectral.settings import render_plan
     from underwater_spectral.settings.scene_settings import SceneSettings
+    from underwater_spectral.tools.asset_groups import WAVELENGTHS
 
     return render_plan.plan_of(
         SceneSettings(

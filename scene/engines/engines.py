@@ -17,12 +17,6 @@ ENGINES = (cycles_engine.BANDS, eevee_engine.BANDS, eevee_engine.REALTIME)
 
 
 def engine_of(name: str, mode: str) -> Engine:
-    """Return the engine of a name and a mode.
-
-    Examples
-    --------
-    >>> engine_of("eevee", "realtime").method.draws_colours
-    True
-    """
+    """Return the engine of a name and a mode."""
     method = method_of(name, mode)
     return next(engine for engine in ENGINES if engine.method is method)

@@ -12,13 +12,7 @@ _LEAST = 1e-20
 
 
 def as_hsv(rgb: Array) -> Array:
-    """Return hue, saturation and value.
-
-    Examples
-    --------
-    >>> as_hsv(np.array([[0.2, 0.4, 0.1]])).round(3).tolist()
-    [[0.278, 0.75, 0.4]]
-    """
+    """Return hue, saturation and value."""
     most, span = rgb.max(axis=1), np.ptp(rgb, axis=1)
     (r, g, b), divisor = rgb.T, np.maximum(span, _LEAST)
     sixth = np.where(

@@ -169,15 +169,7 @@ def _lost_frames(
 
 
 def _shown(frame: int, start: int, length: int, *, repeats: bool) -> int:
-    """Return which frame of a sequence is shown, as Blender counts them.
-
-    Examples
-    --------
-    >>> [_shown(frame, 1, 3, repeats=True) for frame in (0, 1, 3, 4)]
-    [3, 1, 3, 1]
-    >>> [_shown(frame, 1, 3, repeats=False) for frame in (0, 1, 3, 4)]
-    [1, 1, 3, 3]
-    """
+    """Return which frame of a sequence is shown, as Blender counts them."""
     place = frame - start
     return 1 + (place % length if repeats else min(max(place, 0), length - 1)) if length else 1
 

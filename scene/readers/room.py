@@ -89,14 +89,7 @@ class Room:
 
 
 def is_closed(triangles: NDArray[np.int32]) -> bool:
-    """Whether every edge of a mesh is between two triangles.
-
-    Examples
-    --------
-    >>> faces = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]], dtype=np.int32)
-    >>> is_closed(faces), is_closed(faces[:3])
-    (True, False)
-    """
+    """Whether every edge of a mesh is between two triangles."""
     edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     counts = np.unique(edges, axis=0, return_counts=True)[1]
     return bool((counts == 2).all())

@@ -78,13 +78,7 @@ def scene_reach(scene: bpy.types.Scene) -> SceneReach:
 
 
 def reach_of(places: Iterable[Sequence[float]]) -> SceneReach:
-    """Return how far places reach; the first three numbers of each count, m.
-
-    Examples
-    --------
-    >>> reach_of([(3.0, 4.0, -2.0)])
-    SceneReach(radius=5.0, lowest=2.0)
-    """
+    """Return how far places reach; the first three numbers of each count, m."""
     found = np.array([tuple(place)[:3] for place in places], dtype=np.float64).reshape(-1, 3)
     radius = np.hypot(found[:, 0], found[:, 1]).max(initial=0.0)
     return SceneReach(float(radius), float(-found[:, 2].min(initial=0.0)))

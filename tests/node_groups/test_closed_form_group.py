@@ -7,10 +7,10 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import closed_form_group as group
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
+from underwater_spectral.tools import closed_form_group as group
 from underwater_spectral.uw_spectral.closed_form.one_lobe import plain_water
 from underwater_spectral.uw_spectral.closed_form.pixel import surface_light
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

@@ -12,6 +12,15 @@ import bpy
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..node_groups.group_sockets import COLOUR, FLOAT, VECTOR, OpenGroup, Socket
+from ..node_groups.node_mathematics import NODES, PART_SIZE, NodeValue
+from ..node_groups.realtime_rays import (
+    camera_depth,
+    camera_depth_behind,
+    depth_here,
+    view_direction,
+    view_distance,
+)
 from ..uw_spectral.closed_form.one_lobe import plain_water
 from ..uw_spectral.closed_form.pixel import surface_light
 from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
@@ -19,15 +28,6 @@ from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.transfer.path_integral import transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
-from .group_sockets import COLOUR, FLOAT, VECTOR, OpenGroup, Socket
-from .node_mathematics import NODES, PART_SIZE, NodeValue
-from .realtime_rays import (
-    camera_depth,
-    camera_depth_behind,
-    depth_here,
-    view_direction,
-    view_distance,
-)
 
 NAME = "UW Closed Form"
 LIT, COLOR, EMISSION = "Lit", "Color", "Emission"

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 
 import bpy
 
+from ..node_groups import group_sockets, realtime_values, realtime_waves
+from ..node_groups.group_sockets import FLOAT, VECTOR, OpenGroup, Socket
+from ..node_groups.node_mathematics import NODES
+from ..node_groups.realtime_values import Numbers, Shape
+from ..node_groups.realtime_waves import WaveImages
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.path_integral import transmittance
-from . import group_sockets, realtime_values, realtime_waves
-from .group_sockets import FLOAT, VECTOR, OpenGroup, Socket
-from .node_mathematics import NODES
-from .realtime_values import Numbers, Shape
-from .realtime_waves import WaveImages
 
 WAVELENGTHS = (600.0, 540.0, 450.0)
 """In nm; the centres of the bands that stand for red, green and blue."""
