@@ -11,7 +11,7 @@ from pathlib import Path
 
 import bpy
 
-from ..scene import stored_lamps
+from ..scene import stored_settings
 from ..scene.engines import eevee_settings, engines, exr_output
 from ..scene.engines.band_engine import Opening, Weights
 from ..scene.readers import cameras, lamps
@@ -82,8 +82,8 @@ def drawing(settings: SceneSettings | None, mode: Mode = REALTIME) -> Iterator[D
 
 def hang_lamps(rig: str) -> None:
     """Hang lamps of a rig on the camera of the open scene."""
-    if not hasattr(bpy.types.Light, stored_lamps.PROPERTY):
-        stored_lamps.register()
+    if not hasattr(bpy.types.Light, stored_settings.PROPERTY):
+        stored_settings.register()
     lamp_rigs.add_rig(bpy.context.scene, rig)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
@@ -11,7 +12,6 @@ from ..uw_spectral.clouds.matter import BUBBLES, MINERALS, PHYTOPLANKTON, UNITS
 PROPERTY = "underwater"
 NO_CLOUD = "none"
 
-_CLASS = "UnderwaterCloud"
 WORDS = {
     MINERALS: ("Minerals", "Silt and clay that was stirred up or flows in"),
     PHYTOPLANKTON: ("Phytoplankton", "A bloom, by its chlorophyll"),
@@ -28,11 +28,11 @@ class CloudSettings:
     concentration: float = 0.0
 
 
-def register() -> None:
-    """Add ``object.underwater``."""
+def properties() -> dict[str, Any]:
+    """What ``object.underwater`` has."""
     items = [(NO_CLOUD, "No Cloud", "An ordinary object")]
     items += [(name, *WORDS[name]) for name in UNITS]
-    properties = {
+    return {
         "constituent": bpy.props.EnumProperty(
             name="Cloud of",
             description="What floats in the water where the object is: about an empty, densest in "
@@ -52,16 +52,6 @@ def register() -> None:
             max=10000.0,
         ),
     }
-    description = {"__doc__": "What a cloud stores.", "__annotations__": properties}
-    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
-    bpy.utils.register_class(group)
-    setattr(bpy.types.Object, PROPERTY, bpy.props.PointerProperty(type=group))
-
-
-def unregister() -> None:
-    """Take ``object.underwater`` away; the values stay in the file."""
-    delattr(bpy.types.Object, PROPERTY)
-    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
 
 
 def stored_cloud(item: bpy.types.Object) -> CloudSettings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
@@ -12,8 +13,6 @@ from ..uw_spectral.lamps.emission import CANDELAS, LUMENS, WATTS
 PROPERTY = "underwater"
 ROV = "rov"
 """Profile of a measured lamp."""
-
-_CLASS = "UnderwaterLamp"
 
 
 @dataclass(frozen=True)
@@ -28,9 +27,9 @@ class LampSettings:
     from_above: bool = False
 
 
-def register() -> None:
-    """Add ``light.underwater``."""
-    properties = {
+def properties() -> dict[str, Any]:
+    """What ``light.underwater`` has."""
+    return {
         "spectrum": bpy.props.StringProperty(
             name="Spectrum",
             description="Light that the lamp emits: led, led-warm, halogen, hid, blackbody:5600, "
@@ -73,16 +72,6 @@ def register() -> None:
             default=True,
         ),
     }
-    description = {"__doc__": "What a lamp stores.", "__annotations__": properties}
-    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
-    bpy.utils.register_class(group)
-    setattr(bpy.types.Light, PROPERTY, bpy.props.PointerProperty(type=group))
-
-
-def unregister() -> None:
-    """Take ``light.underwater`` away; the values stay in the file."""
-    delattr(bpy.types.Light, PROPERTY)
-    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
 
 
 def stored_lamp(light: bpy.types.Light) -> LampSettings:

@@ -12,7 +12,6 @@ import bpy
 from ..settings.known_words import suggestions
 
 PROPERTY = "underwater"
-_CLASS = "UnderwaterMaterial"
 
 
 _SCHEME = "file:"
@@ -46,9 +45,9 @@ class Fluorescence:
 type OnChange = Callable[[Any, bpy.types.Context], None]
 
 
-def register(on_change: OnChange | None = None) -> None:
-    """Add ``material.underwater``; changes are told with the group and the context."""
-    properties = {
+def properties(on_change: OnChange | None) -> dict[str, Any]:
+    """What ``material.underwater`` has; changes are told with the group and the context."""
+    return {
         "filled_with_air": bpy.props.BoolProperty(
             name="Filled with air",
             description="Refractive indices of the material stay as they are given, instead of "
@@ -85,16 +84,6 @@ def register(on_change: OnChange | None = None) -> None:
             update=on_change,
         ),
     }
-    description = {"__doc__": "What a material stores.", "__annotations__": properties}
-    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
-    bpy.utils.register_class(group)
-    setattr(bpy.types.Material, PROPERTY, bpy.props.PointerProperty(type=group))
-
-
-def unregister() -> None:
-    """Take ``material.underwater`` away; the values stay in the file."""
-    delattr(bpy.types.Material, PROPERTY)
-    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
 
 
 def is_porous(material: bpy.types.Material) -> bool:

@@ -14,7 +14,12 @@ from . import stored_clouds, stored_lamps, stored_materials
 
 PROPERTY = "underwater"
 
-_CLASS = "UnderwaterProperties"
+_GROUPS = {
+    "UnderwaterProperties": bpy.types.Scene,
+    "UnderwaterCloud": bpy.types.Object,
+    "UnderwaterLamp": bpy.types.Light,
+    "UnderwaterMaterial": bpy.types.Material,
+}
 
 OnChange = Callable[[bpy.types.PropertyGroup, bpy.types.Context], None]
 
@@ -54,28 +59,29 @@ def _property(setting: Setting, on_change: OnChange | None) -> object:
 
 
 def register(on_change: OnChange | None = None, on_material_change: OnChange | None = None) -> None:
-    """Add ``scene.underwater``, and what lamps and materials store.
+    """Add ``underwater`` to scenes, and to what else stores something.
 
     The callables get the group and the context whenever a setting, or what a material stores, is
     set.
     """
-    properties = {name: _property(setting, on_change) for name, setting in SETTINGS.items()}
-    description = {"__doc__": "The stored settings of a scene.", "__annotations__": properties}
-    group = type(_CLASS, (bpy.types.PropertyGroup,), description)
-    bpy.utils.register_class(group)
-    setattr(bpy.types.Scene, PROPERTY, bpy.props.PointerProperty(type=group))
-    stored_clouds.register()
-    stored_lamps.register()
-    stored_materials.register(on_material_change)
+    stored = (
+        {name: _property(setting, on_change) for name, setting in SETTINGS.items()},
+        stored_clouds.properties(),
+        stored_lamps.properties(),
+        stored_materials.properties(on_material_change),
+    )
+    for (name, owner), properties in zip(_GROUPS.items(), stored, strict=True):
+        description = {"__doc__": "What is stored.", "__annotations__": properties}
+        group = type(name, (bpy.types.PropertyGroup,), description)
+        bpy.utils.register_class(group)
+        setattr(owner, PROPERTY, bpy.props.PointerProperty(type=group))
 
 
 def unregister() -> None:
     """Take them away; the values stay in the file."""
-    stored_materials.unregister()
-    stored_lamps.unregister()
-    stored_clouds.unregister()
-    delattr(bpy.types.Scene, PROPERTY)
-    bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(_CLASS))
+    for name, owner in reversed(_GROUPS.items()):
+        delattr(owner, PROPERTY)
+        bpy.utils.unregister_class(bpy.types.PropertyGroup.bl_rna_get_subclass_py(name))
 
 
 def stored_settings(scene: bpy.types.Scene) -> SceneSettings:

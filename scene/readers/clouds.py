@@ -66,7 +66,7 @@ class SceneClouds:
 
 def objects_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Return the objects of a scene that are clouds now or at another frame, by name."""
-    return [item for item in _marked(scene) if item.type in (BLOB, GRID)]
+    return [item for item in marked(scene) if item.type in (BLOB, GRID)]
 
 
 def is_grid(block: bpy.types.ID) -> bool:
@@ -94,18 +94,13 @@ def is_above(item: bpy.types.Object) -> bool:
     return item.type == BLOB and item.matrix_world.translation.z > 0.0
 
 
-def marked(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """Return the objects that are marked as clouds, by name, whether they can be or not."""
-    return _marked(scene)
-
-
 def clouds_of(scene: bpy.types.Scene, wavelengths: ArrayLike) -> SceneClouds:
     """Return the clouds of a scene's current frame, for bands at wavelengths in nm.
 
     InputError names the object if one is flat, or its concentration is out of range.
     """
     objects, found = objects_of(scene), []
-    notes = [f"cloud {x.name!r}: {_NEITHER}" for x in _marked(scene) if x not in objects]
+    notes = [f"cloud {x.name!r}: {_NEITHER}" for x in marked(scene) if x not in objects]
     for item in objects:
         chosen = stored_cloud(item)
         above = is_above(item)
@@ -169,7 +164,8 @@ def _record(item: bpy.types.Object) -> dict[str, Any]:
     return found
 
 
-def _marked(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+def marked(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Return the objects that are marked as clouds, by name, whether they can be or not."""
     own = [item for item in ever_rendered(scene) if marks.MARK not in item]
     # Volume objects are hidden while their copies are in the water.
     hidden = [item for item in scene.objects if marks.HIDDEN in item and item not in own]
