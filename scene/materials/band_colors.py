@@ -19,6 +19,7 @@ from ...node_groups.node_mathematics import MARK, Graph
 from ...uw_spectral.spectra.spectrum import Spectrum
 from .. import contents
 from .inserted import (
+    add_node,
     has_inserted,
     is_idle,
     is_inserted,
@@ -238,10 +239,7 @@ def _put_measured_before(
     tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket, index: int
 ) -> None:
     node = put_before(tree, socket, new_node(tree, uplift.MEASURED))
-    attribute = tree.nodes.new("ShaderNodeAttribute")
+    attribute = add_node(tree, "ShaderNodeAttribute", node)
     attribute.attribute_type = "VIEW_LAYER"
     attribute.attribute_name = attributes.measured(index)
-    attribute.hide = True
-    attribute.select = False
-    attribute.location = (node.location.x - 200.0, node.location.y)
     tree.links.new(attribute.outputs["Vector"], node.inputs[uplift.MEASURED_INPUT])

@@ -10,10 +10,10 @@ from collections.abc import Collection, Iterable, Iterator
 import bpy
 
 from ...node_groups.node_mathematics import MARK
-from .inserted import own_trees, trees_but
+from .inserted import add_node, own_trees, trees_but
+from .shader_nodes import ADD, MIX
 
 _OURS = "uw_emits"
-_JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
@@ -41,12 +41,8 @@ def blacken(materials: Iterable[bpy.types.Material]) -> None:
 def _node(
     tree: bpy.types.NodeTree, kind: str, before: bpy.types.Node | None = None
 ) -> bpy.types.Node:
-    active = tree.nodes.active
-    node = tree.nodes.new(kind)
-    tree.nodes.active = active
-    node[_OURS], node.select, node.hide = True, False, True
-    if before is not None:
-        node.location = (before.location.x - 200.0, before.location.y)
+    node = add_node(tree, kind, before)
+    node[_OURS] = True
     return node
 
 
@@ -64,7 +60,7 @@ def bare(tree: bpy.types.NodeTree) -> Iterator[bpy.types.NodeSocket]:
     """Yield the inputs for shaders that get a colour or a number."""
     for node in tree.nodes:
         surface = {"Surface"} if node.bl_idname == "ShaderNodeOutputMaterial" else set()
-        if not surface and node.bl_idname not in _JOINING:
+        if not surface and node.bl_idname not in (MIX, ADD):
             continue
         for socket in node.inputs:
             if socket.type != "SHADER" or (surface and socket.name not in surface):

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable
 
 import bpy
 
-from .inserted import is_idle, own_trees, trees_but, value_curves
+from .inserted import add_node, is_idle, own_trees, repeat, trees_but, value_curves
 from .shader_nodes import PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
 
 _OURS, _MIX = "uw_clear", "mix"
@@ -103,11 +103,8 @@ def _math(tree: bpy.types.NodeTree, node: bpy.types.Node, operation: str) -> bpy
 def _node(
     tree: bpy.types.NodeTree, near: bpy.types.Node, kind: str, role: str = "part"
 ) -> bpy.types.Node:
-    active = tree.nodes.active
-    node = tree.nodes.new(kind)
-    tree.nodes.active = active
-    node[_OURS], node.select, node.hide = role, False, True
-    node.location = (near.location.x + 200.0, near.location.y)
+    node = add_node(tree, kind, near, 200.0)
+    node[_OURS] = role
     return node
 
 
@@ -117,7 +114,5 @@ def _same(
     """Give an input what another gets, or let it follow an output."""
     if source.is_output:
         tree.links.new(source, target)
-        return
-    target.default_value = source.default_value
-    for link in source.links:
-        tree.links.new(link.from_socket, target).is_muted = link.is_muted
+    else:
+        repeat(tree, source, target)

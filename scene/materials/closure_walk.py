@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import bpy
 import numpy as np
@@ -17,14 +17,15 @@ from ...node_groups import realtime_highlights, realtime_lamps, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.facets import specular_index
-from ..animation import curves
 from . import socket_rules, wet_trees
-from .inserted import is_idle, own_input
+from .inserted import is_idle, own_input, value_curves
 from .shader_nodes import (
+    ADD,
     CLEAR,
     EMITS,
     HIDES,
     METAL,
+    MIX,
     PASSES,
     PRINCIPLED,
     REFRACTS,
@@ -32,24 +33,6 @@ from .shader_nodes import (
     ShaderNode,
 )
 
-_OUTPUTS = {
-    "colour": "UW Color",
-    "emission": "UW Emission",
-    "transmittance": "UW Transmittance",
-    "mirrored": "UW Mirrored",
-    "behind": "UW Behind",
-    "highlight": "UW Highlight",
-    "mirror": "UW Mirror",
-    "edge": "UW Edge",
-    "clear": "UW Clear",
-    "facets": "UW Facets",
-    "roughness": "UW Roughness",
-    "mirror_roughness": "UW Mirror Roughness",
-    "index": "UW Index",
-    "coat": "UW Coat",
-    "coat_roughness": "UW Coat Roughness",
-    "coat_index": "UW Coat Index",
-}
 _GREY = 0.5
 _CLEAR_REFLECTS = 0.02  # about, of light from all sides, by which clear facets count beside others
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
@@ -95,13 +78,17 @@ class Closure:
 
     def times(self, factor: Operand) -> Closure:
         """Return it with all of it times a factor."""
-        return replace(self, **{name: getattr(self, name) * factor for name in _OUTPUTS})
+        return replace(self, **{name: getattr(self, name) * factor for name in _QUANTITIES})
 
     def combined(self, other: Closure, join: Callable[[Operand, Operand], Operand]) -> Closure:
         """Return what two are together; of normals those of the first."""
-        joined = {name: join(getattr(self, name), getattr(other, name)) for name in _OUTPUTS}
+        joined = {name: join(getattr(self, name), getattr(other, name)) for name in _QUANTITIES}
         normals = self.normal or other.normal, self.coat_normal or other.coat_normal
         return Closure(**joined, normal=normals[0], coat_normal=normals[1])
+
+
+_QUANTITIES = [part.name for part in fields(Closure) if part.default == 0.0]
+"""All but the normals."""
 
 
 @dataclass
@@ -130,11 +117,11 @@ class ClosureWalk:
 
     def _of(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
         kind, shaders = node.bl_idname, [i for i in node.inputs if i.type == "SHADER"]
-        if kind == "ShaderNodeMixShader":
+        if kind == MIX:
             fraction = self._value(node.inputs[0])
             first, second = (self.closure(s) for s in shaders)
             return first.combined(second, lambda a, b: a * (1.0 - fraction) + b * fraction)
-        if kind == "ShaderNodeAddShader":
+        if kind == ADD:
             first, second = (self.closure(s) for s in shaders)
             return first.combined(second, lambda a, b: a + b)
         if kind == "ShaderNodeGroup":
@@ -301,8 +288,8 @@ class ClosureWalk:
     def _names(self, shader: bpy.types.NodeSocket) -> dict[str, str]:
         """Names of the outputs for what a shader of a group is, in a closed body or not."""
         end = f"{shader.identifier}{' closed' if self.closed else ''}"
-        names = _OUTPUTS | {"normal": "UW Normal", "coat_normal": "UW Coat Normal"}
-        return {quantity: f"{name} {end}" for quantity, name in names.items()}
+        names = (part.name for part in fields(Closure))
+        return {name: f"UW {name.replace('_', ' ').title()} {end}" for name in names}
 
     def _value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
@@ -312,7 +299,7 @@ class ClosureWalk:
             if self.measures and socket_rules.before(own, _MEASURING) is not None:
                 self._note(_CHANGED)
             return _limited(self._of_type(_alpha_beside_colour(source), socket.type), limits)
-        values, still = np.atleast_1d(own.default_value)[:3], not is_animated(self.tree, own)
+        values, still = np.atleast_1d(own.default_value)[:3], not value_curves(self.tree, own)
         if still and (np.all(values == 0.0) or np.all(values == 1.0)):
             return float(values[0])
         constant = self._constant(own)
@@ -418,11 +405,6 @@ def drawn_by(tree: bpy.types.NodeTree, node: bpy.types.Node) -> str | None:
     if kind == realtime_highlights.TOON and node.component != "DIFFUSE":
         return None
     return kind
-
-
-def is_animated(tree: bpy.types.NodeTree, socket: bpy.types.NodeSocket) -> bool:
-    """Whether curves or drivers move a socket's value."""
-    return any(curves(tree, f"{socket.path_from_id()}.default_value"))
 
 
 def _limited(value: Operand, limits: tuple[float, float]) -> Operand:

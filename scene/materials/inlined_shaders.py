@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable
 import bpy
 
 from .. import contents
-from .inserted import trees_but
+from .inserted import add_node, trees_but
 
 _OURS = "uw_inlined"
 _STANDS = (
@@ -36,11 +36,8 @@ def insert(materials: Iterable[bpy.types.Material]) -> list[str]:
         group = _inlined(material) if links and not any(_OURS in n for n in tree.nodes) else None
         if group is None:
             continue
-        active = tree.nodes.active
-        node = tree.nodes.new("ShaderNodeGroup")
-        tree.nodes.active = active
-        node.node_tree, node[_OURS], node.select, node.hide = group, True, False, True
-        node.location = (output.location.x, output.location.y + 100.0)
+        node = add_node(tree, "ShaderNodeGroup", output, 0.0, 100.0)
+        node.node_tree, node[_OURS] = group, True
         tree.links.new(links[0].from_socket, node.inputs[0])
         tree.links.new(node.outputs[0], output.inputs["Surface"])
         if any(x.animation_data is not None for x in (tree, *contents.inner_groups([tree]))):

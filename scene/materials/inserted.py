@@ -41,13 +41,36 @@ def own_input(socket: bpy.types.NodeSocket, but: Collection[str] = ()) -> bpy.ty
     return socket
 
 
-def new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
-    """Make a group node of a kind of :mod:`.uplift`; what the user has selected stays so."""
+def add_node(
+    tree: bpy.types.NodeTree,
+    kind: str,
+    near: bpy.types.Node | None = None,
+    across: float = -200.0,
+    up: float = 0.0,
+) -> bpy.types.Node:
+    """Add a node to a tree, beside one of the user's; what is selected and active stays so."""
     active = tree.nodes.active
-    node = tree.nodes.new("ShaderNodeGroup")
+    node = tree.nodes.new(kind)
     tree.nodes.active = active
-    node.node_tree = uplift.group(kind)
-    node[INSERTED] = True
+    node.select, node.hide = False, True
+    if near is not None:
+        node.location = (near.location.x + across, near.location.y + up)
+    return node
+
+
+def repeat(
+    tree: bpy.types.NodeTree, source: bpy.types.NodeSocket, target: bpy.types.NodeSocket
+) -> None:
+    """Give an input the value and the links of another."""
+    target.default_value = source.default_value
+    for link in source.links:
+        tree.links.new(link.from_socket, target).is_muted = link.is_muted
+
+
+def new_node(tree: bpy.types.NodeTree, kind: str) -> bpy.types.Node:
+    """Make a group node of a kind of :mod:`.uplift`."""
+    node = add_node(tree, "ShaderNodeGroup")
+    node.node_tree, node[INSERTED] = uplift.group(kind), True
     return node
 
 
@@ -63,7 +86,7 @@ def put_before(
     move_curves(tree, socket, home)
     if socket.is_linked:
         link = socket.links[0]
-        _link(tree, link.from_socket, home, link.is_muted)
+        tree.links.new(link.from_socket, home).is_muted = link.is_muted
     tree.links.new(node.outputs[0], socket)
     return node
 
@@ -79,7 +102,7 @@ def take_out(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
             move_curves(tree, home, target)
         tree.links.remove(target.links[0])
         if source is not None:
-            _link(tree, source.from_socket, target, source.is_muted)
+            tree.links.new(source.from_socket, target).is_muted = source.is_muted
     tree.nodes.remove(node)
 
 
@@ -124,12 +147,3 @@ def _copy_value(source: bpy.types.NodeSocket, target: bpy.types.NodeSocket) -> N
         return
     for channel, number in enumerate(np.array(source.default_value)[:3].tolist()):
         target.default_value[channel] = number
-
-
-def _link(
-    tree: bpy.types.NodeTree,
-    source: bpy.types.NodeSocket,
-    target: bpy.types.NodeSocket,
-    muted: bool,
-) -> None:
-    tree.links.new(source, target).is_muted = muted

@@ -7,13 +7,10 @@ from collections.abc import Iterable
 import bpy
 
 from ...node_groups import uplift
-from .inserted import has_inserted, new_node, own_trees, put_before
+from .inserted import has_inserted, new_node, own_trees, put_before, repeat
+from .shader_nodes import SHADER_NODES
 
-_KINDS = {
-    "ShaderNodeBsdfSheen": uplift.SHEEN,
-    "ShaderNodeBsdfHair": uplift.HAIR,
-    "ShaderNodeBsdfHairPrincipled": uplift.HAIR,
-}
+_KINDS = {name: node.matte for name, node in SHADER_NODES.items() if node.matte is not None}
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
@@ -24,10 +21,5 @@ def insert(materials: Iterable[bpy.types.Material]) -> None:
             if has_inserted(colour) or not colour.enabled:
                 continue
             group = put_before(tree, colour, new_node(tree, _KINDS[node.bl_idname]))
-            if uplift.ROUGHNESS not in group.inputs:
-                continue
-            roughness = node.inputs["Roughness"]
-            target = group.inputs[uplift.ROUGHNESS]
-            target.default_value = roughness.default_value
-            for link in roughness.links:
-                tree.links.new(link.from_socket, target).is_muted = link.is_muted
+            if uplift.ROUGHNESS in group.inputs:
+                repeat(tree, node.inputs["Roughness"], group.inputs[uplift.ROUGHNESS])

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...node_groups import uplift
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
 from ...uw_spectral.surface.wet_reflectance import (
     GRAIN_INDEX,
@@ -19,7 +20,17 @@ from ...uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from .. import contents
 from ..stored_materials import is_porous
 from .sampled_sockets import SampledSockets
-from .shader_nodes import EMITS, HIDES, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
+from .shader_nodes import (
+    ADD,
+    EMITS,
+    HIDES,
+    MIX,
+    PASSES,
+    PRINCIPLED,
+    REFRACTS,
+    SHADER_NODES,
+    nodes_that,
+)
 from .socket_rules import limits, source
 from .surface_points import SurfacePoints
 from .wet_trees import own_shader
@@ -35,7 +46,6 @@ _GRAINS = GRAIN_INDEX / REFRACTIVE_INDEX
 _FROM_BEHIND = 0.5
 _SIDES = 64
 _APART = 0.05  # of what is reflected or covered, by which it matters what a node gives
-_THREADS = {"ShaderNodeBsdfHair", "ShaderNodeBsdfHairPrincipled"}
 _CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
 _DARKNESS = np.zeros((1, 3)), np.ones((1, 1))
 _GREY = np.full((1, 3), 0.5), np.ones((1, 1))
@@ -141,9 +151,9 @@ class _Closures:
     def _closure(self, output: bpy.types.NodeSocket) -> _Shown:
         node, at = output.node, self.sockets
         kind, inputs = node.bl_idname, node.inputs
-        if kind in ("ShaderNodeMixShader", "ShaderNodeAddShader"):
+        if kind in (MIX, ADD):
             (one, covers), (other, also) = (self.of(i) for i in inputs if i.type == "SHADER")
-            if kind == "ShaderNodeAddShader":
+            if kind == ADD:
                 return one + other, covers * also
             fraction = self._limited(inputs[0])
             return one + fraction * (other - one), covers + fraction * (also - covers)
@@ -158,12 +168,14 @@ class _Closures:
             return self._principled(node)
         colour = inputs.get("Base Color") or inputs.get("Color")
         base = _GREY[0] if colour is None else self._limited(colour)
-        if kind == "ShaderNodeBsdfSheen":
-            return base * _mean_sheen(float(at.of(inputs["Roughness"]).mean())), _DARKNESS[1]
-        if kind in _THREADS:
-            return np.asarray(hair_albedo(base)), _DARKNESS[1]
         known = SHADER_NODES.get(kind)
-        return base * (_FROM_BEHIND if known is not None and known.behind else 1.0), _DARKNESS[1]
+        if known is not None and known.matte == uplift.SHEEN:
+            base = base * _mean_sheen(float(at.of(inputs["Roughness"]).mean()))
+        elif known is not None and known.matte == uplift.HAIR:
+            base = np.asarray(hair_albedo(base))
+        elif known is not None and known.behind:
+            base = base * _FROM_BEHIND
+        return base, _DARKNESS[1]
 
     def _principled(self, node: bpy.types.Node) -> _Shown:
         names = "Base Color", "Alpha", "Transmission Weight", "Coat Weight", "Coat Tint"

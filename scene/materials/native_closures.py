@@ -10,13 +10,22 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from .closure_walk import Surfaces
 from .inserted import is_idle
-from .shader_nodes import EMITS, PASSES, PRINCIPLED, REFLECTS, makes_closure, nodes_that
+from .shader_nodes import (
+    ADD,
+    EMITS,
+    MIX,
+    PASSES,
+    PRINCIPLED,
+    REFLECTS,
+    makes_closure,
+    nodes_that,
+)
 from .wet_trees import OPENED
 
 SUNLIGHT = "uw_sunlight"
 """On the one node of a tree that knows the sunlight there."""
 _KEPT = nodes_that(REFLECTS, EMITS, PASSES)
-_JOINING = {"ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeGroup"}
+_JOINING = {MIX, ADD, "ShaderNodeGroup"}
 
 
 def native_materials(

@@ -31,8 +31,8 @@ from . import (
     wet_colours,
     wet_trees,
 )
-from .closure_walk import Closure, ClosureWalk, Surfaces, drawn_by, is_animated, is_zero, mean
-from .inserted import is_idle, new_node, own_input, put_before
+from .closure_walk import Closure, ClosureWalk, Surfaces, drawn_by, is_zero, mean
+from .inserted import is_idle, new_node, own_input, put_before, value_curves
 from .native_closures import SUNLIGHT, groups_of_shaders, has_sunlight, native_materials
 from .shader_nodes import EMITS, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
 from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE, surface_node
@@ -176,7 +176,7 @@ def _filters(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
         clear, colour = True, node.inputs[known.colour]
     own = own_input(colour)
     grey = len(set(own.default_value[:3])) == 1
-    return clear and (own.is_linked or not grey or is_animated(tree, own))
+    return clear and (own.is_linked or not grey or bool(value_curves(tree, own)))
 
 
 def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weight: str) -> bool:
@@ -185,7 +185,7 @@ def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weigh
         return node.bl_idname in always
     socket = node.inputs[weight]
     # What may change while a job runs counts from its beginning: its nodes stay.
-    return socket.is_linked or socket.default_value != 0.0 or is_animated(tree, socket)
+    return socket.is_linked or socket.default_value != 0.0 or bool(value_curves(tree, socket))
 
 
 def write_reflectance(

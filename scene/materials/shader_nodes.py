@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import bpy
 
-from ...node_groups import realtime_highlights
+from ...node_groups import realtime_highlights, uplift
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 """All of it at once; its weights say what."""
+MIX, ADD = "ShaderNodeMixShader", "ShaderNodeAddShader"
 REFLECTS, EMITS, PASSES, REFRACTS, HIDES = "reflects", "emits", "passes", "refracts", "hides"
 EVEN, METAL, CLEAR = "even", "metal", "clear"
 """What facets reflect: the same at all angles, as a metal, or by a refractive index."""
@@ -29,6 +30,8 @@ class ShaderNode:
     behind: bool = False  #: It throws on the light from behind.
     facets: str = ""  #: How they reflect, if it consists of some.
     sunlit: str | None = None  #: Group of :mod:`.realtime_highlights` by which the sun lights it.
+    porous: bool = False  #: Its colour may be that of a porous object, dry or wet.
+    matte: str | None = None  #: Group of :mod:`.uplift` for EEVEE, which takes it for matte.
     approximate: str = ""  #: What to know of it in real time, after the name of a material.
 
 
@@ -36,14 +39,16 @@ _STRAIGHT = "refracts; in real time light goes straight through it"
 _THREADS = "is hair, which real time takes for matte threads that throw back as much"
 
 SHADER_NODES = {
-    "ShaderNodeBsdfDiffuse": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfDiffuse": ShaderNode(REFLECTS, porous=True),
     "ShaderNodeBsdfAnisotropic": ShaderNode(
         REFLECTS, mirrors=True, facets=EVEN, sunlit=realtime_highlights.STRETCHED
     ),
     "ShaderNodeBsdfGlossy": ShaderNode(REFLECTS, mirrors=True, facets=EVEN),
     "ShaderNodeBsdfMetallic": ShaderNode(REFLECTS, "Base Color", mirrors=True, facets=METAL),
     "ShaderNodeBsdfSheen": ShaderNode(
-        REFLECTS, approximate="is a sheen, which real time takes for matte, as bright as it is"
+        REFLECTS,
+        matte=uplift.SHEEN,
+        approximate="is a sheen, which real time takes for matte, as bright as it is",
     ),
     "ShaderNodeBsdfToon": ShaderNode(
         REFLECTS,
@@ -53,11 +58,12 @@ SHADER_NODES = {
     "ShaderNodeBsdfTranslucent": ShaderNode(
         REFLECTS,
         behind=True,
+        porous=True,
         approximate="is translucent; real time leaves out the water inside closed bodies",
     ),
-    "ShaderNodeBsdfHair": ShaderNode(REFLECTS, approximate=_THREADS),
-    "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS, approximate=_THREADS),
-    "ShaderNodeSubsurfaceScattering": ShaderNode(REFLECTS),
+    "ShaderNodeBsdfHair": ShaderNode(REFLECTS, matte=uplift.HAIR, approximate=_THREADS),
+    "ShaderNodeBsdfHairPrincipled": ShaderNode(REFLECTS, matte=uplift.HAIR, approximate=_THREADS),
+    "ShaderNodeSubsurfaceScattering": ShaderNode(REFLECTS, porous=True),
     "ShaderNodeEmission": ShaderNode(EMITS),
     "ShaderNodeBackground": ShaderNode(EMITS),
     "ShaderNodeBsdfTransparent": ShaderNode(PASSES),

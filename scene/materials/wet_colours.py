@@ -10,13 +10,10 @@ from ...node_groups import uplift
 from ...node_groups.node_mathematics import MARK
 from ..stored_materials import is_porous
 from .inserted import has_inserted, new_node, own_trees, put_before
-from .shader_nodes import PRINCIPLED
+from .shader_nodes import PRINCIPLED, SHADER_NODES
 
-_MATTE = {
-    PRINCIPLED: "Base Color",
-    "ShaderNodeBsdfDiffuse": "Color",
-    "ShaderNodeSubsurfaceScattering": "Color",
-    "ShaderNodeBsdfTranslucent": "Color",
+_MATTE = {PRINCIPLED: "Base Color"} | {
+    name: node.colour for name, node in SHADER_NODES.items() if node.porous
 }
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...uw_spectral.lamps.emission import colour_of_blackbody
 from ...uw_spectral.lamps.ies import Photometry, parse_ies, read_ies
 from ..materials import socket_rules
+from ..materials.shader_nodes import ADD, MIX
 
 type Array = NDArray[np.float64]
 
@@ -88,9 +89,9 @@ class _Reader:
             return self._output(node, source)
         if node.bl_idname == "ShaderNodeEmission":
             return self.value(node.inputs["Color"]) * self.value(node.inputs["Strength"])
-        if node.bl_idname in ("ShaderNodeAddShader", "ShaderNodeMixShader"):
+        if node.bl_idname in (ADD, MIX):
             one, other = (self._apart(self.shader, i) for i in node.inputs if i.type == "SHADER")
-            if node.bl_idname == "ShaderNodeAddShader":
+            if node.bl_idname == ADD:
                 return one + other
             fraction = np.clip(self._still(node.inputs[0]), *socket_rules.limits(node.inputs[0]))
             return one + fraction * (other - one)
