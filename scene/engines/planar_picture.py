@@ -9,7 +9,7 @@ them, without water and sky.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import bpy
@@ -43,32 +43,27 @@ class PlanarPictures:
 
     def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object, cache: Cache) -> None:
         self._scene, self._camera, self._cache = scene, camera, cache
-        self._found: tuple[object, MirroredEye | None] = None, None
-        self._above: tuple[object, MirroredEye | None] = None, None
-        self._near: dict[int, tuple[MirroredEye, NDArray[np.float32]]] = {}
+        self._eyes: dict[bool, tuple[object, MirroredEye | None]] = {}
+        self._near: dict[bool, tuple[MirroredEye, NDArray[np.float32]]] = {}
 
     def eye(self, plan: RenderPlan) -> MirroredEye | None:
         """Return the mirrored eye of the current frame, if it sees objects."""
-        waves, reach = plan.settings.surface == WAVES, _reach(plan)
-        asked = self._scene.frame_current_final, reach, waves
-        if self._found[0] != asked:
-            eye = mirrored_eye.mirrored_eye(self._scene, self._camera, reach, waves=waves)
-            if eye is not None and not mirrored_eye.sees_objects(self._scene, eye, reach):
-                eye = None
-            self._found = asked, eye
-        return self._found[1]
+        return self._eye(plan)
 
     def window_eye(self, plan: RenderPlan) -> MirroredEye | None:
         """Return the eye of the current frame that sees objects in the air, if there are any."""
+        return self._eye(plan, plan.column.refractive_index)
+
+    def _eye(self, plan: RenderPlan, *index: float) -> MirroredEye | None:
         waves, reach = plan.settings.surface == WAVES, _reach(plan)
-        index = plan.column.refractive_index
         asked = self._scene.frame_current_final, reach, waves, index
-        if self._above[0] != asked:
-            eye = mirrored_eye.window_eye(self._scene, self._camera, reach, index, waves=waves)
-            if eye is not None and not mirrored_eye.sees_objects(self._scene, eye, reach):
-                eye = None
-            self._above = asked, eye
-        return self._above[1]
+        known = self._eyes.get(bool(index))
+        if known is None or known[0] != asked:
+            look = mirrored_eye.window_eye if index else mirrored_eye.mirrored_eye
+            eye = look(self._scene, self._camera, reach, *index, waves=waves)
+            sees = eye is not None and mirrored_eye.sees_objects(self._scene, eye, reach)
+            known = self._eyes[bool(index)] = asked, eye if sees else None
+        return known[1]
 
     def show(self, plan: RenderPlan, water: RealtimeWater) -> None:
         """Draw the pictures of the current frame into the water of the scene.
@@ -85,17 +80,11 @@ class PlanarPictures:
         if eye is None:
             planar_views.hide_window(self._scene)
             return
-        realtime.set_values(self._scene, water)
-        with (
-            mirrored_eye.looking(self._scene, eye, self._camera),
-            tempfile.TemporaryDirectory() as folder,
-        ):
-            path = Path(folder, "window.exr")
+
+        def ready(_: bpy.types.Object) -> None:
             planar_views.look_into_air(self._scene, water, eye.view)
-            write_float_exr(self._scene, path, alpha=True)
-            pixels, names = read_exr(path)
-            picture = pixels[..., [names.index(name) for name in "RGBA"]]
-            nearness = self._nearness(eye, path) if water.shape.waves else None
+
+        picture, nearness = self._drawn(eye, water, ready, "RGBA")
         planar_views.show_window(self._scene, eye.view, picture, nearness)
 
     def _show_mirrored(self, plan: RenderPlan, water: RealtimeWater) -> None:
@@ -103,20 +92,35 @@ class PlanarPictures:
         if eye is None:
             planar_views.hide_mirrored(self._scene)
             return
+
+        def ready(camera: bpy.types.Object) -> None:
+            planar_views.look_from_mirror(self._scene, water, self._buffer(camera, water))
+
+        picture, nearness = self._drawn(eye, water, ready, "RGB")
+        planar_views.show_mirrored(self._scene, eye.view, picture, nearness)
+
+    def _drawn(
+        self,
+        eye: MirroredEye,
+        water: RealtimeWater,
+        ready: Callable[[bpy.types.Object], None],
+        channels: str,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
+        """Return what an eye sees, and how near it is to the surface if there are waves."""
         realtime.set_values(self._scene, water)
         with (
             mirrored_eye.looking(self._scene, eye, self._camera) as camera,
             tempfile.TemporaryDirectory() as folder,
         ):
-            path = Path(folder, "mirrored.exr")
-            planar_views.look_from_mirror(self._scene, water, self._buffer(camera, water))
-            write_float_exr(self._scene, path)
-            picture = read_exr(path)[0][..., :3]
-            nearness = self._nearness(eye, path) if water.shape.waves else None
-        planar_views.show_mirrored(self._scene, eye.view, picture, nearness)
+            path = Path(folder, "planar.exr")
+            ready(camera)
+            write_float_exr(self._scene, path, alpha="A" in channels)
+            pixels, names = read_exr(path)
+            picture = pixels[..., [names.index(name) for name in channels]]
+            return picture, self._nearness(eye, path) if water.shape.waves else None
 
     def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
-        kind = int(eye.towards_surface)
+        kind = eye.index is None
         if kind not in self._near or self._near[kind][0] is not eye:
             self._near[kind] = eye, eye.nearness(depth_map(self._scene, path))
         return self._near[kind][1]

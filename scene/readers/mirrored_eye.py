@@ -23,7 +23,7 @@ from .. import contents, marks
 from ..temporary import held
 from . import shown_lamps
 from .cameras import clip_range, stand_in
-from .pinhole import pinhole_of, pose_of, set_pinhole
+from .pinhole import pinhole_of, pose_of, set_pinhole, sized
 from .ray_casting import Meshes
 
 _SPREAD = math.radians(15.0)  # beyond the picture, from where waves still mirror light into it
@@ -113,11 +113,10 @@ def mirrored_eye(
     None if the camera is no pinhole in the water, or no ray reaches the surface. Light goes at most
     the ``reach`` by the surface, m; with ``waves`` more is mirrored than a flat one would.
     """
-    if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
+    below = _pinhole_below(scene, camera)
+    if below is None:
         return None
-    pose, of = pose_of(camera), pinhole_of(scene, camera)
-    if pose[2, 3] >= 0.0:
-        return None
+    pose, of = below
     pose[2] *= -1.0
     pose[:3, 1] *= -1.0
     turned = PinholeCamera(of.width, of.height, of.fx, of.fy, of.cx, of.height - of.cy)
@@ -132,16 +131,24 @@ def window_eye(
     As :func:`mirrored_eye`; None too if the camera does not look through the surface. The index is
     that of the water against air.
     """
-    if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
+    below = _pinhole_below(scene, camera)
+    if below is None:
         return None
-    pose = pose_of(camera)
-    if pose[2, 3] >= 0.0:
-        return None
-    eye = MirroredEye(pose, pinhole_of(scene, camera), index)
+    eye = MirroredEye(*below, index)
     # Whatever waves do to a ray, a flat surface shows the air within the window alone.
     return _part(
         eye, reach, _SPREAD if waves else 0.0, lambda w: is_in_window(w[..., 2], index) > 0.0
     )
+
+
+def _pinhole_below(
+    scene: bpy.types.Scene, camera: bpy.types.Object
+) -> tuple[Array, PinholeCamera] | None:
+    """Return pose and intrinsics of a camera in the water, if it is a pinhole."""
+    if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
+        return None
+    pose = pose_of(camera)
+    return None if pose[2, 3] >= 0.0 else (pose, pinhole_of(scene, camera))
 
 
 def _part(
@@ -286,13 +293,7 @@ def looking(
         near = max(min(camera.data.clip_start, eye.height), _CLIP_START)
         data.clip_start, data.clip_end = clip_range(near, data.clip_end)
         found.matrix_world = Matrix(eye.pose.tolist())
-        wanted = [
-            (render, "resolution_x", of.width),
-            (render, "resolution_y", of.height),
-            (render, "resolution_percentage", 100),
-            (render, "use_border", False),
-            (scene, "camera", found),
-        ]
+        wanted = [*sized(render, of.width, of.height), (scene, "camera", found)]
         if eye.index is not None:
             wanted += [(render, "film_transparent", True)]
             shown = (x for x in marks.objects(scene) if x.type != "LIGHT")

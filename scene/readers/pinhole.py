@@ -57,6 +57,14 @@ def set_pinhole(
     data.shift_y = (cy - height / 2) / width * (fx / fy)
 
 
+def sized(
+    render: bpy.types.RenderSettings, width: int, height: int
+) -> list[tuple[bpy.types.bpy_struct, str, object]]:
+    """Settings of a render, see :func:`.temporary.held`, under which a picture has a size."""
+    sides = ("resolution_x", width), ("resolution_y", height), ("resolution_percentage", 100)
+    return [(render, name, value) for name, value in (*sides, ("use_border", False))]
+
+
 def pose_of(camera: bpy.types.Object) -> NDArray[np.float64]:
     """Return the pose of a camera at this frame, Blender's axes to the world, shape (4, 4)."""
     depsgraph = bpy.context.evaluated_depsgraph_get()

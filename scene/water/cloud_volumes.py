@@ -18,6 +18,7 @@ from ..readers.clouds import BLOB, BUBBLES_IN_CYCLES, GRID, SceneClouds, clouds_
 from ..stored_clouds import stored_cloud
 from . import scene_water
 from .cycles_phase import CyclesPhase, cycles_phase
+from .water_body import mesh_object
 
 NAME = "UW Cloud"
 LAYERS = (
@@ -58,12 +59,7 @@ def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.flo
     found, out = clouds_of(scene, plan.bands.centres), {}
     for index, (cloud, phase) in enumerate(zip(found.clouds, _phases(found, plan), strict=True)):
         layer, matter = attributes.cloud(index), cloud.matter
-        out[attributes.absorption(layer)] = matter.absorption
-        for number, fraction in enumerate(phase.fractions):
-            out[attributes.scattering(layer, number)] = matter.scattering * fraction
-        for number, (asymmetry, alpha) in enumerate(phase.shapes):
-            out[attributes.asymmetry(layer, number)] = asymmetry
-            out[attributes.alpha(layer, number)] = alpha
+        out |= phase.values(layer, matter.absorption, matter.scattering)
     return out
 
 
@@ -111,9 +107,7 @@ def _box(item: bpy.types.Object) -> bpy.types.Object:
     half = 0.5 * REACH * outline(item)
     corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    mesh = bpy.data.meshes.new(NAME)
-    mesh.from_pydata(corners, [], faces)
-    made = bpy.data.objects.new(NAME, mesh)
+    made = mesh_object(NAME, corners, faces)
     made.constraints.new("COPY_TRANSFORMS").target = item
     return made
 

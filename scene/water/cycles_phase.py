@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...node_groups import attributes
 from ...node_groups.water_volume import ScatteringLobe
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
@@ -52,6 +53,18 @@ class CyclesPhase:
     fractions: tuple[NDArray[np.float64], ...]
     notes: tuple[str, ...] = ()
     shapes: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...] = ()
+
+    def values(
+        self, layer: int | str, absorption: NDArray[np.float64], scattering: NDArray[np.float64]
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return what a layer of water, or a cloud, has in each band, by attribute."""
+        found = {attributes.absorption(layer): absorption}
+        for index, fraction in enumerate(self.fractions):
+            found[attributes.scattering(layer, index)] = scattering * fraction
+        for index, (asymmetry, alpha) in enumerate(self.shapes):
+            found[attributes.asymmetry(layer, index)] = asymmetry
+            found[attributes.alpha(layer, index)] = alpha
+        return found
 
 
 def cycles_phase(phase: BandPhase, *, bounded: bool = False) -> CyclesPhase:

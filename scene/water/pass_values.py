@@ -44,12 +44,7 @@ class PassValues:
         }
         layers = zip((column, *column.below), phases, strict=True)
         for layer, (water, phase) in enumerate(layers):
-            values[attributes.absorption(layer)] = water.absorption
-            for index, fraction in enumerate(phase.fractions):
-                values[attributes.scattering(layer, index)] = water.scattering * fraction
-            for index, (asymmetry, alpha) in enumerate(phase.shapes):
-                values[attributes.asymmetry(layer, index)] = asymmetry
-                values[attributes.alpha(layer, index)] = alpha
+            values |= phase.values(layer, water.absorption, water.scattering)
         return cls(values)
 
     @classmethod

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import bpy
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.surface.raised_waves import FARTHEST, RaisedWaves
 from .. import marks
-from .water_body import WaterExtent
+from .water_body import WaterExtent, fan, mesh_object
 
 _SINKS = "uw_sinks"
 """Mark of a mesh that follows the surface: how far it lies below it, m."""
@@ -69,24 +68,13 @@ def _fan(half_width: float) -> tuple[NDArray[np.float32], list[tuple[int, ...]]]
     """Corners and faces of rings around the origin, fine as far as there are heights."""
     rings = np.geomspace(_FIRST, _FADED * FARTHEST, _RINGS)
     rings = np.append(rings, max(half_width, 1.01 * rings[-1]))
-    turns = np.arange(_SECTORS) * (2.0 * math.pi / _SECTORS)
-    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(_SECTORS)], axis=1)
-    places = np.concatenate([np.zeros((1, 3)), (rings[:, None, None] * around).reshape(-1, 3)])
-    first = np.arange(_SECTORS)
-    after = (first + 1) % _SECTORS
-    start = 1 + _SECTORS * np.arange(len(rings) - 1)[:, None]
-    out = start + _SECTORS
-    quads = np.stack([start + first, out + first, out + after, start + after], axis=-1)
-    faces: list[tuple[int, ...]] = [(0, 1 + i, 1 + (i + 1) % _SECTORS) for i in range(_SECTORS)]
-    faces += [tuple(face) for face in quads.reshape(-1, 4).tolist()]
+    places, faces = fan(rings, _SECTORS)
     return places.astype(np.float32), faces
 
 
 def _object(
     name: str, places: NDArray[np.float32], faces: list[tuple[int, ...]], sinks: float
 ) -> bpy.types.Object:
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(places.tolist(), [], faces)
-    item = bpy.data.objects.new(name, mesh)
+    item = mesh_object(name, places.tolist(), faces)
     item[_SINKS] = sinks
     return item

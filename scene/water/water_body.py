@@ -15,7 +15,6 @@ from ...uw_spectral.transfer.water_column import WaterColumn
 from ..readers.unusable_places import WITH_PLACES, usable, vertices_of
 from ..readers.visible_meshes import visible_instances
 
-Place = tuple[float, float, float]
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "POINTCLOUD", "VOLUME"}
 _FAR = 12.0
 _LARGEST = 5000.0
@@ -103,7 +102,7 @@ def box(name: str, extent: WaterExtent, top: float) -> bpy.types.Object:
     faces: list[tuple[int, ...]] = []
     for i, j in ((i, (i + 1) % 4) for i in range(4)):
         faces += [(j, i, 4), (i + 5, j + 5, 9), (i, j, j + 5, i + 5)]
-    return _mesh_object(name, corners, faces)
+    return mesh_object(name, corners, faces)
 
 
 def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
@@ -111,34 +110,39 @@ def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.
     # A floor wider than the water closes the view below the horizon. As one face of kilometres
     # EEVEE draws it 2 % too far: the depth of a face is interpolated from its corners.
     rings = np.geomspace(_FIRST_RING, 2.0 * extent.half_width, _RINGS)
-    floor = _mesh_object(material.name, *_fan(rings))
+    places, faces = fan(rings, _SECTORS)
+    floor = mesh_object(material.name, places.tolist(), faces)
     floor.data.materials.append(material)
     return floor
 
 
-def _fan(radii: NDArray[np.float64]) -> tuple[list[Place], list[tuple[int, ...]]]:
-    """Corners and faces of level rings around the origin."""
-    turns = np.linspace(0.0, 2.0 * math.pi, _SECTORS, endpoint=False)
-    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(_SECTORS)], axis=1)
-    rings = radii[:, None, None] * around
-    places = np.concatenate([np.zeros((1, 3)), rings.reshape(-1, 3)])
-    faces: list[tuple[int, ...]] = [(0, 1 + i, 1 + (i + 1) % _SECTORS) for i in range(_SECTORS)]
-    for ring in range(_RINGS - 1):
-        here, out = 1 + ring * _SECTORS, 1 + (ring + 1) * _SECTORS
-        for i in range(_SECTORS):
-            j = (i + 1) % _SECTORS
-            faces.append((here + i, out + i, out + j, here + j))
-    return [(x, y, z) for x, y, z in places.tolist()], faces
+def fan(
+    radii: NDArray[np.float64], sectors: int
+) -> tuple[NDArray[np.float64], list[tuple[int, ...]]]:
+    """Corners, shape (v, 3), and faces of level rings around the origin."""
+    turns = np.linspace(0.0, 2.0 * math.pi, sectors, endpoint=False)
+    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(sectors)], axis=1)
+    places = np.concatenate([np.zeros((1, 3)), (radii[:, None, None] * around).reshape(-1, 3)])
+    first = np.arange(sectors)
+    after = (first + 1) % sectors
+    start = 1 + sectors * np.arange(len(radii) - 1)[:, None]
+    out = start + sectors
+    quads = np.stack([start + first, out + first, out + after, start + after], axis=-1)
+    middle = np.stack([np.zeros(sectors, int), 1 + first, 1 + after], axis=-1)
+    return places, [tuple(x) for x in (*middle.tolist(), *quads.reshape(-1, 4).tolist())]
 
 
 def plane(name: str, half_width: float, height: float = 0.0) -> bpy.types.Object:
     """Make a horizontal square around the origin, facing up."""
     w = half_width
     corners = [(-w, -w, height), (w, -w, height), (w, w, height), (-w, w, height)]
-    return _mesh_object(name, corners, [(0, 1, 2, 3)])
+    return mesh_object(name, corners, [(0, 1, 2, 3)])
 
 
-def _mesh_object(name: str, corners: list[Place], faces: list[tuple[int, ...]]) -> bpy.types.Object:
+def mesh_object(
+    name: str, corners: Sequence[Sequence[float]], faces: Sequence[tuple[int, ...]]
+) -> bpy.types.Object:
+    """Make an object of a new mesh."""
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(corners, [], faces)
     return bpy.data.objects.new(name, mesh)
