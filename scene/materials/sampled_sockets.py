@@ -450,7 +450,7 @@ def _wave(at: SampledSockets, node: bpy.types.Node, _: bpy.types.NodeSocket) -> 
     return wave(node, place * scale, phase)
 
 
-_NODES: dict[str, _Find] = {
+_NUMBERS: dict[str, _Find] = {
     "ShaderNodeRGB": lambda *about: _value(about[2]),
     "ShaderNodeValue": lambda *about: _value(about[2]),
     "ShaderNodeValToRGB": _ramp,
@@ -474,6 +474,10 @@ _NODES: dict[str, _Find] = {
     "ShaderNodeCombineXYZ": _joined,
     "ShaderNodeMapping": _mapping,
     "ShaderNodeVectorRotate": _rotated,
+}
+EVERYWHERE = frozenset(_NUMBERS)
+"""Nodes that make numbers of others, wherever they are evaluated."""
+_NODES = _NUMBERS | {
     "ShaderNodeTexImage": _image,
     "ShaderNodeAttribute": _attribute,
     "ShaderNodeVertexColor": _attribute,

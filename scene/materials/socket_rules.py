@@ -22,7 +22,6 @@ _NUMBERS = {
     "Strength": _POSITIVE,
 }
 _UNLIMITED = {"Emission Color"}
-_COLOUR, _VECTOR = "RGBA", "VECTOR"
 _DEEPEST = 1024  # links in a row; Blender refuses circles, not for every input
 
 
@@ -69,26 +68,10 @@ def limits(socket: bpy.types.NodeSocket) -> tuple[float, float]:
 
     Of EEVEE 5.2; Cycles has the same, but its light may be negative.
     """
-    if socket.type == _COLOUR and socket.name not in _UNLIMITED:
+    if socket.type == "RGBA" and socket.name not in _UNLIMITED:
         # Cycles amplifies by what is clear and more than white.
         return _FRACTION if socket.node.bl_idname == "ShaderNodeBsdfTransparent" else _POSITIVE
     return _NUMBERS.get(socket.name, (-math.inf, math.inf))
-
-
-def as_number(value: NDArray[np.float64], kind: str) -> float:
-    """Return what a number gets of a value of a kind of socket, shape (3,).
-
-    Of a colour it is the luminance, by the primaries that the file works in, as in Cycles; EEVEE
-    keeps those of Rec.709. Of a vector it is the mean.
-
-    Examples
-    --------
-    >>> round(as_number(np.array([0.0, 1.0, 0.0]), "RGBA"), 3)
-    0.715
-    """
-    if kind == _COLOUR:
-        return float(luminance_weights() @ value)
-    return float(np.mean(value)) if kind == _VECTOR else float(value[0])
 
 
 def luminance_weights() -> NDArray[np.float64]:
