@@ -23,7 +23,7 @@ from .. import contents, marks
 from ..temporary import held
 from . import shown_lamps
 from .cameras import clip_range, stand_in
-from .pinhole import pinhole_of, pose_of, set_pinhole, sized
+from .pinhole import of_size, pinhole_of, pose_of, set_pinhole
 from .ray_casting import Meshes
 
 _SPREAD = math.radians(15.0)  # beyond the picture, from where waves still mirror light into it
@@ -293,7 +293,7 @@ def looking(
         near = max(min(camera.data.clip_start, eye.height), _CLIP_START)
         data.clip_start, data.clip_end = clip_range(near, data.clip_end)
         found.matrix_world = Matrix(eye.pose.tolist())
-        wanted = [*sized(render, of.width, of.height), (scene, "camera", found)]
+        wanted = [*of_size(render, of.width, of.height), (scene, "camera", found)]
         if eye.index is not None:
             wanted += [(render, "film_transparent", True)]
             shown = (x for x in marks.objects(scene) if x.type != "LIGHT")

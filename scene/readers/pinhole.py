@@ -57,7 +57,7 @@ def set_pinhole(
     data.shift_y = (cy - height / 2) / width * (fx / fy)
 
 
-def sized(
+def of_size(
     render: bpy.types.RenderSettings, width: int, height: int
 ) -> list[tuple[bpy.types.bpy_struct, str, object]]:
     """Settings of a render, see :func:`.temporary.held`, under which a picture has a size."""

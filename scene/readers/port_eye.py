@@ -11,7 +11,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.housing import LensCamera, PinholeView
 from ..temporary import held
 from .cameras import PORT_DISTANCE, stand_in
-from .pinhole import pinhole_of, set_pinhole, sized
+from .pinhole import of_size, pinhole_of, set_pinhole
 from .waterline import above
 
 _NEAREST = 1e-3  # m, of a focus
@@ -97,7 +97,7 @@ def picture_of(scene: bpy.types.Scene, view: PinholeView) -> Iterator[None]:
     """Give a scene the size of the eye's picture while the block runs."""
     render = scene.render
     wanted = [
-        *sized(render, view.camera.width, view.camera.height),
+        *of_size(render, view.camera.width, view.camera.height),
         (render, "pixel_aspect_x", 1.0),
         (render, "pixel_aspect_y", 1.0),
     ]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.surface.raised_waves import FARTHEST, RaisedWaves
 from .. import marks
-from .water_body import WaterExtent, fan, mesh_object
+from .water_body import WaterExtent, level_rings, mesh_object
 
 _SINKS = "uw_sinks"
 """Mark of a mesh that follows the surface: how far it lies below it, m."""
@@ -68,7 +68,7 @@ def _fan(half_width: float) -> tuple[NDArray[np.float32], list[tuple[int, ...]]]
     """Corners and faces of rings around the origin, fine as far as there are heights."""
     rings = np.geomspace(_FIRST, _FADED * FARTHEST, _RINGS)
     rings = np.append(rings, max(half_width, 1.01 * rings[-1]))
-    places, faces = fan(rings, _SECTORS)
+    places, faces = level_rings(rings, _SECTORS)
     return places.astype(np.float32), faces
 
 

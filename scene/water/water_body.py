@@ -110,25 +110,25 @@ def floor_plane(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.
     # A floor wider than the water closes the view below the horizon. As one face of kilometres
     # EEVEE draws it 2 % too far: the depth of a face is interpolated from its corners.
     rings = np.geomspace(_FIRST_RING, 2.0 * extent.half_width, _RINGS)
-    places, faces = fan(rings, _SECTORS)
+    places, faces = level_rings(rings, _SECTORS)
     floor = mesh_object(material.name, places.tolist(), faces)
     floor.data.materials.append(material)
     return floor
 
 
-def fan(
-    radii: NDArray[np.float64], sectors: int
+def level_rings(
+    radius: NDArray[np.float64], count: int
 ) -> tuple[NDArray[np.float64], list[tuple[int, ...]]]:
-    """Corners, shape (v, 3), and faces of level rings around the origin."""
-    turns = np.linspace(0.0, 2.0 * math.pi, sectors, endpoint=False)
-    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(sectors)], axis=1)
-    places = np.concatenate([np.zeros((1, 3)), (radii[:, None, None] * around).reshape(-1, 3)])
-    first = np.arange(sectors)
-    after = (first + 1) % sectors
-    start = 1 + sectors * np.arange(len(radii) - 1)[:, None]
-    out = start + sectors
+    """Corners, shape (v, 3), and faces of rings around the origin, a ``count`` of each."""
+    turns = np.linspace(0.0, 2.0 * math.pi, count, endpoint=False)
+    around = np.stack([np.cos(turns), np.sin(turns), np.zeros(count)], axis=1)
+    places = np.concatenate([np.zeros((1, 3)), (radius[:, None, None] * around).reshape(-1, 3)])
+    first = np.arange(count)
+    after = (first + 1) % count
+    start = 1 + count * np.arange(len(radius) - 1)[:, None]
+    out = start + count
     quads = np.stack([start + first, out + first, out + after, start + after], axis=-1)
-    middle = np.stack([np.zeros(sectors, int), 1 + first, 1 + after], axis=-1)
+    middle = np.stack([np.zeros(count, int), 1 + first, 1 + after], axis=-1)
     return places, [tuple(x) for x in (*middle.tolist(), *quads.reshape(-1, 4).tolist())]
 
 
