@@ -16,25 +16,10 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from .. import contents
-from ..materials import band_colors, fluorescence
-from ..readers import cameras, clouds, mirrored_eye, waterline
-from ..readers.lamps import plan_lamps
-from ..readers.surroundings import Ground
-from ..water import (
-    cloud_volumes,
-    continued_seabed,
-    cycles_water,
-    deep_cameras,
-    inelastic_layers,
-    moving_surface,
-    particles,
-    scene_water,
-    volume_stack,
-)
-from ..water.cycles_phase import cycles_phases
+from ..readers import cameras, clouds, waterline
+from ..water import cloud_volumes, moving_surface, scene_water
+from ..water.cycles_frames import CyclesFrames
 from ..water.occlusion import Cache
-from ..water.pass_values import PassValues
 from ..water.water_body import WaterExtent
 from . import cycles_layers, cycles_settings, denoising_guides
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
@@ -60,34 +45,14 @@ def cycles_bands(
     With ``guides``, a pass has albedo and normal for a denoiser beside it. InputError if Cycles
     finds no such device, or layers are wanted of a camera in the air.
     """
-    lamps = plan_lamps(scene, plan)
     chosen, wanted = plan.settings, parse_layers(plan.settings.layers)
-    above = moving_surface.may_be_over(camera, chosen, eyes)
+    frames = CyclesFrames(scene, camera, extent, eyes, cache or Cache(of_job=True))
+    above = frames.above(plan)
     if above and wanted:
         raise InputError(waterline.NO_LAYERS)
-    cache, continues = cache or Cache(of_job=True), continued_seabed.may_continue(scene, plan)
-
-    def ground_of(now: RenderPlan) -> Ground | None:
-        return cache.look(scene, camera, now.column, eyes).ground if continues else None
-
-    ground_of(plan)  # before the water is there
-    notes = cycles_water.add_water(
-        scene, plan.column, cycles_phases(plan), extent, lamps, above=above,
-        dry=mirrored_eye.may_rise(scene, len(eyes)), own_seabed=continues,
-        indices_in_water=chosen.indices_in_water, raised=chosen.raised_waves,
-        foam=chosen.whitecaps,
-    )  # fmt: skip
-    notes += [note for phase in cycles_phases(plan) for note in phase.notes]
-    notes += cloud_volumes.add_clouds(scene, plan)
-    notes += fluorescence.unseen(contents.materials(scene), "Cycles")
+    notes = frames.add(plan)
     if wanted and clouds.objects_of(scene):
         notes.append(cloud_volumes.LAYERS)
-    notes += [*continued_seabed.notes(plan, cache.looked), *cache.notes]
-    notes += moving_surface.limits(camera, chosen, eyes, eevee=False)
-    more = inelastic_layers.MOST_ABOVE if chosen.inelastic else 0
-    places = [cameras.eye_of(camera), *eyes]
-    notes += volume_stack.notes(scene, places, more)
-    notes += deep_cameras.notes(plan.column, [-place[2] for place in places])
     try:
         with cycles_settings.reference_settings(
             scene, camera, samples=chosen.samples, seed=seed, bounces=chosen.bounces, device=device
@@ -95,22 +60,7 @@ def cycles_bands(
             clip_start, of_region = camera.data.clip_start, scene.render.use_border
 
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
-                ground = ground_of(now)
-                seabed = continued_seabed.depth_of(ground) if continues else None
-                cycles_water.place(scene, now.column, seabed)
-                cycles_water.shape_lamps(scene, plan_lamps(scene, now))
-                now = continued_seabed.over(now, ground)
-                eye = cameras.eye_of(camera)
-                moving_surface.move_surface(scene, now, eye)
-                floating = particles.particles_of(now.settings, now.column)
-                particles.bring(scene, floating, lambda m: band_colors.insert([m]))
-                values = PassValues.of_plan(now, scene)
-                values = values.with_values(cloud_volumes.values(scene, now))
-                values = values.with_values(
-                    inelastic_layers.bring(
-                        scene, now.emission(), now.column.floor_depth, extent, -eye[2]
-                    )
-                )
+                values = frames.bring(now)
                 raised = moving_surface.heights(scene, now.settings)
                 split = above and waterline.splits(scene, camera, raised)
                 # Rays begin at the glass where the waterline is on it, or at the port.
