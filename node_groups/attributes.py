@@ -1,8 +1,7 @@
 """Names of the view-layer properties through which a render pass gets its values.
 
-Every value is a vector: one number for each of the (up to) three bands that
-the pass carries. Nodes read them with ``Attribute`` nodes of type
-``VIEW_LAYER``, so a pass changes no node and no link.
+Every value is a vector: one number for each of the (up to) three bands that the pass carries. Nodes
+read them with ``Attribute`` nodes of type ``VIEW_LAYER``, so a pass changes no node and no link.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """Formulas of the optics as shader nodes.
 
-A :class:`NodeValue` stands for the output of a node. Arithmetic on terms adds nodes
-to the tree, so a formula written for numpy arrays builds its own nodes;
-:data:`NODES` supplies the functions. Equal expressions become one node, and a product to which
-something is added becomes one with the sum: what a shader costs to compile grows faster than the
-number of its nodes.
+A :class:`NodeValue` stands for the output of a node. Arithmetic on terms adds nodes to the tree, so
+a formula written for numpy arrays builds its own nodes; :data:`NODES` supplies the functions. Equal
+expressions become one node, and a product to which something is added becomes one with the sum:
+what a shader costs to compile grows faster than the number of its nodes.
 """
 
 from __future__ import annotations

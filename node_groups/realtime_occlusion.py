@@ -1,8 +1,7 @@
 """Occlusion in the water as node groups read it: one image, and where in it.
 
-A tile of the image is a level of the grid; levels lie one above the other, the ways that light
-is mixed from side by side. The image has the size of the grid, so another grid needs no
-other nodes.
+A tile of the image is a level of the grid; levels lie one above the other, the ways that light is
+mixed from side by side. The image has the size of the grid, so another grid needs no other nodes.
 """
 
 from __future__ import annotations

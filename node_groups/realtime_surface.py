@@ -86,17 +86,16 @@ def build(
     outputs, as of :mod:`.uplift`: the colours that the sun lights are seen by the channels in
     these columns, and all closures with this fraction.
 
-    Inputs: ``Lit``, the colour of the surface under a white sun of strength 1,
-    emission included; ``Color``, its reflectance; if objects glow, ``Emission``, its emitted
-    RGB radiance; ``Coverage``, the fraction that is not transparent, with which
-    the three are multiplied already; ``Normal``; if objects filter, ``Covered``, the fraction of
-    each channel that is not transparent; if objects mirror, ``Mirrored``, the part of the
-    reflectance that does, and ``Mirror Roughness``; if objects are translucent, ``Behind``, the
-    part that light from behind shines through; if objects are either, ``Closed``, 1 where there is
-    a wall behind a wall; if lamps shine on facets, :data:`.realtime_lamps.FACETS`; and if
-    reflectances were measured, ``Column``, where that of the material is found if it is not 0, and
-    ``Measured``, its channels. With ``fluoresces`` there is ``Fluorescence``, the absorptance of up
-    to three fluorophores.
+    Inputs: ``Lit``, the colour of the surface under a white sun of strength 1, emission included;
+    ``Color``, its reflectance; if objects glow, ``Emission``, its emitted RGB radiance;
+    ``Coverage``, the fraction that is not transparent, with which the three are multiplied already;
+    ``Normal``; if objects filter, ``Covered``, the fraction of each channel that is not
+    transparent; if objects mirror, ``Mirrored``, the part of the reflectance that does, and
+    ``Mirror Roughness``; if objects are translucent, ``Behind``, the part that light from behind
+    shines through; if objects are either, ``Closed``, 1 where there is a wall behind a wall; if
+    lamps shine on facets, :data:`.realtime_lamps.FACETS`; and if reflectances were measured,
+    ``Column``, where that of the material is found if it is not 0, and ``Measured``, its channels.
+    With ``fluoresces`` there is ``Fluorescence``, the absorptance of up to three fluorophores.
     """
     inputs: dict[str, Socket | str] = {} if keeps else {LIT: COLOUR}
     for wanted, sockets in (

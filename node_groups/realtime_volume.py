@@ -1,12 +1,10 @@
 """Material of the shafts of light: single scattering of the sun, with its shadows.
 
-EEVEE multiplies the scattering coefficient with the sun's shadows. So the
-coefficient holds the radiance that the channels see, made small by ``shaft
-scale``, and the lamp's volume factor makes it large again: the volume adds
-light and hardly dims what is behind it. Its phase function is a
-Henyey-Greenstein one, which takes most of the contrast between directions out
-of the coefficient (froxels hold few bits); the water's own phase function over
-that one is part of the coefficient.
+EEVEE multiplies the scattering coefficient with the sun's shadows. So the coefficient holds the
+radiance that the channels see, made small by ``shaft scale``, and the lamp's volume factor makes it
+large again: the volume adds light and hardly dims what is behind it. Its phase function is a
+Henyey-Greenstein one, which takes most of the contrast between directions out of the coefficient
+(froxels hold few bits); the water's own phase function over that one is part of the coefficient.
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """The moving surface as node groups read it: images, and where to look them up.
 
-The images are ordinary data-blocks, so a file opens without the extension: one
-holds the relative sunlight at four depths, one per channel, the other the slopes
-of the surface along x and y. Where the surface has heights, these are in the third
-channel, and one more image holds the same of the long waves. Where waves leave foam, two more
-hold how much either crowd the water together.
+The images are ordinary data-blocks, so a file opens without the extension: one holds the relative
+sunlight at four depths, one per channel, the other the slopes of the surface along x and y. Where
+the surface has heights, these are in the third channel, and one more image holds the same of the
+long waves. Where waves leave foam, two more hold how much either crowd the water together.
 """
 
 from __future__ import annotations
@@ -73,9 +72,8 @@ def new_images(*, raised: bool = False, foam: bool = False) -> WaveImages:
 def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = False) -> None:
     """Put the waves of a moment into images.
 
-    An image of another size takes the place of one that does not fit, wherever it
-    is used. With ``fresh`` all are replaced: Cycles keeps what it has read of one
-    while its data are persistent.
+    An image of another size takes the place of one that does not fit, wherever it is used. With
+    ``fresh`` all are replaced: Cycles keeps what it has read of one while its data are persistent.
     """
     write_pixels(images.caustics, waves.caustics_image(), fresh=fresh)
     write_pixels(images.slopes, waves.slopes_image(), fresh=fresh)

@@ -3,9 +3,8 @@
 They turn an RGB colour into the values of the pass's bands, or of channels, and refractive indices
 against air into those against water.
 
-Reflectance and emission differ only in the basis, which the pass supplies.
-The sum over red, green and blue is linear, hence textures, mixes and ramps
-before it keep their meaning.
+Reflectance and emission differ only in the basis, which the pass supplies. The sum over red, green
+and blue is linear, hence textures, mixes and ramps before it keep their meaning.
 """
 
 from __future__ import annotations

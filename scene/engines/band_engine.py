@@ -48,17 +48,15 @@ def _same_noise(_: int, __: int) -> None:
 
 @dataclass(frozen=True)
 class BandEngine:
-    """Water in a scene, ready to be rendered.
+    """Water in a scene, ready to be rendered."""
 
-    ``passes`` are the bands of each pass; ``frame`` readies the current frame; ``depth`` renders
-    planar depth of it, m, infinite in open water, with a file beside a path for the moment;
-    ``draw`` sets seed and samples of the passes that follow.
-    """
-
-    passes: list[tuple[int, ...]]
+    passes: list[tuple[int, ...]]  #: Bands of each.
     notes: list[str]
-    frame: ReadyFrame
+    frame: ReadyFrame  #: Readies the current frame.
+    #: Renders planar depth of it, m, infinite in open water, with a file beside a path for the
+    #: moment.
     depth: Callable[[Path], NDArray[np.float64]]
+    #: Sets seed and samples of the passes that follow.
     draw: Callable[[int, int], None] = _same_noise
 
 
@@ -82,14 +80,11 @@ class Opening:
 
 @dataclass(frozen=True)
 class Engine:
-    """What can render, and how.
-
-    ``open`` puts water into a scene for a camera, and takes it out after the block; ``passes`` are
-    the bands of each pass of a plan.
-    """
+    """What can render, and how."""
 
     method: Method
+    #: Puts water into a scene for a camera, and takes it out after the block.
     open: Callable[
         [bpy.types.Scene, bpy.types.Object, Opening], contextlib.AbstractContextManager[BandEngine]
     ]
-    passes: Callable[[RenderPlan], list[tuple[int, ...]]]
+    passes: Callable[[RenderPlan], list[tuple[int, ...]]]  #: Bands of each pass.

@@ -28,16 +28,12 @@ _BY_SHADER = "drawn by the shader, to the 11 bits of EEVEE's passes"
 
 @dataclass(frozen=True)
 class EeveeLayers:
-    """What is written beside the pictures of a job: the layers asked for.
+    """What is written beside the pictures of a job."""
 
-    ``by_band`` is whether the passes hold bands, ``shafts`` whether the volume draws what is
-    scattered once.
-    """
-
-    wanted: tuple[str, ...]
+    wanted: tuple[str, ...]  #: Layers that were asked for.
     plan: RenderPlan
-    by_band: bool
-    shafts: bool
+    by_band: bool  #: The passes hold bands.
+    shafts: bool  #: The volume draws what is scattered once.
     lamps: bool
 
     @property

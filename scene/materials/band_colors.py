@@ -1,9 +1,8 @@
 """Routes the colours of a scene's own materials through the water.
 
-Every colour that enters a shader node gets a group node in between: RGB goes
-in, and in Cycles the values of the pass's bands come out, in EEVEE what the
-channels see of the colour in the sunlight there. Nothing else of the tree changes,
-and taking the groups out again leaves the tree as it was.
+Every colour that enters a shader node gets a group node in between: RGB goes in, and in Cycles the
+values of the pass's bands come out, in EEVEE what the channels see of the colour in the sunlight
+there. Nothing else of the tree changes, and taking the groups out again leaves the tree as it was.
 """
 
 from __future__ import annotations

@@ -20,12 +20,10 @@ MOST = 3
 
 @dataclass(frozen=True, eq=False)
 class FluorescentObjects:
-    """The materials that fluoresce, and at most :data:`MOST` fluorophores.
+    """The materials that fluoresce."""
 
-    By the names of materials: absorptance of each at the peak of its excitation, shape (3,).
-    """
-
-    fluorophores: tuple[Fluorophore, ...] = ()
+    fluorophores: tuple[Fluorophore, ...] = ()  #: At most :data:`MOST`.
+    #: Absorptance of each where it is highest, (3,), by names.
     materials: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def excitation_in(self, bands: Bands) -> NDArray[np.float64]:

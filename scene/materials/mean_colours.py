@@ -56,16 +56,12 @@ type _Shown = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class MeanSurface:
-    """Mean base colour of what covers, linear Rec.709, and the fraction of light that it stops.
+    """What a surface reflects and covers in the mean."""
 
-    ``anywhere`` is whether all surfaces of the material have the same; ``unknown`` names nodes that
-    decide it and are not known.
-    """
-
-    colour: Rgb
-    coverage: float
-    anywhere: bool = True
-    unknown: tuple[str, ...] = ()
+    colour: Rgb  #: Base colour of what covers, linear Rec.709.
+    coverage: float  #: Fraction of light that it stops.
+    anywhere: bool = True  #: All surfaces of the material have the same.
+    unknown: tuple[str, ...] = ()  #: Nodes that decide it and are not known.
 
 
 def mean_colour(material: bpy.types.Material | None) -> Rgb:

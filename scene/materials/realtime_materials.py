@@ -3,9 +3,8 @@
 A material keeps its nodes. Its closures stay, too: a white sun lights them, and their colours
 become what the channels see of sunlight on them there (:mod:`.band_colors`); closures that have
 lobes without a colour are mixed in with its fraction. Where that cannot be, in what refracts, or
-where layers want to know the light, the shader is lit and measured instead (Shader to RGB).
-Beside it stand nodes for what the same shader reflects, emits and lets through
-(:mod:`.closure_walk`).
+where layers want to know the light, the shader is lit and measured instead (Shader to RGB). Beside
+it stand nodes for what the same shader reflects, emits and lets through (:mod:`.closure_walk`).
 """
 
 from __future__ import annotations

@@ -30,15 +30,12 @@ _SPACES = {"HSV": (as_hsv, from_hsv), "HSL": (as_hsl, from_hsl)}
 
 @dataclass
 class SampledSockets:
-    """Values of the sockets of one material: shape (1 or n, 1) of numbers, else (1 or n, 3).
-
-    ``halfway`` counts where nodes are not known, whose names in Blender's menus are in ``unknown``;
-    ``asked`` is whether something was asked that differs from surface to surface.
-    """
+    """Values of the sockets of one material: shape (1 or n, 1) of numbers, else (1 or n, 3)."""
 
     points: SurfacePoints
-    halfway: float = 0.5
-    asked: bool = False
+    halfway: float = 0.5  #: What counts where nodes are not known.
+    asked: bool = False  #: Something was asked that differs from surface to surface.
+    #: Nodes that are not known, as Blender's menus call them.
     unknown: set[str] = field(default_factory=set)
     groups: list[bpy.types.Node] = field(default_factory=list)
     depth: int = 0

@@ -25,14 +25,11 @@ def spread(count: int, axes: int = 2) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
-    """Points on a square of which nothing else is known: all of a picture, no attributes.
-
-    ``place`` is that of the object, if they are on one, or of its instance.
-    """
+    """Points on a square of which nothing else is known: all of a picture, no attributes."""
 
     count: int = 512
-    item: bpy.types.Object | None = None
-    place: Matrix = field(default_factory=Matrix)
+    item: bpy.types.Object | None = None  #: What they are on.
+    place: Matrix = field(default_factory=Matrix)  #: Of the object, or of its instance.
 
     @property
     def has_mesh(self) -> bool:

@@ -35,12 +35,10 @@ BUBBLES_IN_CYCLES = (
 
 @dataclass(frozen=True, eq=False)
 class SceneClouds:
-    """Clouds of a scene, and the objects that they come from.
-
-    That of a grid has its bounds, and only tells its matter and place.
-    """
+    """Clouds of a scene, and the objects that they come from."""
 
     objects: tuple[bpy.types.Object, ...] = ()
+    #: That of a grid has its bounds, and only tells its matter and place.
     clouds: tuple[Cloud, ...] = ()
     notes: tuple[str, ...] = ()
 

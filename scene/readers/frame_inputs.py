@@ -18,15 +18,11 @@ from .lamps import SceneLamps
 
 @dataclass(frozen=True)
 class ViewFromAir:
-    """A camera at a place, m, of which some frames may be above the water.
+    """A camera of which some frames may be above the water."""
 
-    ``in_air`` is whether its rays begin in the air; ``towards`` is the unit vector to where it
-    looks.
-    """
-
-    camera: Sequence[float]
-    in_air: bool
-    towards: Sequence[float]
+    camera: Sequence[float]  #: Where it is, m.
+    in_air: bool  #: Its rays begin in the air.
+    towards: Sequence[float]  #: Unit vector to where it looks.
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,17 +44,14 @@ _RAYS = ("visible_diffuse", "visible_glossy", "visible_transmission", "visible_v
 
 @dataclass(frozen=True, eq=False)
 class LampForm:
-    """Shape, size (m) and strength of a lamp.
-
-    The power is in the unit of its settings, negative in the wrong; the gain, shape (3,), is on the
-    intensity that a point light of the power and the colour has; the fraction is what the power in
-    its unit is spread over, sr; of candela, the profile on the axis.
-    """
+    """Shape, size and strength of a lamp."""
 
     profile: LampProfile
-    radius: float
-    power: float
+    radius: float  #: m.
+    power: float  #: In the unit of its settings; negative in the wrong.
+    #: On the intensity that a point light of the power and the colour has, (3,).
     gain: NDArray[np.float64]
+    #: What the power in its unit is spread over, sr; of candela, the profile on the axis.
     fraction: float
 
 

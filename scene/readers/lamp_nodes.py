@@ -23,15 +23,12 @@ WATTS_PER_CANDELA = 0.0706650768394
 
 @dataclass(frozen=True, eq=False)
 class LampNodes:
-    """What the nodes of a lamp say.
+    """What the nodes of a lamp say."""
 
-    Its light has a factor, linear Rec.709, shape (3,); that of an IES texture where its candela are
-    highest. Kinds of nodes that are ``unsupported`` change nothing.
-    """
-
+    #: On its light, linear Rec.709, (3,); that of an IES texture where its candela are highest.
     factor: Array = field(default_factory=lambda: np.ones(3))
     photometry: Photometry | None = None
-    unsupported: tuple[str, ...] = ()
+    unsupported: tuple[str, ...] = ()  #: Kinds of nodes that change nothing.
 
     @property
     def plain(self) -> bool:

@@ -59,16 +59,12 @@ _THROUGH = (
 
 @dataclass(frozen=True, eq=False)
 class SeenByLamp:
-    """What lies in directions, k rays, from a lamp.
-
-    Shape (k,) have the distances, m, infinite where nothing is; shape (k, 3) the normals, unit
-    vectors towards the lamp, and the mean base colours, linear Rec.709.
-    """
+    """What lies in directions, k rays, from a lamp."""
 
     rays: LampRays
-    distances: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    colours: NDArray[np.float64]
+    distances: NDArray[np.float64]  #: m, (k,); infinite where nothing is.
+    normals: NDArray[np.float64]  #: Unit vectors towards the lamp, (k, 3).
+    colours: NDArray[np.float64]  #: Mean base colours, linear Rec.709, (k, 3).
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,17 +49,14 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class MeshArrays:
-    """Vertices (v, 3), triangles (t, 3) of them, and the part that each belongs to (t,).
+    """Triangles of a mesh, by parts."""
 
-    Two with one digest are the same; each part has the material's place, and samples.
-    """
-
-    vertices: NDArray[np.float32]
-    triangles: NDArray[np.int32]
-    parts: NDArray[np.int32]
-    digest: bytes
-    slots: tuple[int, ...]
-    samples: tuple[Sample, ...] = field(repr=False)
+    vertices: NDArray[np.float32]  #: (v, 3).
+    triangles: NDArray[np.int32]  #: (t, 3).
+    parts: NDArray[np.int32]  #: Of each triangle, (t,).
+    digest: bytes  #: The same of two that are the same.
+    slots: tuple[int, ...]  #: The material's place of each part.
+    samples: tuple[Sample, ...] = field(repr=False)  #: Points of each part.
 
     def without(self, clear: Collection[int]) -> MeshArrays:
         """Return the triangles but those of some parts."""

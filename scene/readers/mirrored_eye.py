@@ -48,16 +48,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MirroredEye:
-    """A pinhole that sees what the surface mirrors to a camera below, or lets through to it.
+    """A pinhole that sees what the surface mirrors to a camera below, or lets through to it."""
 
-    The pose leads from Blender's axes to the world; the camera is that of the part of the picture
-    in which the surface mirrors, or lets light through. The index, of the water against air, is
-    known for what it lets through.
-    """
-
-    pose: Array
+    pose: Array  #: Blender's axes to the world, (4, 4).
+    #: Of the part of the picture in which the surface mirrors, or lets light through.
     camera: PinholeCamera
-    index: float | None = None
+    index: float | None = None  #: Of the water against air, for what the surface lets through.
 
     @property
     def height(self) -> float:

@@ -33,14 +33,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A visible mesh in its place, with the base colours of its parts, (c, 3).
-
-    ``unknown`` are materials and those of their nodes that the colours would need.
-    """
+    """A visible mesh in its place."""
 
     arrays: MeshArrays
     place: NDArray[np.float32]
-    colours: Array
+    colours: Array  #: Base colours of its parts, (c, 3).
+    #: Materials and those of their nodes that the colours would need.
     unknown: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @functools.cached_property

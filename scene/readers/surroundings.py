@@ -65,14 +65,11 @@ _Seen = tuple[Array, Array, Array, Array, float, Place]
 
 @dataclass(frozen=True)
 class Ground:
-    """A seabed: its depth in m, and its mean base colour, linear Rec.709.
+    """A seabed."""
 
-    ``bottom`` is the depth in m of a level floor that lies just under all of it.
-    """
-
-    depth: float
-    colour: tuple[float, float, float]
-    bottom: float
+    depth: float  #: m.
+    colour: tuple[float, float, float]  #: Mean base colour, linear Rec.709.
+    bottom: float  #: Depth in m of a level floor that lies just under all of it.
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,16 +24,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Threads:
-    """Straight parts of threads, from starts to ends, m, shape (n, 3); points have them alike.
+    """Straight parts of threads, or points."""
 
-    Radii, m, have shape (n,); the colour is linear Rec.709; each part stands for ``each``.
-    """
-
-    starts: Array
-    ends: Array
-    radii: Array
-    colour: Array
-    each: float = 1.0
+    starts: Array  #: m, (n, 3).
+    ends: Array  #: The same of points, m, (n, 3).
+    radii: Array  #: m, (n,).
+    colour: Array  #: Linear Rec.709.
+    each: float = 1.0  #: How many parts each stands for.
 
     def usable(self) -> Threads:
         """Return those that have a place and a width."""

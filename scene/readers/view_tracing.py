@@ -39,16 +39,13 @@ _PLAIN = (0.5, 0.5, 0.5)
 
 @dataclass(frozen=True, eq=False)
 class ViewFromAbove:
-    """What a camera over the water sees, or one with the waterline on its glass.
+    """What a camera over the water sees, by m rays, or one with the waterline on its glass."""
 
-    Of m rays: unit directions, shape (m, 3), and the index of the water against what is before
-    each, 1 where the camera's glass is in the water. ``seen`` is what those that go down meet in
-    the water, in their order; each counts by its fraction of the picture that is let through the
-    surface.
-    """
-
-    direction: NDArray[np.float64]
+    direction: NDArray[np.float64]  #: Unit vectors, (m, 3).
+    #: Of the water against what is before each; 1 where the camera's glass is in the water, (m,).
     relative_index: NDArray[np.float64]
+    #: What those that go down meet in the water, in their order; each counts by its fraction of the
+    #: picture that is let through the surface.
     seen: SeenPoints | None
 
 

@@ -20,15 +20,13 @@ _OPAQUE = 0.5  # coverage from which a surface counts as whole
 
 @dataclass(frozen=True, eq=False)
 class VisibleMesh:
-    """A mesh in its place; ``key`` tells which ones share their arrays.
+    """A mesh in its place."""
 
-    ``means`` are what its parts reflect and cover, where rays of a kind were asked for.
-    """
-
-    key: Hashable
+    key: Hashable  #: Which ones share their arrays.
     arrays: MeshArrays
     place: Matrix
     materials: list[bpy.types.Material | None]
+    #: What its parts reflect and cover, where rays of a kind were asked for.
     means: list[MeanSurface]
 
 

@@ -65,29 +65,16 @@ def add_water(
     raised: bool = False,
     foam: bool = False,
 ) -> list[str]:
-    """Put water into a scene; returns what could not be treated, one line each.
+    """Put water under z = 0 of a scene; returns what could not be treated, one line each.
 
     Adds the water box, the sun, and, where the column has them, the surface and the floor; replaces
     the world by the sky; hides the scene's own lamps; routes the colours of materials through the
     bands. :func:`.scene_water.remove` takes it out. InputError if the scene has water already, or
     is linked from another file.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its z = 0 is the mean water surface.
-    above : bool
-        Whether the camera may be in the air, and sees the sky of the air.
-    dry : bool
-        Whether there may be objects in the air: they have the sun of the air.
-    indices_in_water : bool
-        Whether refractive indices of materials are taken against the water.
-    own_seabed : bool
-        Whether a floor may continue the scene's own seabed; it is hidden until it is placed.
-    raised : bool
-        Whether waves have heights.
-    foam : bool
-        Whether these leave foam.
+    ``above`` is whether the camera may be in the air, ``dry`` whether objects may, which have the
+    sun of the air; ``own_seabed``, whether a floor may continue the scene's own, hidden until it is
+    placed. Waves that are ``raised`` have heights, and may leave ``foam``.
     """
     scene_water.prepare(scene)
     _, bare = bare_surfaces.dress(scene)

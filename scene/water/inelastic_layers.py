@@ -1,9 +1,8 @@
 """Inelastic light in Cycles: the water in layers, each of which emits evenly.
 
-The emission of a layer is that of the solved field, averaged over its depth. It
-comes from plane-parallel light: no shadow of an object dims it, and what is
-emitted excites nothing again. All the scattering of the emitted light, and its
-meeting with objects, is Cycles' own.
+The emission of a layer is that of the solved field, averaged over its depth. It comes from
+plane-parallel light: no shadow of an object dims it, and what is emitted excites nothing again. All
+the scattering of the emitted light, and its meeting with objects, is Cycles' own.
 """
 
 from __future__ import annotations

@@ -15,18 +15,14 @@ from ..stored_lamps import PROPERTY, ROV
 
 @dataclass(frozen=True)
 class Rig:
-    """Lamps of one kind around a camera, at places in its axes, m: right, up, back.
-
-    The beams meet at the distance ``aim`` before the camera, m; each lamp has the lumens, and a
-    profile as lamps store it, or a spot's cone, degrees.
-    """
+    """Lamps of one kind around a camera."""
 
     label: str
-    places: tuple[tuple[float, float, float], ...]
-    aim: float
-    lumens: float
-    profile: str = ""
-    cone: float = 180.0
+    places: tuple[tuple[float, float, float], ...]  #: In its axes, m: right, up, back.
+    aim: float  #: Distance before the camera at which the beams meet, m.
+    lumens: float  #: Of each lamp.
+    profile: str = ""  #: As lamps store it; empty for a spot.
+    cone: float = 180.0  #: Full angle of a spot, degrees.
 
 
 RIGS = {

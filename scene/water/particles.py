@@ -35,14 +35,11 @@ Wet = Callable[[bpy.types.Material], object]
 
 @dataclass(frozen=True)
 class SceneParticles:
-    """The particles of a frame, a cloud a kind, those without particles left out.
+    """The particles of a frame."""
 
-    They drift with the water, m/s, and ``deepest`` is the depth of the floor, m.
-    """
-
-    clouds: tuple[ParticleCloud, ...] = ()
-    drift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    deepest: float = math.inf
+    clouds: tuple[ParticleCloud, ...] = ()  #: One a kind, those without particles left out.
+    drift: tuple[float, float, float] = (0.0, 0.0, 0.0)  #: Velocity of the water, m/s.
+    deepest: float = math.inf  #: Depth of the floor, m.
     seed: int = 0
 
 

@@ -24,12 +24,9 @@ from .cycles_phase import CyclesPhase, cycles_phases
 
 @dataclass(frozen=True, eq=False)
 class PassValues:
-    """Every quantity that differs by band, over all n bands.
+    """Every quantity that differs by band, over all n bands."""
 
-    ``values`` maps the name of a view-layer property to an array, shape (n,).
-    """
-
-    values: dict[str, NDArray[np.float64]]
+    values: dict[str, NDArray[np.float64]]  #: By names of view-layer properties, (n,).
 
     @classmethod
     def of_column(cls, column: WaterColumn, phases: Sequence[CyclesPhase]) -> PassValues:

@@ -1,10 +1,9 @@
 """The water of a scene: what it brings along, what it hides, and the way back.
 
-The water of either engine is a collection of the scene. It points at the world
-that it replaced and at the data-blocks that the engine asks for again; all that
-was made carries a mark. Nothing is found by its name, so several scenes of a
-file can hold water. When a scene gives its water up, what no other wet scene
-holds goes; so copies of a scene or of its objects leave no trace either.
+The water of either engine is a collection of the scene. It points at the world that it replaced and
+at the data-blocks that the engine asks for again; all that was made carries a mark. Nothing is
+found by its name, so several scenes of a file can hold water. When a scene gives its water up, what
+no other wet scene holds goes; so copies of a scene or of its objects leave no trace either.
 """
 
 from __future__ import annotations

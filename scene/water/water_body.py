@@ -27,14 +27,10 @@ _RINGS, _SECTORS, _FIRST_RING = 96, 72, 0.05
 
 @dataclass(frozen=True)
 class WaterExtent:
-    """Size of the box of water, in metres.
+    """Size of the box of water, m."""
 
-    ``half_width`` reaches beyond the distance from which light can still
-    arrive, ``bottom`` is the depth of the box's lower face.
-    """
-
-    half_width: float
-    bottom: float
+    half_width: float  #: Beyond the distance from which light can still arrive.
+    bottom: float  #: Depth of its lower face.
 
 
 @dataclass(frozen=True)
