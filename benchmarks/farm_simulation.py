@@ -34,33 +34,15 @@ class Order(Enum):
 
 @dataclass(frozen=True)
 class Costs:
-    """Seconds of a worker, and of the farm's machinery.
+    """Seconds of a worker, and of the farm's machinery."""
 
-    Attributes
-    ----------
-    start : float
-        Blender starts, reads scene and plan, and resolves the water: once a task.
-    render : float
-        A pass, on average.
-    spread : float
-        Standard deviation of the logarithm of the time of a pass.
-    develop : float
-        A frame, from passes to pictures.
-    latency : float
-        From the choice of a task to its process, up to.
-    assign : float
-        The scheduler's own time for a task; it chooses one after the other.
-    boot : float
-        A worker comes up at a moment from 0 to this.
-    """
-
-    start: float
-    render: float
-    spread: float
-    develop: float
-    latency: float = 5.0
-    assign: float = 0.05
-    boot: float = 180.0
+    start: float  #: Blender starts, reads scene and plan, and resolves the water: once a task.
+    render: float  #: A pass, on average.
+    spread: float  #: Standard deviation of the logarithm of the time of a pass.
+    develop: float  #: A frame, from passes to pictures.
+    latency: float = 5.0  #: From the choice of a task to its process, up to.
+    assign: float = 0.05  #: The scheduler's own time for a task; it chooses one after the other.
+    boot: float = 180.0  #: A worker comes up at a moment from 0 to this.
 
 
 @dataclass(frozen=True)

@@ -47,27 +47,16 @@ class Target:
 
 @dataclass(frozen=True)
 class Page:
-    """A page.
+    """A page."""
 
-    Attributes
-    ----------
-    title, text : str
-        Markdown; ``{name}`` is a value as :meth:`str.format` writes it, alone in a line a table.
-    targets : sequence of Target
-        Tabulated after the text.
-    settings : mapping
-        What a trial may change, by name; attributes of :class:`Ask`, and values of the text.
-    reads : sequence of str
-        Files and folders that are used without being imported.
-    also : mapping of str to Page
-        Other pages of the same values, by file from docs/measured.
-    """
-
+    #: Markdown; ``{name}`` is a value as :meth:`str.format` writes it, alone in a line a table.
     title: str
     text: str
-    targets: Sequence[Target] = ()
+    targets: Sequence[Target] = ()  #: Tabulated after the text.
+    #: What a trial may change, by name; attributes of :class:`Ask`, and values of the text.
     settings: Mapping[str, float | str] = field(default_factory=dict)
-    reads: Sequence[str] = ()
+    reads: Sequence[str] = ()  #: Files and folders that are used without being imported.
+    #: Other pages of the same values, by file from docs/measured.
     also: Mapping[str, Page] = field(default_factory=dict)
 
     def written(self, name: str, values: Values) -> str:

@@ -21,15 +21,6 @@ class PinholeCamera:
     Image coordinates are pixels from the upper left corner of the picture, x to the right and y
     down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio.
 
-    Parameters
-    ----------
-    width, height, fx, fy : number
-        Size of the picture and focal lengths, pixels.
-    cx, cy : float
-        Principal point, image coordinates.
-    distortion : tuple of 5 floats
-        k1, k2, p1, p2, k3 of Brown and Conrady, in OpenCV's order.
-
     Raises
     ------
     InputError
@@ -40,12 +31,15 @@ class PinholeCamera:
     D. C. Brown, Photogramm. Eng. 32, 444 (1966).
     """
 
+    #: Size of the picture and focal lengths, pixels.
     width: int
     height: int
     fx: float
     fy: float
+    #: Principal point, image coordinates.
     cx: float
     cy: float
+    #: k1, k2, p1, p2, k3 of Brown and Conrady, in OpenCV's order.
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:

@@ -32,15 +32,6 @@ class Source:
 class DataCard:
     """What a set says of itself; ``version`` is that of the set.
 
-    Parameters
-    ----------
-    licence : str
-        Of the pictures, as SPDX writes it.
-    versions : mapping
-        Of the software that made it, by name.
-    conventions : sequence of str
-        Of the poses in its formats, a line each.
-
     Raises
     ------
     InputError
@@ -48,13 +39,14 @@ class DataCard:
     """
 
     title: str
-    licence: str
+    licence: str  #: Of the pictures, as SPDX writes it.
     sources: Sequence[Source] = ()
+    #: Of the software that made it, by name.
     versions: Mapping[str, str] = field(default_factory=dict)
     version: str = "1.0"
     description: str = ""
     licence_url: str = ""
-    conventions: Sequence[str] = ()
+    conventions: Sequence[str] = ()  #: Of the poses in its formats, a line each.
 
     def __post_init__(self) -> None:
         for name in ("title", "licence"):

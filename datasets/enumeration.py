@@ -37,38 +37,21 @@ _ROUNDED = 9  # decimals of a pose that count
 
 @dataclass(frozen=True)
 class PlannedView:
-    """A view to render.
+    """A view to render."""
 
-    Parameters
-    ----------
-    name : str
-        Digest of everything but the split.
-    pose : int
-        Its place among all poses; views of one pose differ by water, light, camera and noise.
-    camera_to_world : array, shape (4, 4)
-        In Blender's axes, in the lowered scene.
-    lowered : float
-        Metres that the scene is lowered by.
-    split : str
-        The same for all views of a pose.
-    repeat : int
-        Which of the pictures that differ by their noise.
-    time : Fraction, optional
-        s; of a pose on a way.
-    """
-
-    name: str
+    name: str  #: Digest of everything but the split.
     pose_set: str
+    #: Its place among all poses; views of one pose differ by water, light, camera and noise.
     pose: int
-    camera_to_world: Array
+    camera_to_world: Array  #: Shape (4, 4): In Blender's axes, in the lowered scene.
     camera: DataSetCamera
     settings: Mapping[str, Value]
-    lowered: float
+    lowered: float  #: Metres that the scene is lowered by.
     rig: CameraRig
     noise_seed: int
-    split: Split
-    repeat: int = 0
-    time: Fraction | None = None
+    split: Split  #: The same for all views of a pose.
+    repeat: int = 0  #: Which of the pictures that differ by their noise.
+    time: Fraction | None = None  #: s; of a pose on a way.
 
     @property
     def in_air(self) -> bool:

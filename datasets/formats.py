@@ -42,43 +42,20 @@ _FLOW = (
 
 @dataclass(frozen=True)
 class Format:
-    """A format of data sets: ``write`` writes its files into a set.
-
-    Attributes
-    ----------
-    convention : str
-        Of its poses, for the card; empty where it has none.
-    silhouettes : bool
-        Whether it tells how much of an object is hidden.
-    layers : tuple of str
-        That have to be rendered for it.
-    package : str
-        Of Python, that it needs and the extension does not bring; empty if none.
-    way : bool
-        Whether it needs poses that follow each other.
-    side_by_side : bool
-        Whether it takes no more than one camera, or two of one lens side by side.
-    dry : bool
-        Whether it needs the same views in air.
-    distortion : int
-        Coefficients of a lens that it holds, of k1, k2, p1, p2, k3.
-    pixel_bytes : int
-        That its own files take of a pixel, where these are no links.
-    default : bool
-        Whether a set that names no formats has it.
-    """
+    """A format of data sets: ``write`` writes its files into a set."""
 
     write: Callable[[SetFiles], None]
-    convention: str = ""
-    silhouettes: bool = False
-    layers: tuple[str, ...] = ()
-    package: str = ""
-    way: bool = False
+    convention: str = ""  #: Of its poses, for the card; empty where it has none.
+    silhouettes: bool = False  #: Whether it tells how much of an object is hidden.
+    layers: tuple[str, ...] = ()  #: That have to be rendered for it.
+    package: str = ""  #: Of Python, that it needs and the extension does not bring; empty if none.
+    way: bool = False  #: Whether it needs poses that follow each other.
+    #: Whether it takes no more than one camera, or two of one lens side by side.
     side_by_side: bool = False
-    dry: bool = False
-    distortion: int = 5
-    pixel_bytes: int = 0
-    default: bool = False
+    dry: bool = False  #: Whether it needs the same views in air.
+    distortion: int = 5  #: Coefficients of a lens that it holds, of k1, k2, p1, p2, k3.
+    pixel_bytes: int = 0  #: That its own files take of a pixel, where these are no links.
+    default: bool = False  #: Whether a set that names no formats has it.
 
     def require_lens(self, name: str, camera: str, coefficients: int) -> None:
         """Refuse a lens that the format, of this name, has no place for.

@@ -23,25 +23,16 @@ _DIGITS = 6  # of what tells groups apart
 
 @dataclass(frozen=True)
 class ViewJob:
-    """Views that are rendered together.
-
-    Parameters
-    ----------
-    group : str
-        Of its water, light and rig, whose views show one scene.
-    seed : int
-        Of the noise.
-    frames : mapping of int to PlannedView
-        One of the views of each frame; others differ by their detector's noise.
-    """
+    """Views that are rendered together."""
 
     name: str
-    group: str
+    group: str  #: Of its water, light and rig, whose views show one scene.
     camera: DataSetCamera
     rig: CameraRig
     settings: Mapping[str, Value]
     in_air: bool
-    seed: int
+    seed: int  #: Of the noise.
+    #: One of the views of each frame; others differ by their detector's noise.
     frames: dict[int, PlannedView] = field(default_factory=dict)
 
     def settings_of(self, frame: int) -> Mapping[str, Value]:

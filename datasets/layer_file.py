@@ -43,24 +43,13 @@ Image = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class LayerImage:
-    """A layer of a picture.
+    """A layer of a picture."""
 
-    Parameters
-    ----------
-    values : array, shape (height, width, k)
-    channels : tuple of str
-        Their k names; one without a name is the layer itself.
-    text : str
-        What it holds and how it was made.
-    whole : bool
-        Whether it needs 32 bits.
-    """
-
-    values: NDArray[Any]
-    channels: tuple[str, ...] = ("",)
+    values: NDArray[Any]  #: Shape (height, width, k).
+    channels: tuple[str, ...] = ("",)  #: Their k names; one without a name is the layer itself.
     units: str = ""
-    text: str = ""
-    whole: bool = False
+    text: str = ""  #: What it holds and how it was made.
+    whole: bool = False  #: Whether it needs 32 bits.
 
     def __post_init__(self) -> None:
         values = np.asarray(self.values, dtype=np.float32)

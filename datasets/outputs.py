@@ -22,57 +22,33 @@ RAW_FILES = ("dng", "tiff")
 
 @dataclass(frozen=True)
 class Outputs:
-    """Files of a set, as the table ``[output]`` has them.
+    """Files of a set, as the table ``[output]`` has them."""
 
-    Parameters
-    ----------
-    picture : str
-        One of :data:`PICTURES`.
-    formats : tuple of str
-        Of :data:`FORMATS`.
-    linear, depth_exr : bool
-        Whether scene-linear pictures and depth in m are written.
-    layers : tuple of str
-        Of :data:`.layers.NAMES`, in one file a view.
-    points : int
-        That COLMAP is given of each view.
-    leave_out : tuple of str
-        Categories that are no instances, such as the ground.
-    """
-
-    picture: str = "png"
-    formats: tuple[str, ...] = DEFAULT
+    picture: str = "png"  #: One of :data:`PICTURES`.
+    formats: tuple[str, ...] = DEFAULT  #: Of :data:`FORMATS`.
+    #: Whether scene-linear pictures and depth in m are written.
     linear: bool = True
     depth_exr: bool = True
-    layers: tuple[str, ...] = ()
-    points: int = 100
-    leave_out: tuple[str, ...] = ()
+    layers: tuple[str, ...] = ()  #: Of :data:`.layers.NAMES`, in one file a view.
+    points: int = 100  #: That COLMAP is given of each view.
+    leave_out: tuple[str, ...] = ()  #: Categories that are no instances, such as the ground.
     version: str = "1.0"
     description: str = ""
 
 
 @dataclass(frozen=True)
 class RawOutputs:
-    """The camera's detector as a device.
-
-    Parameters
-    ----------
-    white : float
-        Fraction of the counts that what is developed to white fills in its brightest channel, at
-        any ISO: a higher one is for less light.
-    exposure_time : float
-        s.
-    file : str
-        One of :data:`RAW_FILES`.
-    """
+    """The camera's detector as a device."""
 
     detector: Detector = dataclasses.field(default_factory=Detector)
+    #: Fraction of the counts that what is developed to white fills in its brightest channel, at any
+    #: ISO: a higher one is for less light.
     white: float = 0.5
-    exposure_time: float = 0.01
+    exposure_time: float = 0.01  #: s.
     iso: float | None = None
     pattern: str | None = None
     vignetting: Vignetting | None = None
-    file: str = "tiff"
+    file: str = "tiff"  #: One of :data:`RAW_FILES`.
 
     def settings(self, white_response: float, seed: int) -> RawSettings:
         """Return how a picture is taken.

@@ -37,46 +37,25 @@ _FACTORS = ("absorption_factor", "scattering_factor")
 
 @dataclass(frozen=True)
 class DataSetSpec:
-    """A data set, specified.
-
-    Parameters
-    ----------
-    seed : int
-        Of all that is drawn.
-    settings : mapping of Quantity
-        By the names of the settings of a scene; what is not named is left to the scene.
-    lowered : Quantity
-        Metres that the scene and its cameras are lowered by.
-    repeats : int
-        Pictures of a view that differ by their noise.
-    fractions : tuple of 3 floats
-        Of train, val and test.
-    most : int
-        Views that are not exceeded by mistake.
-    frame : int, optional
-        At which the scene's animation is held; its current one by default.
-    render : tuple of str
-        Options of the render, as on the command line.
-    raw : RawOutputs, optional
-        The detector, if there are raw pictures.
-    """
+    """A data set, specified."""
 
     title: str
     licence: str
-    seed: int
+    seed: int  #: Of all that is drawn.
+    #: By the names of the settings of a scene; what is not named is left to the scene.
     settings: Mapping[str, Quantity]
-    lowered: Quantity
+    lowered: Quantity  #: Metres that the scene and its cameras are lowered by.
     cameras: tuple[DataSetCamera, ...]
     poses: tuple[PoseSet, ...]
     rigs: tuple[CameraRig, ...]
-    repeats: int
-    fractions: tuple[float, ...]
-    most: int
+    repeats: int  #: Pictures of a view that differ by their noise.
+    fractions: tuple[float, ...]  #: Of train, val and test.
+    most: int  #: Views that are not exceeded by mistake.
     scene: Path | None = None
-    frame: int | None = None
-    render: tuple[str, ...] = ()
+    frame: int | None = None  #: At which the scene's animation is held; its current one by default.
+    render: tuple[str, ...] = ()  #: Options of the render, as on the command line.
     outputs: Outputs = field(default_factory=Outputs)
-    raw: RawOutputs | None = None
+    raw: RawOutputs | None = None  #: The detector, if there are raw pictures.
 
 
 def read_spec(path: Path) -> DataSetSpec:

@@ -23,28 +23,16 @@ AIR = "air"
 
 @dataclass(frozen=True)
 class SeenInstance:
-    """An object in a picture.
+    """An object in a picture."""
 
-    Parameters
-    ----------
-    number : int
-        Its value in the picture of instances; 1 or more, 0 being none.
-    object_to_world : array, shape (4, 4)
-        Its pose, m.
-    model : int
-        Number of its shape: instances of one mesh share it.
-    silhouette : Path, optional
-        8-bit picture of all of it, what hides it left out; not 0 where it is.
-    category_id : int, optional
-        Number of its category, where the scene gives one.
-    """
-
-    number: int
+    number: int  #: Its value in the picture of instances; 1 or more, 0 being none.
     category: str
+    #: Shape (4, 4): Its pose, m.
     object_to_world: Array = dataclasses.field(default_factory=lambda: np.eye(4), compare=False)
-    model: int = 1
+    model: int = 1  #: Number of its shape: instances of one mesh share it.
+    #: 8-bit picture of all of it, what hides it left out; not 0 where it is.
     silhouette: Path | None = None
-    category_id: int | None = None
+    category_id: int | None = None  #: Number of its category, where the scene gives one.
 
     def __post_init__(self) -> None:
         if not 1 <= self.number <= np.iinfo(np.uint16).max:
@@ -59,36 +47,24 @@ class SeenInstance:
 class DataSetView:
     """A picture, the camera that took it, and what else is known.
 
-    Parameters
-    ----------
-    name : str
-        Unlike that of every other view of the set.
-    camera_to_world : array, shape (4, 4)
-        Pose in Blender's axes: the camera looks along its -z, y is up; m, world z up.
-    depth : Path, optional
-        Planar depth, 16-bit PNG in mm (:func:`.write_depth_png`).
-    mask : Path, optional
-        8-bit picture, 0 where the picture is to be left out.
-    instance_map : Path, optional
-        16-bit picture of the instances' numbers (:func:`.write_instance_map`).
-    metadata : mapping
-        What else is known, as JSON holds it: water, depth, truth.
-
     Raises
     ------
     InputError
         If the pose is none, or the split unknown.
     """
 
-    name: str
+    name: str  #: Unlike that of every other view of the set.
     image: Path
     camera: PinholeCamera
+    #: Shape (4, 4): Pose in Blender's axes: the camera looks along its -z, y is up; m, world z up.
     camera_to_world: Array = dataclasses.field(compare=False)
     split: Split = "train"
-    depth: Path | None = None
-    mask: Path | None = None
+    depth: Path | None = None  #: Planar depth, 16-bit PNG in mm (:func:`.write_depth_png`).
+    mask: Path | None = None  #: 8-bit picture, 0 where the picture is to be left out.
+    #: 16-bit picture of the instances' numbers (:func:`.write_instance_map`).
     instance_map: Path | None = None
     instances: tuple[SeenInstance, ...] = ()
+    #: What else is known, as JSON holds it: water, depth, truth.
     metadata: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -24,21 +24,14 @@ _TABLE = DATA_DIRECTORY / "costs.csv"
 
 @dataclass(frozen=True)
 class Costs:
-    """Costs relative to a sample of the scene without water; how many bands there are is free.
+    """Costs relative to a sample of the scene without water; how many bands there are is free."""
 
-    Attributes
-    ----------
-    passes : mapping
-        Of a sample of one pass with the :data:`TYPICAL` terms, by the name of the method.
-    adds : mapping
-        What each of :data:`COSTED` adds to a pass, by method and name; nothing in Cycles.
-    seconds, shadow_seconds : float
-        CPU time of a megapixel of one sample without water where the table was measured, and what
-        EEVEE's shadow maps, which the ratios leave out, add.
-    """
-
+    #: Of a sample of one pass with the :data:`TYPICAL` terms, by the name of the method.
     passes: Mapping[str, float]
+    #: What each of :data:`COSTED` adds to a pass, by method and name; nothing in Cycles.
     adds: Mapping[str, Mapping[str, float]]
+    #: CPU time of a megapixel of one sample without water where the table was measured, and what
+    #: EEVEE's shadow maps, which the ratios leave out, add.
     seconds: float
     shadow_seconds: float
 

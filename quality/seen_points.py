@@ -22,55 +22,33 @@ _SEED = 1
 class SeenPoints:
     """What a camera sees at one moment along m rays; x, y horizontal, z up, z = 0 the surface.
 
-    Attributes
-    ----------
-    origin : array, shape (m, 3)
-        Where the rays leave the camera, m.
-    direction : array, shape (m, 3)
-        Unit view directions, away from the camera.
-    distance : array, shape (m,)
-        To what the ray meets, m; infinite for open water and the surface.
-    normal : array, shape (m, 3)
-        Unit normal there, towards the camera.
-    colour : array, shape (m, 3)
-        Base colour there, linear Rec.709.
-    sunlit : array of bool, shape (m,)
-        Whether nothing stands between the point and the sun.
-    path_sunlit : array of bool, shape (m, k)
-        The same in the middle of k equal steps along the ray.
-    reach : float
-        Distance up to which those steps go, at most up to the point, m.
-    on_floor : array of bool, shape (m,)
-        Whether the point lies on the floor of the water column.
-    openness : array, shape (m,)
-        Fraction of the light from above, the direct sun apart, that nothing keeps from the
-        point: see :func:`openness`. 1 for open water.
-    path_openness : array, shape (m,)
-        The same of the light that the water along the ray scatters; may be more than 1 before
-        bright objects.
-    pixels : array, shape (m,)
-        Fraction of the picture that each ray stands for; they add up to 1.
-    buffer : VisibilityBuffer, optional
-        What objects fill of the view, where they keep light from it that is scattered forward.
-
     Raises
     ------
     InputError
         If the camera is not under water, there is no ray, or shapes differ.
     """
 
-    origin: NDArray[np.float64]
-    direction: NDArray[np.float64]
+    origin: NDArray[np.float64]  #: Shape (m, 3): Where the rays leave the camera, m.
+    direction: NDArray[np.float64]  #: Shape (m, 3): Unit view directions, away from the camera.
+    #: Shape (m,): To what the ray meets, m; infinite for open water and the surface.
     distance: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    colour: NDArray[np.float64]
-    sunlit: NDArray[np.bool_]
+    normal: NDArray[np.float64]  #: Shape (m, 3): Unit normal there, towards the camera.
+    colour: NDArray[np.float64]  #: Shape (m, 3): Base colour there, linear Rec.709.
+    sunlit: NDArray[np.bool_]  #: Shape (m,): Whether nothing stands between the point and the sun.
+    #: Shape (m, k): The same in the middle of k equal steps along the ray.
     path_sunlit: NDArray[np.bool_]
-    reach: float
+    reach: float  #: Distance up to which those steps go, at most up to the point, m.
+    #: Shape (m,): Whether the point lies on the floor of the water column.
     on_floor: NDArray[np.bool_]
+    #: Shape (m,): Fraction of the light from above, the direct sun apart, that nothing keeps from
+    #: the point: see :func:`openness`. 1 for open water.
     openness: NDArray[np.float64]
+    #: Shape (m,): The same of the light that the water along the ray scatters; may be more than 1
+    #: before bright objects.
     path_openness: NDArray[np.float64]
+    #: Shape (m,): Fraction of the picture that each ray stands for; they add up to 1.
     pixels: NDArray[np.float64]
+    #: What objects fill of the view, where they keep light from it that is scattered forward.
     buffer: VisibilityBuffer | None = None
 
     def __post_init__(self) -> None:

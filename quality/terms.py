@@ -58,39 +58,21 @@ def _nearest_floor(seen: Sequence[SeenPoints]) -> str:
 
 @dataclass(frozen=True)
 class Term:
-    """Something that can be left out of the water.
+    """Something that can be left out of the water."""
 
-    Attributes
-    ----------
-    name : str
-        In :data:`Options`; the column of ``data/costs.csv``, and the part of the picture.
-    label : str
-        In decisions.
-    purpose : callable
-        What it is for in some views, in a few words.
-    off, on : object
-        The setting's value without the term, and one with it. A term whose setting
-        is a boolean may be switched on by Auto, others only left out.
-    costs : bool
-        Whether a pass of EEVEE costs more with it.
-    column : mapping
-        Fields of the water column without the term; none for a part of the picture.
-    needs : str
-        The term without which there is none of it.
-    engines : tuple of str
-        Where its setting is used.
-    """
-
-    name: str
-    label: str
-    purpose: Callable[[Sequence[SeenPoints]], str]
+    name: str  #: In :data:`Options`; the column of ``data/costs.csv``, and the part of the picture.
+    label: str  #: In decisions.
+    purpose: Callable[[Sequence[SeenPoints]], str]  #: What it is for in some views, in a few words.
     setting: str
+    #: The setting's value without the term, and one with it. A term whose setting is a boolean may
+    #: be switched on by Auto, others only left out.
     off: object
     on: object = True
-    costs: bool = False
+    costs: bool = False  #: Whether a pass of EEVEE costs more with it.
+    #: Fields of the water column without the term; none for a part of the picture.
     column: Mapping[str, object] = field(default_factory=dict)
-    needs: str = ""
-    engines: tuple[str, ...] = ("eevee", "cycles")
+    needs: str = ""  #: The term without which there is none of it.
+    engines: tuple[str, ...] = ("eevee", "cycles")  #: Where its setting is used.
 
     @property
     def is_part(self) -> bool:

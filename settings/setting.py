@@ -35,48 +35,26 @@ SECTIONS = {
 
 @dataclass(frozen=True)
 class Setting:
-    """A row of the table of settings.
+    """A row of the table of settings."""
 
-    Attributes
-    ----------
-    label : str
-        Its name in a panel.
-    text : str
-        What it does, one sentence without a full stop.
-    section : str
-        One of :data:`SECTIONS`.
-    choices : mapping
-        Words that it may be: their labels, and what each means. Empty for any.
-    known : str
-        What is suggested where any word may be (:func:`.known_words`).
-    limits, soft_limits : two floats
-        What a number may be, and the range of its slider.
-    digits : int
-        Behind the point, in a panel.
-    animatable : bool
-        Whether it may differ from frame to frame.
-    needs : mapping
-        Other settings, and the values of theirs with which it has an effect; none for any that
-        is not empty.
-    engine : str
-        The one engine that it is for; empty for all.
-    name, default
-        Of the field that it describes.
-    """
-
-    label: str
-    text: str
-    section: str
+    label: str  #: Its name in a panel.
+    text: str  #: What it does, one sentence without a full stop.
+    section: str  #: One of :data:`SECTIONS`.
     unit: str = ""
+    #: Words that it may be: their labels, and what each means. Empty for any.
     choices: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    known: str = ""
+    known: str = ""  #: What is suggested where any word may be (:func:`.known_words`).
+    #: What a number may be, and the range of its slider.
     limits: tuple[float, float] = (float("-inf"), float("inf"))
     soft_limits: tuple[float, float] | None = None
-    digits: int = 2
-    animatable: bool = False
+    digits: int = 2  #: Behind the point, in a panel.
+    animatable: bool = False  #: Whether it may differ from frame to frame.
+    #: Other settings, and the values of theirs with which it has an effect; none for any that is
+    #: not empty.
     needs: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
-    engine: str = ""
+    engine: str = ""  #: The one engine that it is for; empty for all.
     who: Audience = "artist"
+    #: Of the field that it describes.
     name: str = ""
     default: str | float | bool = ""
 

@@ -135,42 +135,25 @@ class SolvedPixel(Pixel):
 
 @dataclass(frozen=True, eq=False)
 class SolvedWater:
-    """Unoccluded water as one ray sees it.
+    """Unoccluded water as one ray sees it."""
 
-    Attributes
-    ----------
-    beam : SunOnPath
-        On the way to the end of the path.
-    near, far : Operand
-        M at the camera, and at an object's depth; the second of :meth:`surface`.
-    image : Operand
-        Radiance of the boundary ahead, under the surface at rest or on average; of :meth:`surface`.
-    beyond : SunOnPath, optional
-        From an object to the boundary, where it is another than ``beam``; of :meth:`surface`.
-    mirrored : Operand
-        M at the surface along :func:`.radiance_field.mirrored_ray`; of :meth:`open_water`.
-    below : SunOnPath, optional
-        From the surface along that ray, where it is another than ``beam``.
-    floor : Operand
-        Radiance of the floor.
-    sky : Sky
-        In air; black by default.
-    index : float, optional
-        Index of the water against air; without one there is no surface that reflects.
-    aureole : Operand
-        Factor of the sun's aureole on sunlight scattered once, at the camera.
-    """
-
-    beam: SunOnPath
+    beam: SunOnPath  #: On the way to the end of the path.
+    #: M at the camera, and at an object's depth; the second of :meth:`surface`.
     near: Operand
     far: Operand = 0.0
+    #: Radiance of the boundary ahead, under the surface at rest or on average; of :meth:`surface`.
     image: Operand = 0.0
+    #: From an object to the boundary, where it is another than ``beam``; of :meth:`surface`.
     beyond: SunOnPath | None = None
+    #: M at the surface along :func:`.radiance_field.mirrored_ray`; of :meth:`open_water`.
     mirrored: Operand = 0.0
+    #: From the surface along that ray, where it is another than ``beam``.
     below: SunOnPath | None = None
-    floor: Operand = 0.0
-    sky: Sky = BLACK
+    floor: Operand = 0.0  #: Radiance of the floor.
+    sky: Sky = BLACK  #: In air; black by default.
+    #: Index of the water against air; without one there is no surface that reflects.
     index: Operand | None = None
+    #: Factor of the sun's aureole on sunlight scattered once, at the camera.
     aureole: Operand = 1.0
     occlusion: PathOcclusion = UNOCCLUDED
 

@@ -22,30 +22,19 @@ _DEEPEST = 1e6  # m: a floor that shader nodes take for none
 
 @dataclass(frozen=True, eq=False)
 class SunBeam:
-    """The direct sun of n bands.
+    """The direct sun of n bands."""
 
-    Attributes
-    ----------
-    b, c, cp : array
-        Scattering, extinction, and extinction without the forward peak of the phase function, 1/m.
-    E : array
-        Downwelling (horizontal) irradiance just below the surface.
-    mu_s, y_f : float
-        Cosine of the in-water zenith angle; depth of the floor, m.
-    sun : sequence of 3
-        Unit direction the sunlight travels to in the water.
-    p : Operand, optional
-        Phase function towards the camera, 1/sr, where it is known; it holds along one ray.
-    """
-
+    #: Scattering, extinction, and extinction without the forward peak of the phase function, 1/m.
     b: Operand
     c: Operand
     cp: Operand
-    E: Operand
+    E: Operand  #: Downwelling (horizontal) irradiance just below the surface.
+    #: Cosine of the in-water zenith angle; depth of the floor, m.
     mu_s: Operand
     y_f: Operand
     phase: Scattering
-    sun: Sequence[Operand]
+    sun: Sequence[Operand]  #: Unit direction the sunlight travels to in the water.
+    #: Phase function towards the camera, 1/sr, where it is known; it holds along one ray.
     p: Operand = None
 
     def source(self, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:

@@ -47,26 +47,15 @@ _RING = 6  # directions around each that stand for the acceptance
 
 @dataclass(frozen=True)
 class Lake:
-    """What Tyler measured.
+    """What Tyler measured."""
 
-    Attributes
-    ----------
-    depths : array, shape (7,)
-        m.
-    radiance : array, shape (7, 19, 10)
-        Relative, by depth, tilt from straight up and azimuth from the sun's.
-    w : array, shape (3, 19, 10)
-        View directions, z up.
-    compared : array of bool, shape (19, 10)
-        Directions away from the sun; straight up and down once.
-    c, zenith, acceptance : float
-        Beam attenuation, 1/m; zenith angle of the sun in air and full acceptance, degrees.
-    """
-
-    depths: NDArray[np.float64]
+    depths: NDArray[np.float64]  #: m, shape (7,).
+    #: Shape (7, 19, 10): Relative, by depth, tilt from straight up and azimuth from the sun's.
     radiance: NDArray[np.float64]
-    w: NDArray[np.float64]
+    w: NDArray[np.float64]  #: Shape (3, 19, 10): View directions, z up.
+    #: Shape (19, 10): Directions away from the sun; straight up and down once.
     compared: NDArray[np.bool_]
+    #: Beam attenuation, 1/m; zenith angle of the sun in air and full acceptance, degrees.
     c: float
     zenith: float
     acceptance: float

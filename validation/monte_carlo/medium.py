@@ -37,29 +37,16 @@ class Constituent:
 
 @dataclass(frozen=True, eq=False)
 class InelasticInteraction:
-    """Scattering, or absorption and re-emission, that changes the wavelength.
+    """Scattering, or absorption and re-emission, that changes the wavelength."""
 
-    Parameters
-    ----------
-    name : str
-        ``"Raman"``; names the event and the part of the light it makes.
-    coefficient : array_like, shape (n,)
-        b_I of each excitation band, 1/m.
-    redistribution : array_like, shape (n, n)
-        Probability that a photon of band i (row) comes out in band j (column).
-        A row may add up to less than 1: the rest is absorbed (quantum yield) or
-        leaves the bands.
-    phase : PhaseFunction
-        Of the emission; isotropic for fluorescence.
-    absorber : str, optional
-        Constituent whose absorption contains ``coefficient`` already
-        (fluorescence). Without it the process adds to the extinction (Raman).
-    """
-
-    name: str
-    coefficient: ArrayLike
+    name: str  #: ``"Raman"``; names the event and the part of the light it makes.
+    coefficient: ArrayLike  #: Shape (n,): b_I of each excitation band, 1/m.
+    #: Shape (n, n): Probability that a photon of band i (row) comes out in band j (column). A row
+    #: may add up to less than 1: the rest is absorbed (quantum yield) or leaves the bands.
     redistribution: ArrayLike
-    phase: PhaseFunction = _ISOTROPIC
+    phase: PhaseFunction = _ISOTROPIC  #: Of the emission; isotropic for fluorescence.
+    #: Constituent whose absorption contains ``coefficient`` already (fluorescence). Without it the
+    #: process adds to the extinction (Raman).
     absorber: str | None = None
 
     def __post_init__(self) -> None:

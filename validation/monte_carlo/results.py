@@ -62,34 +62,16 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class MonteCarloResult:
-    """Result of :func:`.simulate`; n bands, d depths, v views.
+    """Result of :func:`.simulate`; n bands, d depths, v views."""
 
-    Attributes
-    ----------
-    wavelengths : array, shape (n,)
-        Band centres, nm.
-    depths : array, shape (d,)
-        Of the irradiances, m.
-    views : tuple of tuple
-        Depth, direction, and distance if given, of each radiance.
-    parts : dict of str to Light
-        ``"elastic"``, and by the inelastic process that made it last.
-    events : tuple of Event
-        Every event type, then the two ends at the boundaries.
-    incident : array, shape (n,)
-        Power that entered the water per band, W/m².
-    photons : int
-        Number of photons traced.
-    """
-
-    wavelengths: NDArray[np.float64]
-    depths: NDArray[np.float64]
-    views: tuple[tuple, ...]
+    wavelengths: NDArray[np.float64]  #: Shape (n,): Band centres, nm.
+    depths: NDArray[np.float64]  #: Shape (d,): Of the irradiances, m.
+    views: tuple[tuple, ...]  #: Depth, direction, and distance if given, of each radiance.
     total: Light
-    parts: dict[str, Light]
-    events: tuple[Event, ...]
-    incident: NDArray[np.float64]
-    photons: int
+    parts: dict[str, Light]  #: ``"elastic"``, and by the inelastic process that made it last.
+    events: tuple[Event, ...]  #: Every event type, then the two ends at the boundaries.
+    incident: NDArray[np.float64]  #: Shape (n,): Power that entered the water per band, W/m².
+    photons: int  #: Number of photons traced.
     engine: str
     seed: int
 
