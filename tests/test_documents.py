@@ -16,7 +16,7 @@ import pytest
 import underwater_spectral
 from underwater_spectral.benchmarks import pages
 from underwater_spectral.jobs import command_line
-from underwater_spectral.settings.render_plan import description_of
+from underwater_spectral.settings.descriptions import description_of
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import resolve

@@ -1,4 +1,4 @@
-"""Measured files that are dropped into the viewport: waters, cameras, floors, lights, lamps."""
+"""Measured files, dropped into the viewport or chosen: waters, cameras, floors, lights, lamps."""
 
 # pyright: reportInvalidTypeForm=false
 # Blender declares properties as annotations that are calls.
@@ -10,13 +10,16 @@ from typing import override
 
 import bpy
 from bpy_extras import view3d_utils
+from bpy_extras.io_utils import ImportHelper
 
 from ..scene import stored_lamps, stored_settings
 from ..scene.water import lamp_rigs
 from ..settings.scene_settings import SETTINGS
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra import sensor as sensors
+from ..uw_spectral.water import measured
 from .live_updates import refresh, transaction
-from .reporting import ReportingOperator
+from .reporting import ReportingOperator, water_settings
 
 _LUMENS = 4000.0
 """Of a new lamp whose profile tells no power."""
@@ -182,6 +185,42 @@ def _active_lamp(context: bpy.types.Context) -> bpy.types.Object | None:
     return item if item.data.type in KINDS and item.data.is_editable else None
 
 
+class OpenWater(ReportingOperator, ImportHelper):
+    """Uses a table of a water."""
+
+    bl_idname = "underwater.open_water"
+    bl_label = "Open Water File"
+    bl_description = f"Use a table of a water: {measured.CONTENT}"
+    filename_ext = ".csv"
+    filter_glob: bpy.props.StringProperty(default=";".join(measured.PATTERNS), options={"HIDDEN"})
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..uw_spectral.water.named import parse_water
+
+        name = f"file:{self.filepath}"
+        parse_water(name)
+        water_settings(context).water = name
+
+
+class OpenSensor(ReportingOperator, ImportHelper):
+    """Uses a file of spectral sensitivities."""
+
+    bl_idname = "underwater.open_sensor"
+    bl_label = "Open Sensor File"
+    bl_description = f"Use a file of spectral sensitivities: {sensors.FILE_CONTENT}"
+    filename_ext = ".csv"
+    filter_glob: bpy.props.StringProperty(
+        default=";".join(sensors.FILE_PATTERNS), options={"HIDDEN"}
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        name = f"file:{self.filepath}"
+        sensors.parse_sensor(name)
+        water_settings(context).sensor = name
+
+
 class UNDERWATER_FH_measured(bpy.types.FileHandler):  # noqa: N801 - the name is the identifier
     """Takes measured files that are dropped into a viewport."""
 
@@ -197,4 +236,6 @@ class UNDERWATER_FH_measured(bpy.types.FileHandler):  # noqa: N801 - the name is
         return area is not None and area.type == "VIEW_3D" and context.mode == "OBJECT"
 
 
-register, unregister = bpy.utils.register_classes_factory((UseFiles, UNDERWATER_FH_measured))
+register, unregister = bpy.utils.register_classes_factory(
+    (UseFiles, OpenWater, OpenSensor, UNDERWATER_FH_measured)
+)

@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 
 from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
-from . import asset_library, operators, panel_job, sections, sun_handle
+from . import asset_library, dropped_files, operators, panel_job, sections, sun_handle
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -36,6 +36,8 @@ def entries() -> Iterator[tuple[str, str, str]]:
                 yield f"bpy.types.{kind}.{item.identifier}", item.name, item.description
     buttons = (
         *operators.CLASSES,
+        dropped_files.OpenWater,
+        dropped_files.OpenSensor,
         sections.ResetSection,
         sun_handle.AddSunHandle,
         asset_library.AddAssets,

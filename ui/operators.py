@@ -9,20 +9,13 @@ from dataclasses import replace
 from typing import override
 
 import bpy
-from bpy_extras.io_utils import ImportHelper
 
-from ..scene import stored_clouds, stored_lamps
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
-from ..scene.water import lamp_rigs, new_clouds
-from ..settings.known_words import LAMP_SPECTRA
-from ..uw_spectral.clouds.matter import UNITS
-from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra import sensor as sensors
-from ..uw_spectral.water import measured
 from . import example_scenes, live_updates, migration, panel_job, preferences
+from .adding_operators import AddCloud, AddLamps, AddPlumes, ChooseSpectrum
 from .render_operators import FarmBundle, Render, RenderReference
-from .reporting import ReportingOperator, water_settings
+from .reporting import CameraOperator, ReportingOperator
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -167,16 +160,7 @@ class Rebuild(_LiveOperator):
         self.tell(live.rebuild(context.scene))
 
 
-class _CameraOperator(ReportingOperator):
-    """Needs a camera."""
-
-    @classmethod
-    @override
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.scene.camera is not None
-
-
-class Submerge(_CameraOperator):
+class Submerge(CameraOperator):
     """Lowers the scene below the surface."""
 
     bl_idname = "underwater.submerge"
@@ -200,131 +184,6 @@ class Submerge(_CameraOperator):
         with live_updates.transaction():
             self.tell(submerging.lower(context.scene, self.depth + above))
             context.view_layer.update()
-
-
-class AddLamps(_CameraOperator):
-    """Hangs lamps on the camera."""
-
-    bl_idname = "underwater.add_lamps"
-    bl_label = "Add Lamps"
-    bl_description = "Hang a torch, strobes or the lights of a vehicle on the camera"
-
-    rig: bpy.props.EnumProperty(
-        name="Lamps", description="What to add",
-        items=[(name, rig.label, "") for name, rig in lamp_rigs.RIGS.items()], default="rov2",
-    )  # fmt: skip
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        lamp_rigs.add_rig(context.scene, self.rig)
-        live_updates.refresh(context.scene)
-
-
-class AddCloud(ReportingOperator):
-    """Adds a cloud before the camera."""
-
-    bl_idname = "underwater.add_cloud"
-    bl_label = "Add Cloud"
-    bl_description = "Add a cloud before the camera: an empty, whose outline is its size"
-
-    constituent: bpy.props.EnumProperty(
-        name="Cloud of",
-        description="What floats in it",
-        items=[(name, *stored_clouds.WORDS[name]) for name in UNITS],
-    )
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        made = new_clouds.add_blob(context.scene, self.constituent)
-        for item in context.selected_objects:
-            item.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
-        live_updates.refresh(context.scene)
-
-
-class AddPlumes(ReportingOperator):
-    """Adds plumes of bubbles below the foam of this frame."""
-
-    bl_idname = "underwater.add_plumes"
-    bl_label = "Add Bubble Plumes"
-    bl_description = (
-        "Add clouds of bubbles below the largest whitecaps before the camera at this frame. By "
-        "keyframes they follow the waves, and thin out in nine seconds"
-    )
-
-    count: bpy.props.IntProperty(name="Plumes", description="How many", default=3, min=1, max=8)
-    keyed: bpy.props.BoolProperty(
-        name="Come and Go", description="Keyframe place and concentration", default=True
-    )
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        from ..scene.water import new_plumes
-
-        chosen = optics.stored_settings(context.scene)
-        new_plumes.add_plumes(context.scene, chosen, self.count, keyed=self.keyed)
-        live_updates.refresh(context.scene)
-
-
-class ChooseSpectrum(ReportingOperator):
-    """Gives a lamp a measured spectrum."""
-
-    bl_idname = "underwater.choose_spectrum"
-    bl_label = "Measured Spectra"
-    bl_description = "Give the lamp a measured spectrum: LEDs, halogen, metal halide, xenon"
-
-    spectrum: bpy.props.EnumProperty(
-        name="Spectrum",
-        description="What the lamp emits",
-        items=[(name, text, name) for name, text in LAMP_SPECTRA.items()],
-    )
-    lamp: bpy.props.StringProperty(
-        name="Lamp", description="Which lamp, by the name of its data", options={"SKIP_SAVE"}
-    )
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        light = bpy.data.lights.get(self.lamp)
-        if light is None or not light.is_editable:
-            raise InputError(f"there is no lamp {self.lamp!r} that can be changed")
-        getattr(light, stored_lamps.PROPERTY).spectrum = self.spectrum
-
-
-class OpenWater(ReportingOperator, ImportHelper):
-    """Uses a table of a water."""
-
-    bl_idname = "underwater.open_water"
-    bl_label = "Open Water File"
-    bl_description = f"Use a table of a water: {measured.CONTENT}"
-    filename_ext = ".csv"
-    filter_glob: bpy.props.StringProperty(default=";".join(measured.PATTERNS), options={"HIDDEN"})
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        from ..uw_spectral.water.named import parse_water
-
-        name = f"file:{self.filepath}"
-        parse_water(name)
-        water_settings(context).water = name
-
-
-class OpenSensor(ReportingOperator, ImportHelper):
-    """Uses a file of spectral sensitivities."""
-
-    bl_idname = "underwater.open_sensor"
-    bl_label = "Open Sensor File"
-    bl_description = f"Use a file of spectral sensitivities: {sensors.FILE_CONTENT}"
-    filename_ext = ".csv"
-    filter_glob: bpy.props.StringProperty(
-        default=";".join(sensors.FILE_PATTERNS), options={"HIDDEN"}
-    )
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        name = f"file:{self.filepath}"
-        sensors.parse_sensor(name)
-        water_settings(context).sensor = name
 
 
 class Auto(ReportingOperator):
@@ -368,8 +227,6 @@ CLASSES = (
     AddCloud,
     AddPlumes,
     ChooseSpectrum,
-    OpenWater,
-    OpenSensor,
     Auto,
     Render,
     RenderReference,

@@ -42,3 +42,12 @@ class ReportingOperator(bpy.types.Operator):
         """Report what could not be treated."""
         for note in notes:
             self.report({"WARNING"}, note)
+
+
+class CameraOperator(ReportingOperator):
+    """Needs a camera."""
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.camera is not None

@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from ...datasets.housed_layers import TYPICAL_WAVELENGTH, PortView, seen_layers
 from ...datasets.layer_file import FrameLayers
-from ...settings.render_plan import RenderPlan, housing_of
+from ...settings.descriptions import housing_of
+from ...settings.render_plan import RenderPlan
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.housing import (
     Housing,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...datasets.layer_file import FrameLayers, LayerImage, joined
-from ...settings.render_plan import housing_of
+from ...settings.descriptions import housing_of
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.spectra.spectral_image import read_exr
 from ..water import moving_surface

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import bpy
 
 from ...node_groups import realtime_waves, water_surface
-from ...settings.render_plan import RenderPlan, sea_of
+from ...settings.descriptions import sea_of
+from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.surface.caustics import SUN_RADIUS
 from ...uw_spectral.surface.raised_waves import RaisedWaves

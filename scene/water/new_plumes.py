@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...settings.render_plan import sea_of
+from ...settings.descriptions import sea_of
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.clouds.matter import BUBBLES
 from ...uw_spectral.errors import InputError

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import attributes
-from ...settings.render_plan import RenderPlan, sea_of
+from ...settings.descriptions import sea_of
+from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from ...uw_spectral.surface.whitecaps import foam_reflectance
 from ...uw_spectral.transfer.above_water import light_in_air

@@ -1,0 +1,107 @@
+"""Buttons that add lamps, clouds and plumes of bubbles, and give lamps their spectra."""
+
+# pyright: reportInvalidTypeForm=false
+# Blender declares properties as annotations that are calls.
+
+from __future__ import annotations
+
+from typing import override
+
+import bpy
+
+from ..scene import stored_clouds, stored_lamps, stored_settings
+from ..scene.water import lamp_rigs, new_clouds
+from ..settings.known_words import LAMP_SPECTRA
+from ..uw_spectral.clouds.matter import UNITS
+from ..uw_spectral.errors import InputError
+from .live_updates import refresh
+from .reporting import CameraOperator, ReportingOperator
+
+
+class AddLamps(CameraOperator):
+    """Hangs lamps on the camera."""
+
+    bl_idname = "underwater.add_lamps"
+    bl_label = "Add Lamps"
+    bl_description = "Hang a torch, strobes or the lights of a vehicle on the camera"
+
+    rig: bpy.props.EnumProperty(
+        name="Lamps", description="What to add",
+        items=[(name, rig.label, "") for name, rig in lamp_rigs.RIGS.items()], default="rov2",
+    )  # fmt: skip
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        lamp_rigs.add_rig(context.scene, self.rig)
+        refresh(context.scene)
+
+
+class AddCloud(ReportingOperator):
+    """Adds a cloud before the camera."""
+
+    bl_idname = "underwater.add_cloud"
+    bl_label = "Add Cloud"
+    bl_description = "Add a cloud before the camera: an empty, whose outline is its size"
+
+    constituent: bpy.props.EnumProperty(
+        name="Cloud of",
+        description="What floats in it",
+        items=[(name, *stored_clouds.WORDS[name]) for name in UNITS],
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        made = new_clouds.add_blob(context.scene, self.constituent)
+        for item in context.selected_objects:
+            item.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
+        refresh(context.scene)
+
+
+class AddPlumes(ReportingOperator):
+    """Adds plumes of bubbles below the foam of this frame."""
+
+    bl_idname = "underwater.add_plumes"
+    bl_label = "Add Bubble Plumes"
+    bl_description = (
+        "Add clouds of bubbles below the largest whitecaps before the camera at this frame. By "
+        "keyframes they follow the waves, and thin out in nine seconds"
+    )
+
+    count: bpy.props.IntProperty(name="Plumes", description="How many", default=3, min=1, max=8)
+    keyed: bpy.props.BoolProperty(
+        name="Come and Go", description="Keyframe place and concentration", default=True
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene.water import new_plumes
+
+        chosen = stored_settings.stored_settings(context.scene)
+        new_plumes.add_plumes(context.scene, chosen, self.count, keyed=self.keyed)
+        refresh(context.scene)
+
+
+class ChooseSpectrum(ReportingOperator):
+    """Gives a lamp a measured spectrum."""
+
+    bl_idname = "underwater.choose_spectrum"
+    bl_label = "Measured Spectra"
+    bl_description = "Give the lamp a measured spectrum: LEDs, halogen, metal halide, xenon"
+
+    spectrum: bpy.props.EnumProperty(
+        name="Spectrum",
+        description="What the lamp emits",
+        items=[(name, text, name) for name, text in LAMP_SPECTRA.items()],
+    )
+    lamp: bpy.props.StringProperty(
+        name="Lamp", description="Which lamp, by the name of its data", options={"SKIP_SAVE"}
+    )
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        light = bpy.data.lights.get(self.lamp)
+        if light is None or not light.is_editable:
+            raise InputError(f"there is no lamp {self.lamp!r} that can be changed")
+        getattr(light, stored_lamps.PROPERTY).spectrum = self.spectrum
