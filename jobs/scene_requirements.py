@@ -9,34 +9,27 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..quality.combinations import RAYS, BandChoice, Workload
+from ..quality.combinations import BandChoice, Workload
 from ..quality.methods import Method, method_of
 from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
-from ..quality.seen_points import SeenPoints
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
 from ..scene.readers import clouds
-from ..scene.readers.cameras import camera_depth
 from ..scene.readers.picture_size import rendered_size
-from ..scene.readers.view_tracing import trace_from_above, trace_view
 from ..scene.readers.volume_grids import GridCache
 from ..scene.water import moving_surface
 from ..scene.water.eevee_water import Eye, eevee_water
-from ..scene.water.frame_water import RealtimeWater
-from ..scene.water.occlusion import Cache
 from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
 from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
-from ..uw_spectral.transfer.solved_field import SolvedField
-from ..uw_spectral.transfer.water_column import WaterColumn
 from .job import Job
+from .seen_views import sampled_frames, seen_views
 
 OPTIMISED_COUNTS = (3, 6, 9)
 BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
 
-_FRAMES = 5
 _WAVE_RESOLUTION = 64
 _OCCLUDED = {"diffuse_shadows": True, "shafts": False}
 _WITHOUT_OBJECTS = {"diffuse_shadows": False, "scene_floor": False}
@@ -78,7 +71,7 @@ def choose(
     """
     forget_files()
     before, method = scene.frame_current, method_of(job.engine, job.mode)
-    frames = _sampled(job.frames or (before,))
+    frames = sampled_frames(job.frames or (before,))
     try:
         with as_rendered(scene):
             scene.frame_set(frames[0])
@@ -91,7 +84,7 @@ def choose(
             with quiet():
                 plan = plan_of(chosen)
                 everything = _everything(scene, chosen)
-            views, from_above = _traced(
+            views, from_above = seen_views(
                 scene,
                 (camera, *others),
                 frames,
@@ -147,63 +140,6 @@ def choose(
             off=given - on,
         )
     return Choice(required, _changes(chosen, required, method, keep))
-
-
-def _traced(
-    scene: bpy.types.Scene,
-    eyes: Sequence[bpy.types.Object],
-    frames: Sequence[int],
-    column: WaterColumn,
-    field: SolvedField,
-    occlusion: RenderPlan | None,
-) -> tuple[list[SeenPoints], bool]:
-    """Return what cameras see of the water at frames, and whether any looks from above it.
-
-    ``occlusion`` is what EEVEE draws the occlusion of objects with, if it does.
-    """
-    views: list[SeenPoints] = []
-    from_above = False
-    rays = RAYS // (len(frames) * len(eyes))
-    cache = Cache()
-    for frame in frames:
-        scene.frame_set(frame)
-        for eye in eyes:
-            depth = camera_depth(eye, column.floor_depth)
-            if depth > 0.0:
-                seen = trace_view(scene, eye, column, field, rays=rays)
-                if occlusion is not None:
-                    every = np.ones((3, len(occlusion.bands)))
-                    seen = _with_occlusion(
-                        seen, eevee_water(occlusion, scene, Eye(eye, depth), every, cache)
-                    )
-                views.append(seen)
-                continue
-            from_above = True
-            seen = trace_from_above(scene, eye, column, field, rays=rays).seen
-            if seen is not None:
-                views.append(seen)
-    return views, from_above
-
-
-def _with_occlusion(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
-    """What is seen, with what objects keep of the light as EEVEE draws it."""
-    table, buffer = water.inputs.occlusion, water.inputs.buffer
-    if table is None or buffer is None:
-        return seen
-    hit, rate = np.isfinite(seen.distance), float(water.field.extinction.mean())
-    P = np.where(hit, seen.distance, table.box.reach)
-    points = seen.origin + seen.direction * P[:, None]
-    on_it, on_way = (
-        table.on_patches(points, seen.normal)[:, 0],
-        table.along(seen.origin, seen.direction, P, rate)[:, 0],
-    )
-    return replace(seen, openness=np.where(hit, on_it, 1.0), path_openness=on_way, buffer=buffer)
-
-
-def _sampled(frames: Sequence[int]) -> list[int]:
-    """First, middle, last and a few between."""
-    chosen = np.linspace(0, len(frames) - 1, min(_FRAMES, len(frames))).round().astype(int)
-    return [frames[i] for i in chosen]
 
 
 def _optics(plan: RenderPlan) -> Optics:
