@@ -13,7 +13,7 @@ import bpy
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from . import example_scenes, live_updates, migration, panel_job, preferences
-from .adding_operators import AddCloud, AddLamps, AddPlumes, ChooseSpectrum
+from .added_objects import AddCloud, AddLamps, AddPlumes, ChooseSpectrum
 from .render_operators import FarmBundle, Render, RenderReference
 from .reporting import CameraOperator, ReportingOperator
 
