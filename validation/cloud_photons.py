@@ -47,19 +47,10 @@ def radiance(
     """Return the mean radiance about the middle of a blob, seen from far away.
 
     The forward peak of its phase function counts as unscattered, as :class:`.BluntPhase` says.
-
-    Parameters
-    ----------
-    beam : three floats
-        Unit direction that light of the normal irradiance 1 travels to.
-    views : mapping of str to three floats
-        Unit view directions, away from the camera.
-    isotropic : bool
-        Light of the scalar irradiance 1 from all sides instead.
-    lamp : three floats, optional
-        Place of a lamp of the radiant intensity 1 outside the blob instead, from its middle, m.
-    radius : float
-        Of the disc about the middle that is seen, standard deviations.
+    ``beam`` is the unit direction that light of the normal irradiance 1 travels to; instead there
+    may be light of the scalar irradiance 1 from all sides, or a lamp of the radiant intensity 1 at
+    a place outside the blob, from its middle, m. ``views`` are unit view directions, away from the
+    camera; ``radius`` is that of the disc about the middle that is seen, standard deviations.
     """
     rng = np.random.default_rng(seed)
     blunt = blunt_phase(blob.phase)

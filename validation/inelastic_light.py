@@ -145,15 +145,6 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
     theory takes it for light from all sides, which dies away too fast where
     absorption outweighs scattering, as in the ultraviolet that excites CDOM;
     here it is a second beam, of its mean cosine.
-
-    Examples
-    --------
-    >>> from ..uw_spectral.water.phase_functions import parse_phase
-    >>> column = WaterColumn(Bands.uniform(1), 0.9, 0.1, 0.0, 1.0, (0, 0, -1), 1.0,
-    ...                      math.inf, 0.0, "flat", 1.34)
-    >>> fields = excitation_fields(column, parse_phase("hg:0.8").for_bands([0.1]))
-    >>> sum(field.Ed(2.0) for field in fields).round(2)
-    array([0.33])
     """
     if not (column.reflects and column.sky_radiance.any()):
         return (light_field_of(column, phase),)
@@ -190,22 +181,11 @@ def solve_inelastic(
     emission_field: LightField,
     emission: Bands,
 ) -> InelasticLight:
-    """Solve the light of changed wavelength, once per water.
+    """Solve the light of changed wavelength, once per water; without processes there is none.
 
-    Parameters
-    ----------
-    processes : sequence of InelasticProcess
-        On these bands; an empty one gives no light.
-    excitation_field : LightField, or a sequence of them
-        Elastic light of the excitation bands, irradiances per nm; several add
-        up, see :func:`excitation_fields`.
-    emission_field : LightField
-        Elastic light of the emission bands, in the same water column.
-
-    Raises
-    ------
-    InputError
-        If shapes or columns do not agree.
+    ``excitation_field`` is the elastic light of the excitation bands, irradiances per nm; several
+    add up, see :func:`excitation_fields`. ``emission_field`` is that of the emission bands, in the
+    same water column. Raises InputError if shapes or columns do not agree.
 
     Notes
     -----

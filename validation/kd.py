@@ -16,23 +16,10 @@ from ..uw_spectral.water.optical_properties import Water
 
 
 def Kd_Lee2005(a: ArrayLike, bb: ArrayLike, sun_zenith: float = 30.0) -> NDArray[np.float64]:
-    """Kd between the surface and the depth of 10 % light, 1/m, from a and bb.
+    """Kd between the surface and the depth of 10 % light, 1/m, from a and bb, both in 1/m.
 
-    Parameters
-    ----------
-    a, bb : array_like
-        Absorption and backscattering (molecules and particles), 1/m.
-    sun_zenith : float
-        In air, degrees, 0 to 90.
-
-    Raises
-    ------
-    InputError
-        If a coefficient is negative or not finite, or the sun is below the horizon.
-
-    References
-    ----------
-    Z.-P. Lee, K.-P. Du & R. Arnone, J. Geophys. Res. 110, C02016 (2005).
+    bb is of molecules and particles; the sun is in air, degrees, 0 to 90. Z.-P. Lee, K.-P. Du & R.
+    Arnone, J. Geophys. Res. 110, C02016 (2005).
 
     Examples
     --------
@@ -48,23 +35,12 @@ def jerlov_chlorophyll(water_type: str) -> float:
 
     For the oceanic types I to III. In coastal types other matter adds to
     Kd: there it is an upper bound.
-
-    Examples
-    --------
-    >>> round(jerlov_chlorophyll("II"), 2)
-    0.29
     """
     return float(chlorophyll_Morel2007(Water.jerlov(water_type).Kd([490.0]))[0])
 
 
 def chlorophyll_jerlov(chlorophyll: float) -> str:
-    """Oceanic Jerlov type whose Kd(490) is closest to a case 1 water's (ratio-wise).
-
-    Examples
-    --------
-    >>> chlorophyll_jerlov(0.3)
-    'II'
-    """
+    """Oceanic Jerlov type whose Kd(490) is closest to a case 1 water's (ratio-wise)."""
     Kd = float(Kd490_Morel2007(chlorophyll))
     oceanic = ("I", "IA", "IB", "II", "III")
     return min(oceanic, key=lambda t: abs(math.log(Water.jerlov(t).Kd([490.0])[0] / Kd)))

@@ -125,19 +125,10 @@ def orders(
 ) -> NDArray[np.float64]:
     """Radiance by order of scattering, for albedo 1 and intensity 1, shape (batches, count).
 
-    Parameters
-    ----------
-    x, w : array, shape (n, 3)
-        Starts and unit directions of the rays; their mean is returned.
-    P : float
-        Length of the first part of each ray; light from beyond it does not count.
-    lamp, axis : array, shape (3,)
-    profile : callable
-        Of the cosine from the axis.
-    batches : int
-        Parts that the rays are divided into, for the error.
-    weight : array, shape (n,)
-        Of the rays.
+    It is the mean over rays that start at x into the unit directions w, shape (n, 3), with a weight
+    each; light from beyond P, the length of their first part, does not count. Place and axis of the
+    lamp have the shape (3,); its profile is of the cosine from the axis. The rays are divided into
+    batches for the error.
     """
     found = np.empty((batches, count))
     weight = weight * np.ones(len(x))

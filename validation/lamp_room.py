@@ -96,16 +96,9 @@ def traced(
 ) -> Array:
     """Radiance over the lamps' intensity by what the light met, shape (rows, columns, 4, BATCHES).
 
-    Parameters
-    ----------
-    lamps : sequence of Lamp
-        Spots, of one intensity; places as seen from the camera.
-    water : tuple of float
-        Absorption and scattering, 1/m.
-    reflectance : array, shape (1 + k,)
-        Of the objects, in the one band.
-    photons : tuple of int
-        From the lamps, in each batch; rays of each block.
+    Lamps are spots of one intensity, at places as seen from the camera; the water is its absorption
+    and scattering, 1/m; the reflectance, shape (1 + k,), that of the objects in the one band;
+    photons are those from the lamps in each batch, and rays of each block.
     """
     rows = np.array([(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps])
     tables = phase.log_s2, phase.log_p, phase.fraction, phase.edges

@@ -21,19 +21,9 @@ def bio_optical_medium(
 ) -> tuple[list[Constituent], list[InelasticInteraction]]:
     """Return constituents and inelastic processes for :func:`.simulate`.
 
-    Parameters
-    ----------
-    bands : Bands
-        They carry excitation and emission: let them reach down to 300 nm.
-    switched_on : sequence of str
-        Any of :data:`.PROCESSES`; they keep these names with "light" added.
-    quantum_yield : float
-        Of chlorophyll.
-
-    Raises
-    ------
-    InputError
-        If a process is unknown or a band lies outside the tables.
+    The bands carry excitation and emission: let them reach down to 300 nm. ``switched_on`` are any
+    of :data:`.PROCESSES`, which keep these names with "light" added; the quantum yield is that of
+    chlorophyll. Raises InputError if a process is unknown or a band lies outside the tables.
     """
     nm = bands.centres
     absorption, scattering = constituents.absorptions(nm), constituents.scatterings(nm)

@@ -108,13 +108,9 @@ def interactions(
     """List every event that can happen to a photon.
 
     Absorption and scattering of the column are what the constituents add up to; in their place
-    there may be the phase function of its scattering alone.
-
-    Raises
-    ------
-    InputError
-        If the column has layers, the parts do not add up to it, bands do not fit, a name
-        appears twice, or a process takes more than its absorber absorbs.
+    there may be the phase function of its scattering alone. Raises InputError if the column has
+    layers, the parts do not add up to it, bands do not fit, a name appears twice, or a process
+    takes more than its absorber absorbs.
     """
     column.require_one_layer("Monte Carlo knows")
     n = len(column.bands)
