@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import math
-from typing import TYPE_CHECKING, Any, ClassVar, override
+from typing import TYPE_CHECKING, Any, override
 
 import bpy
 
-from ..scene import stored_materials
 from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from ..scene.unsupported import unsupported, unsupported_of_camera
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.fluorophore import parse_fluorophore
 from . import migration, presets, previews
 from .panel_parts import (
     LOOK_SCALE,
@@ -223,40 +221,6 @@ def _colour(colour: DominantColour) -> str:
     return f"{colour.name}, {abs(colour.wavelength):.0f} nm{complementary}"
 
 
-class MaterialPanel(bpy.types.Panel):
-    """What a material stores: in the Properties editor, tab Material."""
-
-    bl_idname = "UNDERWATER_PT_material"
-    bl_label = "Underwater"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "material"
-    bl_options: ClassVar = {"DEFAULT_CLOSED"}
-
-    @override
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return context.material is not None
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        own = getattr(context.material, stored_materials.PROPERTY)
-        self.layout.use_property_split = True
-        self.layout.prop(own, "filled_with_air")
-        self.layout.prop(own, "porous")
-        self.layout.prop(own, "fluorophore")
-        if not own.fluorophore.strip():
-            return
-        self.layout.prop(own, "fluorescence")
-        say(self.layout, "Real time and bands draw it; the reference of Cycles leaves it out.")
-        try:
-            fluorescence = stored_materials.fluorescence_of(context.material)
-            assert fluorescence is not None
-            parse_fluorophore(fluorescence.fluorophore)
-        except InputError as error:
-            say(self.layout, str(error), "ERROR")
-
-
 CLASSES = (
     MainPanel,
     LooksPanel,
@@ -313,11 +277,11 @@ def register(tab: str = TAB) -> None:
     """Register the panels."""
     for cls in CLASSES:
         cls.bl_category = tab
-    for cls in (*CLASSES, *PROPERTIES, MaterialPanel):
+    for cls in (*CLASSES, *PROPERTIES):
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Unregister the panels."""
-    for cls in reversed((*CLASSES, *PROPERTIES, MaterialPanel)):
+    for cls in reversed((*CLASSES, *PROPERTIES)):
         bpy.utils.unregister_class(cls)
