@@ -67,11 +67,7 @@ def _sum(place: int) -> str:
 def iterated(
     graph: Graph, count: int, state: Sequence[Operand], step: Callable[..., Sequence[Operand]]
 ) -> tuple[NodeValue, ...]:
-    """Take numbers through the steps of a repeat zone.
-
-    ``step`` makes the nodes of one iteration, for its index and the numbers before it; it returns
-    those after it.
-    """
+    """Take numbers through a repeat zone; ``step`` makes the nodes of one iteration."""
     begin, end = _zone(graph, count)
     end.repeat_items.clear()
     names = [f"State {place}" for place in range(len(state))]
@@ -88,7 +84,6 @@ def iterated(
 
 
 def _zone(graph: Graph, count: int | NodeValue) -> tuple[bpy.types.Node, bpy.types.Node]:
-    """Make the ends of a repeat zone."""
     begin = graph.node("GeometryNodeRepeatInput")
     end = graph.node("GeometryNodeRepeatOutput")
     begin.pair_with_output(end)

@@ -124,8 +124,6 @@ def build_class() -> bpy.types.GeometryNodeTree:
 
 
 class _Chance:
-    """Random values of each particle, from 0 to 1."""
-
     def __init__(self, graph: Graph, seed: bpy.types.NodeSocket) -> None:
         self._graph, self._seed = graph, seed
 
@@ -211,7 +209,6 @@ def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.
 
 
 def _in_own_space(graph: Graph, geometry: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    """Take geometry from the world's space to that of the object."""
     seat = graph.node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
     graph.tree.links.new(graph.node("GeometryNodeSelfObject").outputs[0], seat.inputs["Object"])
     back = graph.node("FunctionNodeInvertMatrix")

@@ -95,7 +95,6 @@ class Occlusion:
         return self._box.mixed(first, w, functools.partial(self._at, place), NODES)
 
     def _at(self, place: Sequence[NodeValue], tile: NodeValue) -> NodeValue:
-        """Look up a place in one of the tiles."""
         x, y, z = place
         columns, rows, levels = (last + 1.0 for last in self._box.last)
         z = NODES.minimum(z, self._box.last[2] - _BEFORE_LAST)

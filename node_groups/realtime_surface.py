@@ -186,7 +186,6 @@ class _Surface:
         return found | in_group(graph, path, {})
 
     def seen(self) -> Operand:
-        """Radiance that the camera sees."""
         seen = self._water.seen(self._pixel.total, self._given[COVERAGE])
         dry = self._is_dry()
         if dry is not None:
@@ -223,7 +222,6 @@ class _Surface:
         return dict(zip(wanted, columns, strict=True)) | {FRACTION: fraction}
 
     def layers(self) -> dict[str, Operand]:
-        """What is written beside the picture."""
         if not self._shape.layers:
             return {}
         wanted, here = self._shape.layers, self._pixel

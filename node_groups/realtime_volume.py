@@ -27,8 +27,8 @@ ANISOTROPY = 0.8
 def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     """Build the material.
 
-    A coefficient cannot be negative: where a channel's sum over the bands is,
-    the volume draws nothing and the surfaces keep that light, without shadows.
+    Where a channel's sum over the bands is negative, which no coefficient can be, the volume draws
+    nothing and the surfaces keep that light, without shadows.
     """
     material, graph, output = new_material(NAME)
     water = PixelWater(graph, shape, sources)

@@ -70,10 +70,10 @@ def new_images(*, raised: bool = False, foam: bool = False) -> WaveImages:
 
 
 def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = False) -> None:
-    """Put the waves of a moment into images.
+    """Put the waves of a moment into images, see :func:`.write_pixels`.
 
-    An image of another size takes the place of one that does not fit, wherever it is used. With
-    ``fresh`` all are replaced: Cycles keeps what it has read of one while its data are persistent.
+    With ``fresh`` all are replaced: Cycles keeps what it has read of one while its data are
+    persistent.
     """
     write_pixels(images.caustics, waves.caustics_image(), fresh=fresh)
     write_pixels(images.slopes, waves.slopes_image(), fresh=fresh)

@@ -43,7 +43,6 @@ def build(
 
 
 def _bands_of(graph: Graph, image: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    """Return the three bands of an image as a vector."""
     split, vector = graph.node("CompositorNodeSeparateColor"), graph.node("ShaderNodeCombineXYZ")
     graph.tree.links.new(image, split.inputs[0])
     for band, socket in zip(split.outputs, vector.inputs, strict=False):
@@ -52,7 +51,6 @@ def _bands_of(graph: Graph, image: bpy.types.NodeSocket) -> bpy.types.NodeSocket
 
 
 def _weighed(graph: Graph, vector: bpy.types.NodeSocket, weights: NDArray[np.float64]) -> NodeValue:
-    """Return the sum of three bands by their weights."""
     node = graph.node("ShaderNodeVectorMath", operation="DOT_PRODUCT")
     graph.tree.links.new(vector, node.inputs[0])
     node.inputs[1].default_value = weights.tolist()

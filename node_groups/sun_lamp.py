@@ -15,8 +15,7 @@ def build(
 ) -> bpy.types.SunLight:
     """Build the lamp of a sun whose disc is seen under a diameter in radians.
 
-    ``irradiance`` is the attribute that holds what it brings on a plane across its light, times
-    ``gain``.
+    It brings the attribute ``irradiance`` times ``gain`` on a plane across its light.
     """
     light = bpy.data.lights.new(NAME, "SUN")
     light.energy = 1.0

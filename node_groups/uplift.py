@@ -84,8 +84,7 @@ def weighed(columns: Iterable[NodeValue], colour: NodeValue) -> Operand:
 def _measured(name: str) -> bpy.types.ShaderNodeTree:
     """Build the group that puts a measured reflectance in the place of a colour.
 
-    The colour input is kept, unused, so that the colour's own link has a home
-    until the water is removed.
+    The colour input is kept, so that the colour's own link has a home until the water is removed.
     """
     group = OpenGroup(name, {COLOR_INPUT: VECTOR, MEASURED_INPUT: VECTOR})
     return group.finished({_BANDS: group.given[MEASURED_INPUT]})

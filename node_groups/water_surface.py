@@ -54,11 +54,10 @@ _NUMBERS = (
 def build(
     refractive_index: float, images: WaveImages | None = None, *, from_air: bool = True
 ) -> bpy.types.Material:
-    """Build the material; the surface's normal points up, into the air.
+    """Build the material; the surface's normal points up, into the air. Images are those of waves.
 
-    The index is the water's; images are those of waves. Where no camera may be in the air, light
-    that objects in the air have from the water's side comes with the factor n² that it has in the
-    water.
+    Where no camera may be in the air, light that objects in the air have from the water's side
+    comes with the factor n² that it has in the water.
     """
     material, graph, output = new_material(NAME)
     path = graph.node("ShaderNodeLightPath").outputs
@@ -104,7 +103,6 @@ def _with_foam(
     glass: bpy.types.NodeSocket,
     normal: NodeValue,
 ) -> bpy.types.NodeSocket:
-    """Shader of the surface with foam on it."""
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     x, y, _ = graph.components(graph.term(geometry["Position"]))
     foam = foam_at(graph, number.__getitem__, images, x, y, filtered=True)

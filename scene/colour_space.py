@@ -133,7 +133,6 @@ def _images_as_colours() -> set[bpy.types.Image]:
 
 
 def _animated_colours() -> Iterator[str]:
-    """Names of materials, worlds and lamps with an animated colour."""
     owners = [*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights, *bpy.data.node_groups]
     for owner in owners:
         for block in (owner, getattr(owner, "node_tree", None)):

@@ -21,9 +21,8 @@ FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 FLOOR_DEPTH = "uw_floor_depth"
 """Mark of the added floor: its depth in m."""
-CAUSTICS, SLOPES, LONG_WAVES = "uw_caustics", "uw_slopes", "uw_long_waves"
-CROWDING, LONG_CROWDING = "uw_crowding", "uw_long_crowding"
-"""Parts that are the images of the moving surface."""
+IMAGES = "uw_caustics", "uw_slopes", "uw_long_waves", "uw_crowding", "uw_long_crowding"
+"""Parts that are the images of the moving surface, as :class:`.WaveImages` has them."""
 FOLLOWS, FOLLOWERS = "uw_follows", "uw_followers"
 """Mark of a lamp that follows one of the scene's: its number; of the collection: how many do."""
 HIDDEN, UNSEEN = "uw_hidden", "uw_unseen"
@@ -61,8 +60,7 @@ def part(scene: bpy.types.Scene, name: str) -> bpy.types.ID | None:
 
 def images(scene: bpy.types.Scene) -> WaveImages:
     """Return the images of the moving surface of a scene."""
-    names = CAUSTICS, SLOPES, LONG_WAVES, CROWDING, LONG_CROWDING
-    return WaveImages(*(part(scene, name) for name in names))
+    return WaveImages(*(part(scene, name) for name in IMAGES))
 
 
 def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:

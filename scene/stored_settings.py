@@ -61,8 +61,7 @@ def _property(setting: Setting, on_change: OnChange | None) -> object:
 def register(on_change: OnChange | None = None, on_material_change: OnChange | None = None) -> None:
     """Add ``underwater`` to scenes, and to what else stores something.
 
-    The callables get the group and the context whenever a setting, or what a material stores, is
-    set.
+    The callables get group and context whenever a setting, or what a material stores, is set.
     """
     stored = (
         {name: _property(setting, on_change) for name, setting in SETTINGS.items()},

@@ -88,10 +88,9 @@ def give_back(view: bpy.types.ColorManagedViewSettings, kept: Mapping[str, Any])
 
 
 def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) -> None:
-    """Write scene-linear Rec.709, shape (height, width, 3), as an 8-bit PNG as it is shown.
+    """Write scene-linear Rec.709, shape (height, width, 3 or 4), as an 8-bit PNG as it is shown.
 
-    A fourth channel is alpha, by which the colours are multiplied already. InputError if the file
-    cannot be written.
+    A fourth channel is alpha, which the colours hold already. InputError if it cannot be written.
     """
     if is_plain(tone, contrast):
         write_png(path, rgb)

@@ -63,10 +63,10 @@ class CyclesLayers:
         *,
         is_first: bool,
     ) -> tuple[NDArray[np.float32], FrameLayers]:
-        """Render a pass of bands, with files beside a path for the moment.
+        """Render a pass of bands, what all passes of a frame share with the first; files lie beside
+        a path.
 
-        What is the same for all passes of a frame is rendered with the first. Returns the image,
-        shape (height, width, 3), and layers.
+        Returns the image, shape (height, width, 3), and layers.
         """
         switches = [_SWITCHES[name] for name in self.drawn]
         switches += denoising_guides.SWITCHES if self.guides else ()

@@ -10,6 +10,7 @@ import bpy
 
 from ...quality.methods import Device
 from ...uw_spectral.errors import InputError
+from .. import contents
 from ..temporary import render_settings
 
 # White water with an inner reflecting surface needs them: 32 lose a percent, 64 do not.
@@ -89,20 +90,16 @@ def _samples_more_than_the_sun(scene: bpy.types.Scene) -> bool:
     """Whether the sky is sampled, or a material of the file may emit."""
     if scene.world is None or scene.world.cycles.sampling_method != "NONE":
         return True
-    trees = (material.node_tree for material in bpy.data.materials)
-    return any(_may_emit(tree) for tree in trees if tree is not None)
+    trees = {material.node_tree for material in bpy.data.materials} - {None}
+    trees |= contents.inner_groups(trees)
+    return any(_may_emit(node) for tree in trees for node in tree.nodes)
 
 
-def _may_emit(tree: bpy.types.NodeTree) -> bool:
-    for node in tree.nodes:
-        if node.type in {"EMISSION", "SCRIPT"}:
-            return True
-        strength = node.inputs.get("Emission Strength")
-        if strength is not None and (strength.is_linked or strength.default_value > 0.0):
-            return True
-        if node.type == "GROUP" and node.node_tree is not None and _may_emit(node.node_tree):
-            return True
-    return False
+def _may_emit(node: bpy.types.Node) -> bool:
+    if node.type in {"EMISSION", "SCRIPT"}:
+        return True
+    strength = node.inputs.get("Emission Strength")
+    return strength is not None and (strength.is_linked or strength.default_value > 0.0)
 
 
 def device_of(scene: bpy.types.Scene) -> Device:

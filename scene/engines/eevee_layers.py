@@ -69,12 +69,12 @@ class EeveeLayers:
         *,
         is_first: bool,
     ) -> tuple[NDArray[np.float32], FrameLayers]:
-        """Render a pass of bands, with files beside a path for the moment.
+        """Render a pass of bands, what all passes of a frame share with the first; files lie beside
+        a path.
 
-        What is the same for all passes of a frame is rendered with the first. The shaders' layers
-        are to be multiplied by ``scale``, shape (3,); ``to_sensor``, shape (3, 3), leads from the
-        picture to what the layers are in. Returns the image as it was drawn, shape (height, width,
-        3), and layers.
+        The shaders' layers are to be multiplied by ``scale``, shape (3,); ``to_sensor``, shape (3,
+        3), leads from the picture to what they are in. Returns the image as it was drawn, and
+        layers.
         """
         switches = ()
         if is_first and "cryptomatte" in self.wanted:

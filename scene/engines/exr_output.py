@@ -22,10 +22,9 @@ def write_exr(
 ) -> None:
     """Render a scene, whose image format stays changed, into a 32-bit EXR.
 
-    It holds every pass of the view layer, or the picture's RGB, with alpha if wanted, and is
-    written under a temporary name and renamed. InputError if nothing was written (folder gone, disk
-    full); KeyboardInterrupt if it was asked for meanwhile, or the render was cancelled: in Blender,
-    Ctrl+C or Esc.
+    It holds every pass of the view layer, or the picture's RGB, with alpha if wanted. InputError if
+    nothing was written (folder gone, disk full); KeyboardInterrupt if it was asked for meanwhile,
+    or the render was cancelled: in Blender, Ctrl+C or Esc.
     """
     render = scene.render
     image = render.image_settings

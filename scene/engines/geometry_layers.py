@@ -134,12 +134,11 @@ def cryptomatte_layers(scene: bpy.types.Scene, passes: Passes) -> FrameLayers:
     return FrameLayers(layers, {}, attributes)
 
 
-def as_layer(name: str, values: NDArray[Any], note: str = "") -> LayerImage:
+def as_layer(name: str, values: NDArray[Any]) -> LayerImage:
     """Return a map as a layer."""
     about = layer(name)
     image = values if values.ndim == 3 else values[..., None]
-    text = f"{about.text}; {note}" if note else about.text
-    return LayerImage(image, about.channels, about.units, text, about.whole)
+    return LayerImage(image, about.channels, about.units, about.text, about.whole)
 
 
 def _numbered(scene: bpy.types.Scene) -> list[tuple[str, str, list[str]]]:

@@ -173,8 +173,6 @@ class _Warp:
     port: PortView | None = None
 
     def around(self, draw: RenderPass) -> RenderPass:
-        """Return what renders a pass and moves it."""
-
         def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
             with port_eye.picture_of(self.scene, self.look.view):
                 port = self._seen(path)

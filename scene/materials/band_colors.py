@@ -65,10 +65,9 @@ type Maker = Callable[[bpy.types.NodeTree, str], bpy.types.Node]
 
 
 def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
-    """Put EEVEE's groups before the colours of the closures in a tree and in its groups.
+    """Put EEVEE's groups, of the kinds of :mod:`.uplift`, before the colours of a tree's closures.
 
-    ``make`` makes the kinds of :mod:`.uplift`; ``measured`` is whether the base colour gives way to
-    a measured reflectance.
+    In its groups, too; ``measured`` is whether the base colour gives way to a measured reflectance.
     """
     for node, socket in _colours(tree):
         if node.bl_idname in _CLEAR or socket.name in _FILTERS:
@@ -192,7 +191,6 @@ def _colours(tree: bpy.types.NodeTree) -> Iterator[tuple[bpy.types.Node, bpy.typ
 
 
 def _groups(tree: bpy.types.NodeTree) -> list[bpy.types.NodeTree]:
-    """Return the user's own groups in a tree."""
     found = [n.node_tree for n in tree.nodes if n.bl_idname == "ShaderNodeGroup" and MARK not in n]
     own = [g for g in found if g is not None and g.is_editable and MARK not in g]
     return list(dict.fromkeys(own))

@@ -19,8 +19,8 @@ _MOST_FRAMES = 1_048_574
 def texels(node: bpy.types.ShaderNodeTexImage, places: Array) -> Array:
     """Return what an image texture shows, scene-linear with its alpha beside it, shape (n, 4).
 
-    Frames, tiles and colour spaces are Blender's own (``Texture.evaluate``). Places have shape (n,
-    2) or more columns; an image lies in 0 to 1.
+    Frames, tiles and colour spaces are Blender's own (``Texture.evaluate``). An image lies in 0 to
+    1.
     """
     image = node.image
     if image is None:

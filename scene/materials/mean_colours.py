@@ -133,12 +133,9 @@ def _shown(
 
 @dataclass
 class _Closures:
-    """Follows the shaders of one material."""
-
     sockets: SampledSockets
 
     def of(self, socket: bpy.types.NodeSocket) -> _Shown:
-        """Return what arrives at a shader's input."""
         output = source(socket)
         if output is None:
             return _DARKNESS

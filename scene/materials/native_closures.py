@@ -67,7 +67,6 @@ def has_sunlight(group: bpy.types.NodeTree) -> bool:
 
 
 def _is_lit_first(group: bpy.types.NodeTree) -> bool:
-    """Whether wet materials use a group whose closures were not kept."""
     return not has_sunlight(group) and OPENED in group
 
 

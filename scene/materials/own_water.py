@@ -56,8 +56,7 @@ def hide(scene: bpy.types.Scene) -> None:
 def found(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.Object, str]]:
     """Yield sea surfaces and bodies of water among a scene's meshes, and what each is.
 
-    A surface is wide, nearly level, at z = 0, and refracts; a body has a volume, and the camera is
-    in it.
+    A surface is wide, nearly level, at z = 0, and refracts; a body is one that the camera is in.
     """
     camera = scene.camera
     known: dict[bpy.types.Material, tuple[bool, bool]] = {}

@@ -154,7 +154,6 @@ def remove(wet: Collection[bpy.types.Material]) -> list[str]:
 
 
 def _clear(tree: bpy.types.NodeTree) -> list[str]:
-    """Give a tree back as the user had it."""
     ours = [node for node in tree.nodes if MARK in node or INSERTED in node]
     gone = any(n.bl_idname == "ShaderNodeGroup" and n.node_tree is None for n in ours)
     for node in [n for n in tree.nodes if MUTED_VOLUME in n]:

@@ -35,8 +35,7 @@ def filled_view(
 ) -> VisibilityBuffer:
     """Return what surfaces, and threads beside them, fill of the view of a camera in the water.
 
-    Nothing without surfaces or a camera, or if its rays do not come from one place; ``floor_depth``
-    is that of the floor of the water, m.
+    Nothing without surfaces or a camera, or if its rays do not come from one place.
     """
     if camera is None or surfaces is None or camera.data.type == "ORTHO":
         return empty_buffer()

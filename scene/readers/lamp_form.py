@@ -58,8 +58,7 @@ class LampForm:
 def form_of(lamp: ShownLamp, nodes: LampNodes, n: float) -> LampForm:
     """Return the form of a lamp with its nodes in water of a refractive index.
 
-    InputError if a file cannot be used, or the intensity on the axis is asked for where there is
-    none.
+    InputError if a file cannot be used, or there is no intensity on the axis, and it is asked for.
     """
     light, chosen = lamp.light, stored_lamp(lamp.light)
     measured = _measured(chosen, files_of(light).get(PROFILE))

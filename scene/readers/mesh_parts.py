@@ -211,7 +211,6 @@ def _arrays(
     painted: Mapping[str, tuple[str, NDArray[np.float32]]],
     digest: bytes,
 ) -> MeshArrays:
-    """Return the triangles of a mesh with some materials."""
     found = mesh.loop_triangles
     count = len(found)
     corners, faces = np.empty((count, 3), np.int32), np.empty(count, np.int32)

@@ -140,7 +140,6 @@ def window_eye(
 def _pinhole_below(
     scene: bpy.types.Scene, camera: bpy.types.Object
 ) -> tuple[Array, PinholeCamera] | None:
-    """Return pose and intrinsics of a camera in the water, if it is a pinhole."""
     if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
         return None
     pose = pose_of(camera)
@@ -271,7 +270,6 @@ def _changes(item: bpy.types.Object) -> bool:
 
 
 def _top(item: bpy.types.Object) -> float:
-    """Height of the highest corner of an object's box, m."""
     return max((item.matrix_world @ Vector(corner)).z for corner in item.bound_box)
 
 

@@ -34,8 +34,7 @@ def missing_notes(scene: bpy.types.Scene, frames: Sequence[int]) -> tuple[str, .
 def missing_data(scene: bpy.types.Scene, frames: Sequence[int]) -> tuple[str, ...]:
     """Return what is not there and renders of a scene need, a clause each: what, where, what to do.
 
-    Asked before the water is put in. Pictures are read, and sequences at all frames, so this is for
-    jobs and not for a panel that is drawn.
+    Asked before the water is put in. Pictures are read, at all frames: for jobs, not for a panel.
     """
     used = _used(scene)
     found = [*_linked(used), *_files(used), *_pictures(used, frames), *_volumes(used, frames)]
@@ -175,7 +174,6 @@ def _shown(frame: int, start: int, length: int, *, repeats: bool) -> int:
 
 
 def _numbered(path: Path, number: int) -> Path:
-    """Return a file of a sequence by its number."""
     name = _DIGITS.sub(lambda found: f"{number:0{len(found[1])}d}", path.name)
     return path.with_name(name)
 

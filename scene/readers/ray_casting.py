@@ -47,7 +47,6 @@ class _Mesh:
 
     @functools.cached_property
     def tree(self) -> BVHTree:
-        """Search tree in the mesh's own space."""
         return _tree(self.vertices, self.triangles)
 
     @functools.cached_property
@@ -115,10 +114,9 @@ class PlacedMesh:
 
 
 class Meshes:
-    """Every mesh that renders show, instances included, but what is to be left out.
+    """Every mesh that renders show, less what is left out, until the depsgraph is evaluated again.
 
-    Rays can be cast until the depsgraph is evaluated again; ``ray`` is what for, see
-    :func:`.visible_meshes`.
+    ``ray`` is what rays are cast for, see :func:`.visible_meshes`.
     """
 
     def __init__(

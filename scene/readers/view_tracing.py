@@ -85,8 +85,7 @@ def trace_from_above(
 ) -> ViewFromAbove:
     """Return what a camera over the water sees at the current frame, but for objects in the air.
 
-    As :func:`trace_view`; about so many ``rays`` of those in the water are looked at, all by
-    default.
+    As :func:`trace_view`; of those rays in the water all are looked at by default.
     """
     origin, direction = cameras.ray_arrays(scene, camera, *grid)
     forward = np.array(cameras.turn_of(camera) @ Vector((0.0, 0.0, -1.0)))
@@ -116,7 +115,6 @@ def _with_shadows(
     skyward: int,
     steps: int,
 ) -> SeenPoints:
-    """Look for the shadows of what is seen."""
     end = np.minimum(seen.reached, _to_surface(seen.origin, seen.direction))
     along = end[:, None] * (np.arange(steps) + 0.5) / steps
     stations = seen.origin[:, None] + seen.direction[:, None] * along[..., None]

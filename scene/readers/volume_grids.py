@@ -52,8 +52,8 @@ class GridCache:
     ) -> tuple[list[Cloud], list[str]]:
         """Return clouds of volume objects with their grids, and what to say of the others.
 
-        ``unchanged`` is whether densities of this frame that were read may be taken to be as they
-        were. InputError names an object that is flat.
+        ``unchanged``: what was read of this frame still holds. InputError names an object that is
+        flat.
         """
         clouds, notes = [], []
         for item, cloud in found:

@@ -28,8 +28,7 @@ def above(
 ) -> bool:
     """Whether a camera may have air before its glass, now or where it is at frames of a job.
 
-    The third number of each eye is its height, m; the surface may fall by ``trough`` below its mean
-    level, m.
+    The surface may fall by ``trough`` below its mean level, m.
     """
     return any(eye[2] > -PORT - trough for eye in (eye_of(camera), *eyes))
 

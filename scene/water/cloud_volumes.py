@@ -103,7 +103,6 @@ def _phases(found: SceneClouds, plan: RenderPlan) -> list[CyclesPhase]:
 
 
 def _box(item: bpy.types.Object) -> bpy.types.Object:
-    """Make the box about a blob, in the space of its object."""
     half = 0.5 * REACH * outline(item)
     corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)]
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -113,7 +112,6 @@ def _box(item: bpy.types.Object) -> bpy.types.Object:
 
 
 def _copy(item: bpy.types.Object) -> bpy.types.Object:
-    """Copy a volume object with its modifiers, parent and animation."""
     made = item.copy()
     made.data = item.data.copy()
     made.name = NAME

@@ -194,7 +194,6 @@ def _suns_differ(column: WaterColumn) -> bool:
 
 
 def _lid(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
-    """Make the lid of :mod:`.sun_lid`, which only shadow rays meet."""
     item = plane("UW Sun Lid", extent.half_width + _LID_REACH * _LID_HEIGHT, _LID_HEIGHT)
     item.data.materials.append(material)
     for kind in ("camera", "diffuse", "glossy", "transmission", "volume_scatter"):
@@ -205,7 +204,6 @@ def _lid(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:
 def _layers(
     column: WaterColumn, phases: Sequence[CyclesPhase], extent: WaterExtent, *, raised: bool
 ) -> list[bpy.types.Object]:
-    """Make a box for each layer of the water, one upon the other."""
     gap = _gap(column.attenuation)
     tops, bottoms = [gap if column.reflects else 0.0], []
     above = column.attenuation

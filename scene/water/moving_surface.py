@@ -76,8 +76,7 @@ def limits(
 ) -> list[str]:
     """Return what is not drawn right of a surface with heights, a line each; none of a plane.
 
-    The third number of each eye at the frames of a job is its height, m; see
-    :func:`.raised_limits`.
+    Heights of the eyes at the frames of a job, m, count; see :func:`.raised_limits`.
     """
     if not has_heights(settings):
         return []

@@ -62,7 +62,6 @@ class _Inputs:
         return self.field is other.field and self.bands == other.bands and grids
 
     def rays(self, before: Rays | None) -> Rays:
-        """Cast them; those of another frame may serve."""
         to_sun = -np.asarray(self.field.sun)
         return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse, before)
 

@@ -148,7 +148,6 @@ def dress(item: bpy.types.Object, tree: bpy.types.NodeTree, material: bpy.types.
 
 
 def _material(scene: bpy.types.Scene, wet: Wet, *, bubbles: bool) -> bpy.types.Material:
-    """Return the one material of grains or of bubbles in the water of a scene."""
     for name, item in _objects(scene).items():
         if (name == BUBBLES) == bubbles:
             return item.data.materials[0]

@@ -103,14 +103,8 @@ def add(
         items.append(_follower(lamp, leader, seen=filling.traced))
         items[-1][marks.FOLLOWS] = number
     if filling.images is not None:
-        parts[marks.CAUSTICS], parts[marks.SLOPES] = filling.images.caustics, filling.images.slopes
-        for name, image in (
-            (marks.LONG_WAVES, filling.images.far),
-            (marks.CROWDING, filling.images.crowding),
-            (marks.LONG_CROWDING, filling.images.far_crowding),
-        ):
-            if image is not None:
-                parts[name] = image
+        found = zip(marks.IMAGES, vars(filling.images).values(), strict=True)
+        parts |= {name: image for name, image in found if image is not None}
     if filling.floor is not None:
         parts[marks.FLOOR] = filling.floor
         items.append(water_body.floor_plane(extent, filling.floor))
@@ -187,8 +181,7 @@ def link(scene: bpy.types.Scene, item: bpy.types.Object) -> None:
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:
     """Turn the sun and move the floor of a scene's water to where they are.
 
-    ``own_seabed`` is the depth in m of a floor that continues the scene's own seabed; it is hidden
-    if infinite.
+    A floor at the depth ``own_seabed``, m, continues the scene's own; it is hidden if infinite.
     """
     for item in marks.objects(scene):
         if item.get(marks.IS_SUN):

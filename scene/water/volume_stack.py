@@ -43,7 +43,6 @@ def notes(scene: bpy.types.Scene, eyes: Sequence[Sequence[float]], more: int = 0
 
 
 def _counts(low: Array, high: Array, places: Array) -> int:
-    """Most boxes that a place is in."""
     within = (places[:, None] >= low) & (places[:, None] <= high)
     return int(within.all(axis=2).sum(axis=1).max(initial=0))
 
