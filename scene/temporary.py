@@ -10,7 +10,7 @@ import bpy
 
 from .rendered import collections_of, dry_switches, rendered_layer
 
-# The writer of the image sets these; restored in the reverse of this order.
+# Restored in the reverse of this order.
 _IMAGE_SETTINGS = ("exr_codec", "color_depth", "color_mode", "file_format", "media_type")
 
 
@@ -50,13 +50,12 @@ def render_settings(
         (rendered, "samples", 0),
         (scene.render, "use_freestyle", False),
     ]
-    with held([*wanted, *layers]), contextlib.ExitStack() as stack:
-        for owner, names in (
-            (scene.render, ("filepath", "use_file_extension")),
-            (scene.render.image_settings, _IMAGE_SETTINGS),
-        ):
-            for name in names:
-                stack.callback(setattr, owner, name, getattr(owner, name))
+    # The writer of the image changes these.
+    image = scene.render.image_settings
+    written = [(scene.render, name) for name in ("filepath", "use_file_extension")]
+    written += [(image, name) for name in _IMAGE_SETTINGS]
+    kept = [(owner, name, getattr(owner, name)) for owner, name in written]
+    with held([*wanted, *layers, *kept]):
         yield rendered
 
 

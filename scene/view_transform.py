@@ -98,7 +98,9 @@ def write_shown(path: Path, rgb: NDArray[np.float32], tone: str, contrast: str) 
     height, width, channels = rgb.shape
     pixels = np.ones((height, width, 4), dtype=np.float32)
     pixels[..., :channels] = np.nan_to_num(rgb)[::-1]
-    with _display(tone, contrast) as scene, _picture(width, height) as image:
+    with _display(tone, contrast) as scene, contextlib.ExitStack() as stack:
+        image = bpy.data.images.new(_NAME, width, height, float_buffer=True)
+        stack.callback(bpy.data.images.remove, image)
         settings = scene.render.image_settings
         settings.media_type, settings.file_format = "IMAGE", "PNG"
         settings.color_mode, settings.color_depth = "RGBA"[:channels], "8"
@@ -121,15 +123,6 @@ def _display(tone: str, contrast: str) -> Iterator[bpy.types.Scene]:
         yield scene
     finally:
         bpy.data.scenes.remove(scene)
-
-
-@contextlib.contextmanager
-def _picture(width: int, height: int) -> Iterator[bpy.types.Image]:
-    image = bpy.data.images.new(_NAME, width, height, float_buffer=True)
-    try:
-        yield image
-    finally:
-        bpy.data.images.remove(image)
 
 
 def _take(owner: bpy.types.bpy_struct, name: str, words: Sequence[str], what: str) -> None:

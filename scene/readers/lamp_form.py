@@ -127,12 +127,8 @@ def why_no_light(lamp: ShownLamp, nodes: LampNodes) -> str:
     return "" if np.any(nodes.factor) else "its nodes send no light"
 
 
-def unsupported(lamp: ShownLamp, nodes: LampNodes) -> tuple[str, ...]:
-    """Return what a lamp asks for that changes nothing, or is not as Blender has it."""
-    return tuple(_unsupported(lamp, nodes))
-
-
-def _unsupported(lamp: ShownLamp, nodes: LampNodes) -> Iterator[str]:
+def unsupported(lamp: ShownLamp, nodes: LampNodes) -> Iterator[str]:
+    """Yield what a lamp asks for that changes nothing, or is not as Blender has it."""
     light, chosen = lamp.light, stored_lamp(lamp.light)
     if nodes.unsupported:
         yield f"its nodes {', '.join(map(repr, nodes.unsupported))} are not supported"
