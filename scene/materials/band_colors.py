@@ -174,7 +174,7 @@ def _insert_into_tree(tree: bpy.types.NodeTree, measured_index: int | None) -> N
         kind = _group_for(node, socket)
         if kind is None:
             continue
-        if measured_index is not None and socket.name in _BASE_COLORS and _reflects(node):
+        if measured_index is not None and socket.name in _BASE_COLORS and kind != uplift.EMISSION:
             _put_measured_before(tree, socket, measured_index)
         elif not _has_no_effect(tree, node, socket, kind):
             put_before(tree, socket, new_node(tree, kind))
@@ -207,10 +207,6 @@ def _group_for(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str | None
     if socket.type == "VECTOR" and socket.name in _SPECTRAL_VECTORS:
         return uplift.REFLECTANCE
     return None
-
-
-def _reflects(node: bpy.types.Node) -> bool:
-    return node.bl_idname not in _EMISSION_NODES
 
 
 def _has_no_effect(

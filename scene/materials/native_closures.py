@@ -42,7 +42,7 @@ def native_materials(
         if surfaces.native is not None
         and (surfaces.fluorescent is None or m.name not in surfaces.fluorescing)
         and all(_can_be_native(tree, node) for tree in {m.node_tree, *inner} for node in tree.nodes)
-        and not any(map(_is_lit_first, inner))
+        and not any(OPENED in group and not has_sunlight(group) for group in inner)
     }
     while True:
         others = set().union(*(inner for m, inner in groups.items() if m not in native))
@@ -64,10 +64,6 @@ def groups_of_shaders(tree: bpy.types.ShaderNodeTree) -> set[bpy.types.NodeTree]
 def has_sunlight(group: bpy.types.NodeTree) -> bool:
     """Whether wet materials use a group whose closures are kept."""
     return any(SUNLIGHT in node for node in group.nodes)
-
-
-def _is_lit_first(group: bpy.types.NodeTree) -> bool:
-    return not has_sunlight(group) and OPENED in group
 
 
 def _can_be_native(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool:

@@ -201,7 +201,8 @@ def sees_objects(scene: bpy.types.Scene, eye: MirroredEye, reach: float) -> bool
     high = np.array([shown.high for shown in meshes.instances])
     middle = _middles(eye, low, high)
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-    w = np.concatenate([w, middle[_is_in(eye, middle)]])
+    in_picture = np.asarray(eye.view.place(tuple(middle.T))[2]) > 0.0
+    w = np.concatenate([w, middle[in_picture]])
     if eye.index is not None:
         w = w[is_in_window(w[:, 2], eye.index) > 0.0]
     to_surface = eye.to_surface(w)
@@ -226,10 +227,6 @@ def _middles(eye: MirroredEye, low: Array, high: Array) -> Array:
     distance = np.hypot(way[:, 0], way[:, 1])
     way[:, 2] = eye.height + apparent_height(distance, height, eye.height, eye.index)
     return way
-
-
-def _is_in(eye: MirroredEye, w: Array) -> NDArray[np.bool_]:
-    return np.asarray(eye.view.place(tuple(w.T))[2]) > 0.0
 
 
 def materials_above(scene: bpy.types.Scene, height: float) -> set[bpy.types.Material]:

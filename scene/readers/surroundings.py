@@ -154,7 +154,8 @@ class Surroundings:
                 found.append((float(sides[0] * sides[1]), surface, has_eye))
         largest = max((area for area, _, _ in found), default=0.0)
         lowest = [
-            _lowest_ground(surface, all_of_it=has_eye)
+            # Of a closed object without an eye, the faces that look up.
+            float(surface.bounds[0][2]) if has_eye else surface.lowest_above
             for area, surface, has_eye in found
             if area >= _GROUND * largest
         ]
@@ -243,11 +244,6 @@ def _is_body(surface: Triangles, eyes: Array) -> bool:
     if x * y < _BODY_AREA or z <= _BODY * min(x, y) or _has_eye(low, high, eyes):
         return False
     return surface.is_closed
-
-
-def _lowest_ground(surface: Triangles, *, all_of_it: bool) -> float:
-    """Height in m of the lowest corner; of a closed object, of the faces that look up."""
-    return float(surface.bounds[0][2]) if all_of_it else surface.lowest_above
 
 
 def has_objects(scene: bpy.types.Scene) -> bool:
