@@ -155,13 +155,12 @@ def canyon(*, inside: bool) -> Callable[[], bpy.types.Object]:
     return build
 
 
-def of_file(path: Path, camera: str = "") -> Callable[[], bpy.types.Object]:
-    """Return what opens a file; its camera, or the one of a name, looks."""
+def of_file(path: Path) -> Callable[[], bpy.types.Object]:
+    """Return what opens a file; its camera looks."""
 
     def build() -> bpy.types.Object:
         bpy.ops.wm.open_mainfile(filepath=str(path))
-        scene = bpy.context.scene
-        return bpy.data.objects[camera] if camera else scene.camera
+        return bpy.context.scene.camera
 
     return build
 

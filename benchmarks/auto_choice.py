@@ -398,7 +398,7 @@ class Outcome:
         return self.cost / self.cheapest
 
 
-def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> list[Outcome]:
+def outcomes(results: Sequence[dict], costs: Costs) -> list[Outcome]:
     """Return every decision about every case, method and target."""
     found = []
     for result in results:
@@ -419,7 +419,7 @@ def outcomes(results: Sequence[dict], costs: Costs, safety: float = SAFETY) -> l
             )
             order = np.argsort(cost, kind="stable")
             for target in TARGETS:
-                chosen = order[cheapest_within(guesses[order], safety * target)]
+                chosen = order[cheapest_within(guesses[order], SAFETY * target)]
                 good = order[errors[order] <= target]
                 cheapest = float(cost[good[0]]) if good.size else None
                 tuning = result["case"]["number"] % 4 == 0

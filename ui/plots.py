@@ -315,11 +315,10 @@ def _line(
 
 
 @functools.lru_cache(maxsize=16)
-def _rounded(size: tuple[int, int], radius: float, inset: float = 0.0) -> NDArray[np.float64]:
-    """Cover of a box with rounded corners that fills a picture up to an inset."""
+def _rounded(size: tuple[int, int], radius: float) -> NDArray[np.float64]:
+    """Cover of a box with rounded corners that fills a picture."""
     across, down = (
-        np.abs(np.arange(pixels) + 0.5 - pixels / 2) - pixels / 2 + inset + radius
-        for pixels in size
+        np.abs(np.arange(pixels) + 0.5 - pixels / 2) - pixels / 2 + radius for pixels in size
     )
     x, y = np.meshgrid(across, down)
     corner = np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0))
