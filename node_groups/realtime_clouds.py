@@ -58,7 +58,8 @@ def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNod
     :data:`SUNLIGHT` and :data:`SKYLIGHT`: fractions of the sun's and of other light that clouds
     leave on the object.
     """
-    outputs = dict.fromkeys(_OUTPUTS if ahead else (*_OUTPUTS, SUNLIGHT, SKYLIGHT), VECTOR)
+    names = _OUTPUTS if ahead else (*_OUTPUTS, SUNLIGHT, SKYLIGHT)
+    outputs: dict[str, str] = dict.fromkeys(names, VECTOR)
     outputs[MIDDLE] = FLOAT
     group = OpenGroup(NAME, {RATE: FLOAT}, outputs, **options(shape, sources))
     graph = group.graph

@@ -22,7 +22,7 @@ NUMBERS = {STRETCHED: ("Roughness", "Anisotropy", "Rotation"), TOON: ("Size", "S
 def build(kind: str, values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
     """Build the group of a kind."""
     vectors = (NORMAL, TANGENT) if kind == STRETCHED else (NORMAL,)
-    inputs = dict.fromkeys(vectors, VECTOR) | dict.fromkeys(NUMBERS[kind], FLOAT)
+    inputs: dict[str, str] = dict.fromkeys(vectors, VECTOR) | dict.fromkeys(NUMBERS[kind], FLOAT)
     group = OpenGroup(kind, inputs)
     graph, given = group.graph, group.given
     n = graph.components(given[NORMAL])

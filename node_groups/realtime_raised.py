@@ -43,7 +43,7 @@ def crossing(
 def _build_crossing(
     values: bpy.types.ShaderNodeTree, images: WaveImages, *, in_air: bool, first: float
 ) -> bpy.types.ShaderNodeTree:
-    ends = dict.fromkeys((_START, _DIRECTION), VECTOR)
+    ends: dict[str, str] = dict.fromkeys((_START, _DIRECTION), VECTOR)
     group = OpenGroup(_CROSSING_NAME, ends, part_size=PART_SIZE)
     graph = group.graph
     start, w = (graph.components(group.given[name]) for name in ends)
