@@ -16,6 +16,7 @@ from ..uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from ..uw_spectral.surface.waves import WaveSpectrum, slope_variance_CoxMunk1954
+from ..validation.caustic_causes import sharp_crests
 from ..validation.caustics_at_sea import (
     DARECKI_WATER,
     DARECKI_WINDS,
@@ -26,7 +27,6 @@ from ..validation.caustics_at_sea import (
     against_gernez,
     histogram_distance,
     layer_cost,
-    sharp_crests,
     sunlit_water,
     traced,
 )

@@ -36,7 +36,7 @@ EXPOSURES = (0.0, 1.0 / 6.0, 1.0 / 3.0)
 """Seconds over which a record is averaged."""
 _JOINED_AT = 10.0  # rad/m
 _DECIMETRES = 20.0, 100.0  # rad/m
-_RESOLUTION, _MOMENTS_OF_EXPOSURE = 1024, 16
+_RESOLUTION, _MOMENTS_OF_EXPOSURE, _CREST_SEEDS = 1024, 16, 3
 
 
 class ShortWavesOfRomeiser(WaveSpectrum):
@@ -155,6 +155,30 @@ def darecki(wind: float) -> tuple[Array, dict[str, Array]]:
         for cause, row in zip(CAUSES, rows, strict=True):
             found[cause][i] = row / measured.cv[i]
     return depths, found
+
+
+def sharp_crests(wind: float) -> list[tuple[float, Array, Array, Array, Array]]:
+    """CV over that of Darecki et al. by depth: of linear and of choppy waves, in two waters.
+
+    The second water has what a c-meter does not see of its scattering.
+    """
+    import jerlov
+
+    measured = jerlov.darecki2011_irradiance_cv()
+    collector = measured.collector_mm / 1000
+    waters = [
+        sea.sunlit_water(water, sea.DARECKI_ZENITH)
+        for water in (sea.DARECKI_WATER, seen_by_meter(sea.DARECKI_WATER))
+    ]
+    rows = []
+    for depth, cv in zip(measured.depth_m.tolist(), measured.cv, strict=True):
+        linear, choppy, linear_seen, choppy_seen = (
+            sea.variation(water, wind, depth, collector, _CREST_SEEDS, crests) / cv
+            for water in waters
+            for crests in (0.0, 1.0)
+        )
+        rows.append((depth, linear, choppy, linear_seen, choppy_seen))
+    return rows
 
 
 def gernez(zenith: float, wind: float = 5.0) -> list[float]:

@@ -58,9 +58,6 @@ TRACE_WINDS, TRACE_DEPTHS = (2.0, 5.0, 10.0), (0.5, 2.0, 5.0, 10.0)
 TRACE_TILE, TRACE_WAVES, TRACE_BINS = 4.0, 256, 128
 
 
-_CREST_SEEDS = 3
-
-
 def sunlit_water(
     water: dict[float, tuple[float, float]], zenith: float, sky_fraction: float | None = None
 ) -> SunlitWater:
@@ -119,31 +116,6 @@ def against_darecki(wind: float, seeds: int = 1) -> tuple[NDArray, NDArray, NDAr
         for depth in sea.depth_m.tolist()
     ]
     return sea.depth_m, sea.cv, np.array(modelled)
-
-
-def sharp_crests(wind: float) -> list[tuple[float, NDArray, NDArray, NDArray, NDArray]]:
-    """CV over that of Darecki et al. by depth: of linear and of choppy waves, in two waters.
-
-    The second water has what a c-meter does not see of its scattering.
-    """
-    import jerlov
-
-    from .caustic_causes import seen_by_meter
-
-    sea = jerlov.darecki2011_irradiance_cv()
-    waters = [
-        sunlit_water(water, DARECKI_ZENITH)
-        for water in (DARECKI_WATER, seen_by_meter(DARECKI_WATER))
-    ]
-    rows = []
-    for depth, cv in zip(sea.depth_m.tolist(), sea.cv, strict=True):
-        linear, choppy, linear_seen, choppy_seen = (
-            variation(water, wind, depth, sea.collector_mm / 1000, _CREST_SEEDS, crests) / cv
-            for water in waters
-            for crests in (0.0, 1.0)
-        )
-        rows.append((depth, linear, choppy, linear_seen, choppy_seen))
-    return rows
 
 
 def against_gernez() -> list[tuple[float, float, float, float]]:
