@@ -42,4 +42,4 @@ def write_counts(
         return
     white = np.linalg.solve(to_rec709, np.ones(3))
     to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
-    write_dng(path, counts, raw.detector, raw.pattern, to_camera, white, sensor, iso=raw.iso)
+    write_dng(path, counts, raw, to_camera, white, sensor)

@@ -8,6 +8,7 @@ import bpy
 
 from ..uw_spectral.clouds.veiled_pixel import veiled
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.transfer.pixel_parts import SurfaceAbove
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from . import realtime_clouds, realtime_lamps, realtime_layers
 from .data_blocks import new_world
@@ -50,11 +51,11 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         floating = in_group(graph, clouds, {realtime_clouds.RATE: rate})
         path_occlusion = realtime_clouds.shadowed(path_occlusion, floating)
     end = [e + along * P for e, along in zip(eye, w, strict=True)]
-    pixel = ray.open_water(
-        y_o, w, water.sky, water.index,
-        ripples=water.ripples(ahead.get(SLOPE)), occlusion=path_occlusion,
-        picture=water.picture(end), foam=water.foam(ahead.get(FOAM)), window=water.window(end, w),
+    surface = SurfaceAbove(
+        water.sky, water.index, water.ripples(ahead.get(SLOPE)),
+        water.picture(end), water.window(end, w), water.foam(ahead.get(FOAM)),
     )  # fmt: skip
+    pixel = ray.open_water(y_o, w, surface, path_occlusion)
     if sources.lamps is not None:
         path = realtime_lamps.build_path(
             sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays,

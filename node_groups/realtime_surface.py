@@ -26,6 +26,7 @@ from ..uw_spectral.transfer.pixel_parts import (
     ChannelPixel,
     OcclusionFactor,
     OcclusionOnPath,
+    SeenObject,
     SurfaceMaterial,
 )
 from ..uw_spectral.transfer.rough_mirror import mirrored_by_chance
@@ -363,11 +364,11 @@ class _Surface:
         leaving = ray.leaving(replace(self._material, emitted=(), fluorescing=()), y, n, self._P)
         coverage = self._given[COVERAGE]
         tint = self._tint() if self._shape.filters else None
+        occlusion, glow = self._path_occlusion(), ray.glow(self._material, y, self._P)
+        seen = SeenObject(leaving, coverage, tint, glow)
         pixel = ray.surface(
-            self._y_o, y, self._w, self._P, leaving, occlusion=self._path_occlusion(),
-            around=self._around, coverage=coverage, tint=tint,
-            glow=ray.glow(self._material, y, self._P),
-        )  # fmt: skip
+            self._y_o, y, self._w, self._P, seen, occlusion=occlusion, around=self._around
+        )
         if not {"J", "I"}.isdisjoint(self._shape.layers):
             pixel = replace(pixel, L_end=ray.leaving(self._material, y, n, 0.0))
         pixel = self._with_lamps(pixel)

@@ -26,6 +26,8 @@ from ..uw_spectral.transfer.pixel_parts import (
     Around,
     OcclusionFactor,
     OcclusionOnPath,
+    SeenObject,
+    SurfaceAbove,
     SurfaceMaterial,
 )
 from ..uw_spectral.transfer.radiance_field import Ripples, distance_in_water
@@ -147,13 +149,17 @@ class _Rays:
             )
         occlusion, normal = OcclusionOnPath(scattered, single), list(seen.normal.T[..., None])
         leaving = ray.leaving(self._item(water, sun, left), y, normal, P)
-        on_surface = ray.surface(y_o, y, w, P, leaving, occlusion=occlusion, around=around)
+        on_surface = ray.surface(
+            y_o, y, w, P, SeenObject(leaving), occlusion=occlusion, around=around
+        )
         column = water.view.column
-        in_open = ray.open_water(
-            y_o, w, replace(column.skylight, level=1.0),
+        surface = SurfaceAbove(
+            replace(column.skylight, level=1.0),
             column.refractive_index if column.reflects else None,
-            ripples=self._ripples(water), occlusion=occlusion, foam=self._foam(water),
-        )  # fmt: skip
+            ripples=self._ripples(water),
+            foam=self._foam(water),
+        )
+        in_open = ray.open_water(y_o, w, surface, occlusion)
         if clouds is not None:
             behind = surroundings(ray, y_o, y, w, P)
             on_surface = veiled(on_surface, clouds.veil, ray, y_o, w, around=behind)

@@ -18,7 +18,7 @@ from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tools import asset_groups
 from underwater_spectral.ui import asset_library, dropped_assets
-from underwater_spectral.uw_spectral.closed_form import plain_water
+from underwater_spectral.uw_spectral.closed_form import PlainLight, TwoStreamWater, plain_water
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
@@ -125,8 +125,9 @@ def test_water_groups_give_the_numbers_of_the_optics(loaded, tmp_path, kind):
     path = _seen(tree, "Path Radiance", tmp_path, Distance=P, Direction=w, Camera_Depth=5.0)
     column, phase = plan.column, plan.phase
     water = plain_water(
-        column.absorption, column.scattering, phase.chi1, phase.chi2, E=column.sun_irradiance,
-        L_sky=column.sky_radiance, sun=column.sun_direction.tolist(), y_o=5.0, y_f=1e3, r=0.0,
+        TwoStreamWater(column.absorption, column.scattering, phase.chi1, phase.chi2),
+        PlainLight(column.sun_irradiance, column.sky_radiance, column.sun_direction.tolist()),
+        y_o=5.0, y_f=1e3, r=0.0,
         index=column.refractive_index if column.reflects else 1.0,
     )  # fmt: skip
     assert path == pytest.approx(water.elastic.path(5.0, w, P)[::-1], rel=2e-3)

@@ -123,17 +123,26 @@ def shaders() -> Iterable[Any]:
 def closed_form() -> Any:
     """Return the group of the closed form, with a picture of open water by its view's turn."""
     from underwater_spectral.tools import closed_form_group
-    from underwater_spectral.uw_spectral.closed_form import plain_water
+    from underwater_spectral.uw_spectral.closed_form import (
+        PlainLight,
+        TwoStreamWater,
+        plain_water,
+    )
 
     tree = closed_form_group.build("Closed Form Water")
     given = {s.name: s.default_value for s in tree.interface.items_tree if s.in_out == "INPUT"}
     number = {name: np.array(value, np.float64) for name, value in given.items()}
     band = {name: value[:3] for name, value in number.items() if value.ndim}
     water = plain_water(
-        band[closed_form_group.ABSORPTION], band[closed_form_group.SCATTERING],
-        band[closed_form_group.ASYMMETRY], band[closed_form_group.SECOND_MOMENT],
-        E=band[closed_form_group.SUN_IRRADIANCE], L_sky=band[closed_form_group.SKY_RADIANCE],
-        sun=band[closed_form_group.SUN_DIRECTION].tolist(), y_o=_DEPTH,
+        TwoStreamWater(
+            band[closed_form_group.ABSORPTION], band[closed_form_group.SCATTERING],
+            band[closed_form_group.ASYMMETRY], band[closed_form_group.SECOND_MOMENT],
+        ),
+        PlainLight(
+            band[closed_form_group.SUN_IRRADIANCE], band[closed_form_group.SKY_RADIANCE],
+            band[closed_form_group.SUN_DIRECTION].tolist(),
+        ),
+        y_o=_DEPTH,
         y_f=number[closed_form_group.FLOOR_DEPTH], r=band[closed_form_group.FLOOR_REFLECTANCE],
         index=number[closed_form_group.INDEX],
     )  # fmt: skip

@@ -21,9 +21,8 @@ from ..node_groups.realtime_rays import (
     view_direction,
     view_distance,
 )
-from ..uw_spectral.closed_form.one_lobe import plain_water
+from ..uw_spectral.closed_form import PlainLight, TwoStreamWater, UnoccludedWater, plain_water
 from ..uw_spectral.closed_form.pixel import surface_light
-from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.transfer.path_integral import transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -152,11 +151,12 @@ def build_water(
         return graph.vector(*np.broadcast_to(np.asarray(values, np.float64), 3)[::-1].tolist())
 
     y_o, P = given[DEPTH], given[DISTANCE]
+    coefficients = column.absorption, column.scattering, phase.chi1, phase.chi2
+    light = bands(column.sun_irradiance), bands(column.sky_radiance), column.sun_direction.tolist()
+    index = column.refractive_index if column.reflects else 1.0
     water = plain_water(
-        bands(column.absorption), bands(column.scattering), bands(phase.chi1), bands(phase.chi2),
-        E=bands(column.sun_irradiance), L_sky=bands(column.sky_radiance),
-        sun=column.sun_direction.tolist(), y_o=y_o, y_f=DEEP, r=0.0,
-        index=column.refractive_index if column.reflects else 1.0, m=NODES,
+        TwoStreamWater(*map(bands, coefficients)), PlainLight(*light),
+        y_o=y_o, y_f=DEEP, r=0.0, index=index, m=NODES,
     ).elastic  # fmt: skip
     return group.finished(
         {
@@ -169,8 +169,9 @@ def build_water(
 def _water(
     given: dict[str, NodeValue], sun: tuple[NodeValue, ...], y_o: Operand
 ) -> UnoccludedWater:
+    coefficients = ABSORPTION, SCATTERING, ASYMMETRY, SECOND_MOMENT
     return plain_water(
-        given[ABSORPTION], given[SCATTERING], given[ASYMMETRY], given[SECOND_MOMENT],
-        E=given[SUN_IRRADIANCE], L_sky=given[SKY_RADIANCE], sun=sun, y_o=y_o,
-        y_f=given[FLOOR_DEPTH], r=given[FLOOR_REFLECTANCE], index=given[INDEX], m=NODES,
+        TwoStreamWater(*(given[name] for name in coefficients)),
+        PlainLight(given[SUN_IRRADIANCE], given[SKY_RADIANCE], sun),
+        y_o=y_o, y_f=given[FLOOR_DEPTH], r=given[FLOOR_REFLECTANCE], index=given[INDEX], m=NODES,
     )  # fmt: skip

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..uw_spectral.closed_form.light_field import LightField, solve_light_field
+from ..uw_spectral.closed_form.light_field import LightField, TwoStreamWater, solve_light_field
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
 from ..uw_spectral.surface.refraction import (
@@ -113,7 +113,7 @@ def closed_form(problem: int, case: int) -> LightField:
     phase = parse_phase(phase_of(problem)).for_bands(b)
     bottom, floor = (4.0, 0.5) if problem == 6 else (math.inf, 0.0)
     return solve_light_field(
-        1.0, b, phase.chi1, phase.chi2, 0.5 * entering(60.0, INDEX),
+        TwoStreamWater(1.0, b, phase.chi1, phase.chi2), 0.5 * entering(60.0, INDEX),
         float(in_water_cosine(60.0, INDEX)), R=diffuse_internal_reflectance(INDEX),
         r=floor, y_f=bottom,
     )  # fmt: skip

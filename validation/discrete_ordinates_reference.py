@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import solve_light_field
+from ..uw_spectral.closed_form.light_field import TwoStreamWater, solve_light_field
 from ..uw_spectral.closed_form.pixel import Pixel
 from ..uw_spectral.surface.refraction import in_water_cosine
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
@@ -157,7 +157,8 @@ def compare(
         y_f = y_o + FLOOR_BELOW_CAMERA
         solutions = [reference(*ab, mu_s, y_f, r, phase) for ab in zip(a, b, strict=True)]
         Kd = np.array([-math.log(s.Ed(y_o) / s.Ed(0.0)) / y_o for s in solutions])
-        field = solve_light_field(a, b, bands.chi1, bands.chi2, 1.0, mu_s, r=r, y_f=y_f)
+        two_stream = TwoStreamWater(a, b, bands.chi1, bands.chi2)
+        field = solve_light_field(two_stream, 1.0, mu_s, r=r, y_f=y_f)
         closed = solve_closed_form(field, bands, y_o, sun)
         for view, wanted in ((view, value) for view, values in VIEWS.items() for value in values):
             mu = solutions[0].mu
@@ -202,7 +203,7 @@ def compare_irradiance() -> dict[str, np.ndarray]:
     for r, water in itertools.product(FLOORS, WATERS):
         iops = Water.jerlov(water)
         a, b = iops.a(WAVELENGTHS), iops.b(WAVELENGTHS)
-        field = solve_light_field(a, b, 0.8, 0.64, 1.0, mu_s, r=r, y_f=y_f)
+        field = solve_light_field(TwoStreamWater(a, b, 0.8, 0.64), 1.0, mu_s, r=r, y_f=y_f)
         closed = {y: solve_closed_form(field, phase.for_bands(b), y, sun) for y in (1.0, 3.0, 7.5)}
         risen = {y: upwelling_irradiance(water.radiance, y) for y, water in closed.items()}
         for band, y in itertools.product(range(len(a)), (1.0, 3.0, 7.5)):

@@ -17,6 +17,7 @@ import numpy as np
 from ..uw_spectral.closed_form.light_field import (
     DEEPEST_FLOOR,
     LightField,
+    TwoStreamWater,
     light_field_of,
     solve_light_field,
 )
@@ -152,10 +153,7 @@ def excitation_fields(column: WaterColumn, phase: BandPhase) -> tuple[LightField
     field = light_field_of(sunlight, phase)
     n = column.refractive_index
     skylight = solve_light_field(
-        column.absorption,
-        column.scattering,
-        phase.chi1,
-        phase.chi2,
+        TwoStreamWater(column.absorption, column.scattering, phase.chi1, phase.chi2),
         column.sky_irradiance,
         _skylight_cosine(n),
         R=field.R,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import solve_light_field
+from ..uw_spectral.closed_form.light_field import TwoStreamWater, solve_light_field
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
@@ -94,9 +94,8 @@ def errors(case: Case, *streams: int) -> dict[str, NDArray[np.float64]]:
         case.a, case.b, case.mu_s, case.floor, case.reflectance, phase, REFERENCE_STREAMS
     )
     bands = phase.for_bands([case.b])
-    light = solve_light_field(
-        case.a, case.b, bands.chi1, bands.chi2, 1.0, case.mu_s, r=case.reflectance, y_f=case.floor
-    )
+    water = TwoStreamWater(case.a, case.b, bands.chi1, bands.chi2)
+    light = solve_light_field(water, 1.0, case.mu_s, r=case.reflectance, y_f=case.floor)
     closed = solve_closed_form(light, bands, case.y, case.sun)
     fields = [solve(case, count) for count in streams]
     found = {

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import solve_light_field
+from ..uw_spectral.closed_form.light_field import TwoStreamWater, solve_light_field
 from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
@@ -132,7 +132,7 @@ def modelled(
     depths = at.depths[:, None, None, None]
     solved = field.radiance(depths, tuple(tube))[..., 0].mean(axis=-1)
     light = solve_light_field(
-        a, b, phase.chi1, phase.chi2, E, float(in_water_cosine(at.zenith, INDEX)),
+        TwoStreamWater(a, b, phase.chi1, phase.chi2), E, float(in_water_cosine(at.zenith, INDEX)),
         E_sky=np.array([fraction * sky.transmittance(INDEX)]),
         R=diffuse_internal_reflectance(INDEX),
     )  # fmt: skip

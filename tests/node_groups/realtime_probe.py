@@ -15,7 +15,12 @@ from underwater_spectral.scene.water import frame_water, realtime, scene_water, 
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
-from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, SurfaceMaterial
+from underwater_spectral.uw_spectral.transfer.pixel_parts import (
+    COLOURS,
+    SeenObject,
+    SurfaceAbove,
+    SurfaceMaterial,
+)
 from underwater_spectral.validation.solved_cases import FROM_SUN, Case, LightAround
 
 COLOR = (0.8, 0.4, 0.2)
@@ -174,7 +179,9 @@ def expected_of_projected(water: frame_water.RealtimeWater, view: View, around=N
     sky = dataclasses.replace(column.skylight, level=1.0)
     index = column.refractive_index if column.reflects else None
     depth = np.full(w[0].shape, view.depth)
-    picture = along_rays(light, water.field.sun, w).open_water(depth, w, sky, index).total
+    picture = (
+        along_rays(light, water.field.sun, w).open_water(depth, w, SurfaceAbove(sky, index)).total
+    )
     P, normal, where = square_ahead(view)
     seen = where == 1
     if seen.any():
@@ -189,7 +196,7 @@ def expected_of_projected(water: frame_water.RealtimeWater, view: View, around=N
         leaving = ray.leaving(surface, y, normals, P)
         points = np.hstack([part * P for part in w]) - np.array([0.0, 0.0, view.depth])
         does = None if around is None else around(points)
-        picture[seen] = ray.surface(depth, y, w, P, leaving, around=does).total
+        picture[seen] = ray.surface(depth, y, w, P, SeenObject(leaving), around=does).total
     return picture, where
 
 

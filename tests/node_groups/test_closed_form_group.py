@@ -11,7 +11,7 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tools import closed_form_group as group
-from underwater_spectral.uw_spectral.closed_form.one_lobe import plain_water
+from underwater_spectral.uw_spectral.closed_form import PlainLight, TwoStreamWater, plain_water
 from underwater_spectral.uw_spectral.closed_form.pixel import surface_light
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.optical_properties import Water
@@ -121,9 +121,10 @@ def _expected(wet, view):
     w = tuple(np.moveaxis(rays, -1, 0)[..., None])
     sun = given[group.SUN_DIRECTION]
     water = plain_water(
-        given[group.ABSORPTION], given[group.SCATTERING], given[group.ASYMMETRY],
-        given[group.SECOND_MOMENT], E=given[group.SUN_IRRADIANCE],
-        L_sky=given[group.SKY_RADIANCE], sun=sun.tolist(), y_o=view.depth,
+        TwoStreamWater(given[group.ABSORPTION], given[group.SCATTERING], given[group.ASYMMETRY],
+                       given[group.SECOND_MOMENT]),
+        PlainLight(given[group.SUN_IRRADIANCE], given[group.SKY_RADIANCE], sun.tolist()),
+        y_o=view.depth,
         y_f=given[group.FLOOR_DEPTH], r=given[group.FLOOR_REFLECTANCE], index=given[group.INDEX],
     )  # fmt: skip
     P, normal, where = probe.square_ahead(view)

@@ -14,7 +14,12 @@ from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
-from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, SurfaceMaterial
+from underwater_spectral.uw_spectral.transfer.pixel_parts import (
+    COLOURS,
+    SeenObject,
+    SurfaceAbove,
+    SurfaceMaterial,
+)
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 WIDTH, DISTANCE, DEPTH = 8.0, 4.0, 6.0
@@ -45,7 +50,7 @@ def test_distance_is_along_the_axis(tmp_path):
     y_o = DEPTH - (turn[2, 1] * up)[..., None]
     ray = along_rays(water.projected, water.field.sun, w)
     sky = dataclasses.replace(column.skylight, level=1.0)
-    wanted = ray.open_water(y_o, w, sky, column.refractive_index).total
+    wanted = ray.open_water(y_o, w, SurfaceAbove(sky, column.refractive_index)).total
     P, one = np.full(y_o.shape, DISTANCE), np.ones(y_o.shape)
     normal = turn[:, 2]
     facing = max(-float(normal @ column.sun_direction), 0.0)
@@ -54,7 +59,7 @@ def test_distance_is_along_the_axis(tmp_path):
     y = np.maximum(y_o - w[2] * P, 0.0)
     normals = [one * part for part in normal]
     leaving = ray.leaving(surface, y, normals, P)
-    on_it = ray.surface(y_o, y, w, P, leaving).total
+    on_it = ray.surface(y_o, y, w, P, SeenObject(leaving)).total
     inside = up > -0.3
     assert seen[inside] == pytest.approx(on_it[inside], rel=3e-3)
     outside = up < -0.7

@@ -28,7 +28,12 @@ from underwater_spectral.uw_spectral.surface.wave_patterns import (
 )
 from underwater_spectral.uw_spectral.transfer.above_water import leaving_fraction
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
-from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, SurfaceMaterial
+from underwater_spectral.uw_spectral.transfer.pixel_parts import (
+    COLOURS,
+    SeenObject,
+    SurfaceAbove,
+    SurfaceMaterial,
+)
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     surface_normal,
@@ -111,7 +116,7 @@ def _floor(now, contrast, column, view, reach=np.inf):
                   pattern=pattern[..., None])  # fmt: skip
     y, up = one * floor, (0.0 * one, 0.0 * one, one)
     leaving = ray.leaving(surface, y, up, P)
-    return ray.surface(one * view.depth, y, w, P, leaving).total
+    return ray.surface(one * view.depth, y, w, P, SeenObject(leaving)).total
 
 
 def _above(depth, height):
@@ -204,7 +209,8 @@ def _open_water(column, view, ripples=None, *, sky=1.0, depth=None):
     depth = np.full(w[0].shape, view.depth) if depth is None else depth
     above = dataclasses.replace(column.skylight, level=sky)
     ray = along_rays(water.projected, water.field.sun, w)
-    return ray.open_water(depth, w, above, column.refractive_index, ripples=ripples).total
+    surface = SurfaceAbove(above, column.refractive_index, ripples)
+    return ray.open_water(depth, w, surface).total
 
 
 def test_surface_from_below(pictures):
@@ -295,7 +301,7 @@ def test_surface_with_heights_from_above(tmp_path, empty_blender):
         R, bent, _ = seen_from_air(v, surface_normal(*slopes), n)
         bent = tuple(part[..., None] for part in bent)
         ray = along_rays(water.projected, water.field.sun, bent)
-        below = ray.open_water(0.0 * bent[2], bent, column.skylight, None).total
+        below = ray.open_water(0.0 * bent[2], bent, SurfaceAbove(column.skylight, None)).total
         R = R[..., None]
         return (leaving_fraction(R, n) * below + R * column.skylight.level)[judged]
 

@@ -32,6 +32,7 @@ from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
+from underwater_spectral.uw_spectral.transfer.pixel_parts import SurfaceAbove
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 pytestmark = pytest.mark.filterwarnings(
@@ -358,7 +359,7 @@ def _expected(column, rays):
     ray = along_rays(water.projected, water.field.sun, w)
     sky = dataclasses.replace(column.skylight, level=1.0)
     index = column.refractive_index if column.reflects else None
-    return ray.open_water(np.full(w[0].shape, 5.0), w, sky, index).total
+    return ray.open_water(np.full(w[0].shape, 5.0), w, SurfaceAbove(sky, index)).total
 
 
 def _rays(scene, camera):

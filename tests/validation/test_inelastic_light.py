@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expn
 from underwater_spectral.uw_spectral.closed_form.light_field import (
+    TwoStreamWater,
     light_field_of,
     solve_light_field,
 )
@@ -132,9 +133,9 @@ def test_coarse_bands_keep_the_energy_of_fine_ones():
 
 
 def _single(a=0.3, b=0.0, q=0.1, y_f=math.inf, r=0.0, R=0.0):
-    common = {"chi1": 0.8, "chi2": 0.64, "mu_s": 1.0, "y_f": y_f, "r": r, "R": R}
-    excitation = solve_light_field(q, 0.0, E=1.0, **common)
-    emission = solve_light_field(a, b, E=0.0, **common)
+    common = {"mu_s": 1.0, "y_f": y_f, "r": r, "R": R}
+    excitation = solve_light_field(TwoStreamWater(q, 0.0, 0.8, 0.64), E=1.0, **common)
+    emission = solve_light_field(TwoStreamWater(a, b, 0.8, 0.64), E=0.0, **common)
     process = InelasticProcess("raman", np.array([1e-3]), np.array([[1.0]]), RAMAN_PHASE)
     return solve_inelastic([process], excitation, ONE, emission, OTHER)
 
@@ -176,9 +177,8 @@ def test_gershun_and_boundaries(y_f, r, R):
 
 def test_light_adds_up_over_processes():
     sea, bands = Constituents(2.0, cdom=0.2), Bands.uniform(25, 300, 800)
-    field = solve_light_field(
-        sea.absorption(bands.centres), sea.scattering(bands.centres), 0.9, 0.8, 1.0, 0.9
-    )
+    a, b = sea.absorption(bands.centres), sea.scattering(bands.centres)
+    field = solve_light_field(TwoStreamWater(a, b, 0.9, 0.8), 1.0, 0.9)
     processes = inelastic_processes(sea, bands, bands)
     parts = [solve_inelastic([p], field, bands, field, bands).Eu(3.0) for p in processes]
     together = solve_inelastic(processes, field, bands, field, bands).Eu(3.0)

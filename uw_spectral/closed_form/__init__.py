@@ -5,13 +5,15 @@ of the water is the solved field of :mod:`..transfer`.
 """
 
 from .closed_form import ClosedForm, solve_closed_form
-from .light_field import LightField, light_field_of, solve_light_field
-from .one_lobe import plain_water
+from .light_field import LightField, TwoStreamWater, light_field_of, solve_light_field
+from .one_lobe import PlainLight, plain_water
 from .unoccluded_water import UnoccludedWater
 
 __all__ = [
     "ClosedForm",
     "LightField",
+    "PlainLight",
+    "TwoStreamWater",
     "UnoccludedWater",
     "light_field_of",
     "plain_water",

@@ -123,11 +123,20 @@ class LightField:
         return self.C1 * m.exp(-self.k * y), self.C2 * m.exp(-self.k * (self.y_f - y))
 
 
+@dataclass(frozen=True, eq=False)
+class TwoStreamWater:
+    """What two streams know of a water, per band."""
+
+    #: Absorption and scattering, 1/m.
+    a: Operand
+    b: Operand
+    #: First two Legendre moments of the phase function; χ2 = g² of Henyey-Greenstein's own.
+    chi1: Operand
+    chi2: Operand
+
+
 def solve_light_field(
-    a: ArrayLike,
-    b: ArrayLike,
-    chi1: ArrayLike,
-    chi2: ArrayLike,
+    water: TwoStreamWater,
     E: ArrayLike,
     mu_s: float,
     *,
@@ -138,8 +147,8 @@ def solve_light_field(
 ) -> LightField:
     """Solve the delta-Eddington light field between surface and floor.
 
-    Coefficients in 1/m; moments χ1 and χ2 of the phase function; E of the sun just below the
-    surface, E_sky of what the surface lets in; r of the Lambertian floor. Arrays have shape (n,).
+    E is that of the sun just below the surface, E_sky of what the surface lets in, r of the
+    Lambertian floor. Arrays have shape (n,).
 
     J. H. Joseph, W. J. Wiscombe & J. A. Weinman, J. Atmos. Sci. 33, 2452 (1976),
     with f = χ2 as the forward peak.
@@ -161,8 +170,8 @@ def solve_light_field(
         If a quantity is negative, not finite or above its bound.
     """
     quantities = {
-        "absorption": (a, math.inf),
-        "scattering": (b, math.inf),
+        "absorption": (water.a, math.inf),
+        "scattering": (water.b, math.inf),
         "sun irradiance": (E, math.inf),
         "sky irradiance": (E_sky, math.inf),
         "surface reflectance": (R, 1.0),
@@ -179,12 +188,11 @@ def solve_light_field(
         raise InputError(f"light field: the floor must lie below the surface, got y_f = {y_f:g} m")
     if not 0 <= mu_s <= 1:
         raise InputError(f"light field: the sun cosine must be 0 to 1, got {mu_s:g}")
-    a, b, E, E_sky, R, r, f, chi1 = np.broadcast_arrays(*arrays, chi2, chi1)
+    a, b, E, E_sky, R, r, f, chi1 = np.broadcast_arrays(*arrays, water.chi2, water.chi1)
     if y_f >= DEEPEST_FLOOR:
         y_f, r = DEEPEST_FLOOR, np.zeros_like(r)
-    return two_stream_field(
-        a, b, chi1, f, E, float(mu_s), E_sky=E_sky, R=R, r=r, y_f=float(y_f)
-    )  # fmt: skip
+    checked = TwoStreamWater(a, b, chi1, f)
+    return two_stream_field(checked, E, float(mu_s), E_sky=E_sky, R=R, r=r, y_f=float(y_f))
 
 
 @functools.lru_cache(maxsize=64)
@@ -201,10 +209,7 @@ def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
     if column.reflects:
         R = internal_reflectance(column.refractive_index, column.roughness)
     return solve_light_field(
-        column.absorption,
-        column.scattering,
-        phase.chi1,
-        phase.chi2,
+        TwoStreamWater(column.absorption, column.scattering, phase.chi1, phase.chi2),
         column.sun_irradiance,
         column.sun_cosine,
         E_sky=column.sky_irradiance,
@@ -215,10 +220,7 @@ def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
 
 
 def two_stream_field(
-    a: Operand,
-    b: Operand,
-    chi1: Operand,
-    chi2: Operand,
+    water: TwoStreamWater,
     E: Operand,
     mu_s: Operand,
     *,
@@ -233,9 +235,9 @@ def two_stream_field(
     Arguments are those of :func:`solve_light_field`, finite and within their bounds, with
     ``y_f`` at most :data:`DEEPEST_FLOOR`.
     """
-    f = chi2
+    a, b, f = water.a, water.b, water.chi2
     mu_s = m.maximum(mu_s, _SMALLEST_SUN_COSINE)
-    gp = (chi1 - f) / (1.0 - f)
+    gp = (water.chi1 - f) / (1.0 - f)
     bp = b * (1.0 - f)
     transport = bp * (1.0 - gp)
     a = m.maximum(a, _SMALLEST_DIFFUSE_DEPTH**2 / (3.0 * y_f * (1.0 + transport * y_f)))

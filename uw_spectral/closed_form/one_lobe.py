@@ -26,7 +26,7 @@ from ..transfer.path_integral import phi
 from ..transfer.sky import Sky
 from ..water.phase_functions import henyey_greenstein
 from .closed_form import ClosedForm
-from .light_field import two_stream_field
+from .light_field import TwoStreamWater, two_stream_field
 from .unoccluded_water import UnoccludedWater
 
 _ORDERS = 5
@@ -89,15 +89,19 @@ def surface_fractions(index: Operand, m: Mathematics = NUMPY) -> tuple[Operand, 
     return let_in, 1.0 - let_in / (index * index)
 
 
+@dataclass(frozen=True, eq=False)
+class PlainLight:
+    """Sun and sky as numbers."""
+
+    E: Operand  #: Direct downwelling sun irradiance just below the surface, per band.
+    L_sky: Operand  #: Radiance of a uniform sky, in air, per band.
+    sun: Sequence[Operand]  #: Unit direction that sunlight travels to in the water, z up.
+
+
 def plain_water(
-    a: Operand,
-    b: Operand,
-    g: Operand,
-    chi2: Operand,
+    water: TwoStreamWater,
+    light: PlainLight,
     *,
-    E: Operand,
-    L_sky: Operand,
-    sun: Sequence[Operand],
     y_o: Operand,
     y_f: Operand,
     r: Operand,
@@ -106,23 +110,14 @@ def plain_water(
 ) -> UnoccludedWater:
     """Return unoccluded water as a camera sees it, from numbers.
 
-    Parameters
-    ----------
-    g, chi2 : array, shape (n,)
-        First two Legendre moments of the phase function; χ2 = g² of Henyey-Greenstein's own.
-    E : array, shape (n,)
-        Direct downwelling sun irradiance just below the surface.
-    L_sky : array, shape (n,)
-        Radiance of a uniform sky, in air.
-    y_o, y_f : float
-        Depths of the camera and of the floor, m; deep water has a floor far down.
-    index : float
-        Of the water against air; 1 is no surface.
+    ``y_o`` and ``y_f`` are the depths of the camera and of the floor of reflectance ``r``, m; deep
+    water has a floor far down. An index of 1 is no surface.
     """
     let_in, sent_back = surface_fractions(index, m)
+    E_sky = np.pi * light.L_sky * let_in
     field = two_stream_field(
-        a, b, g, chi2, E, -sun[2],
-        E_sky=np.pi * L_sky * let_in, R=sent_back, r=r, y_f=y_f, m=m,
-    )  # fmt: skip
-    aureole = LobeSeries(g, chi2, m.minimum(b * y_o / field.mu_s, _MOST))
-    return UnoccludedWater(ClosedForm(field, OneLobe(g), aureole, sun), Sky(L_sky), index)
+        water, light.E, -light.sun[2], E_sky=E_sky, R=sent_back, r=r, y_f=y_f, m=m
+    )
+    g, x = water.chi1, m.minimum(water.b * y_o / field.mu_s, _MOST)
+    elastic = ClosedForm(field, OneLobe(g), LobeSeries(g, water.chi2, x), light.sun)
+    return UnoccludedWater(elastic, Sky(light.L_sky), index)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError, unknown_name
 from ..spectra.spectral_image import replacing
 from .bayer import PATTERNS
-from .linear_detector import Detector
+from .raw_capture import RawSettings
 
 _BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _SRATIONAL = 1, 2, 3, 4, 5, 10
 _CODES = {_BYTE: "B", _SHORT: "H", _LONG: "I", _RATIONAL: "I", _SRATIONAL: "i"}
@@ -34,28 +34,22 @@ _Tags = dict[int, tuple[int, list[int] | str]]
 def write_dng(
     path: Path,
     counts: NDArray[np.uint16],
-    detector: Detector,
-    pattern: str,
+    settings: RawSettings,
     xyz_to_camera: ArrayLike,
     neutral: ArrayLike,
     camera: str,
     software: str = "Underwater Spectral",
-    iso: float | None = None,
 ) -> None:
-    """Write the counts of a mosaic.
+    """Write the counts of a mosaic that was taken with settings.
 
     Adobe, Digital Negative (DNG) Specification 1.4.0.0 (2012).
 
     Parameters
     ----------
-    pattern : str
-        One of :data:`.bayer.PATTERNS`.
     xyz_to_camera : array_like, shape (3, 3)
         From CIE XYZ under D65 to the camera's channels before white balance, to a factor.
     neutral : array_like, shape (3,)
         What the channels see of grey, to a factor.
-    iso : float, optional
-        That the picture was taken at; the base ISO of the detector by default.
 
     Raises
     ------
@@ -65,8 +59,9 @@ def write_dng(
     matrix, grey = np.asarray(xyz_to_camera, np.float64), np.asarray(neutral, np.float64)
     if counts.dtype != np.uint16 or counts.ndim != 2:
         raise InputError(f"cannot write {path}: a DNG holds one 16-bit count per pixel")
-    if pattern not in PATTERNS:
-        raise unknown_name("mosaic", pattern, PATTERNS)
+    detector, iso = settings.detector, settings.iso
+    if settings.pattern not in PATTERNS:
+        raise unknown_name("mosaic", str(settings.pattern), PATTERNS)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.linalg.det(matrix):
         raise InputError(f"cannot write {path}: the colour matrix must be 3×3 and invertible")
     if grey.shape != (3,) or not (np.isfinite(grey).all() and (grey > 0).all()):
@@ -93,7 +88,7 @@ def write_dng(
         284: (_SHORT, [1]),
         305: (_ASCII, software),
         33421: (_SHORT, [2, 2]),
-        33422: (_BYTE, ["RGB".index(letter) for letter in pattern]),
+        33422: (_BYTE, ["RGB".index(letter) for letter in settings.pattern]),
         _EXIF: (_LONG, [0]),
         50706: (_BYTE, [1, 4, 0, 0]),
         50707: (_BYTE, [1, 1, 0, 0]),

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..transfer.channel_pixel import along_rays
+from ..transfer.channel_pixel import ChannelWater, along_rays
 from ..transfer.channel_tables import ChannelTables
 from ..transfer.pixel_parts import COLOURS, OcclusionFactor, SurfaceMaterial
 from .grid import Array
@@ -141,14 +141,15 @@ def _radiances(
 ) -> tuple[Array, Array]:
     """Radiance of the objects in each texel, and of the floor there, (3, SIZE, SIZE) each."""
     seen, level = buffer.seen, np.isfinite(buffer.level)
+    water = along_rays(light, sun, [np.zeros((1, 1))] * 3)
     of_seen = _radiance(
         buffer, seen, buffer.distance, buffer.normal[seen],
-        COLOURS, list(buffer.colour[seen].T[..., None]), light, sun, occlusion,
+        COLOURS, list(buffer.colour[seen].T[..., None]), water, occlusion,
     )  # fmt: skip
     up = np.tile((0.0, 0.0, 1.0), (int(level.sum()), 1))
     columns, colour = (COLOURS, floor) if not isinstance(floor, int) else ((floor,), (1.0,))
     base = [np.full((len(up), 1), part) for part in colour]
-    of_level = _radiance(buffer, level, buffer.level, up, columns, base, light, sun, occlusion)
+    of_level = _radiance(buffer, level, buffer.level, up, columns, base, water, occlusion)
     on_floor = buffer.floor & ~buffer.plane
     of_surfaces = np.where(on_floor, _extended(of_seen, seen & ~on_floor), of_seen)
     return of_surfaces, np.where(on_floor, of_seen, of_level)
@@ -161,8 +162,7 @@ def _radiance(
     normal: Array,
     columns: Sequence[int],
     base: Sequence[Array],
-    light: ChannelTables,
-    sun: Sequence[float],
+    water: ChannelWater,
     occlusion: OcclusionTable,
 ) -> Array:
     """Radiance of patches of mean colours in some texels, 0 elsewhere, (3, SIZE, SIZE)."""
@@ -170,16 +170,15 @@ def _radiance(
     P = distance[here][:, None]
     points = buffer.view.ways().reshape(*here.shape, 3)[here] * P + np.asarray(buffer.view.centre)
     mean, fraction, sunlit = occlusion.on_patches(points, normal).T
-    facing = np.maximum(normal @ -np.asarray(sun), 0.0) * sunlit / np.pi
+    facing = np.maximum(normal @ -np.asarray(water.sun), 0.0) * sunlit / np.pi
     surface = SurfaceMaterial(
         columns,
         [colour * facing[:, None] for colour in base],
         base,
         occlusion=OcclusionFactor(mean[:, None], fraction[:, None]),
     )
-    along = along_rays(light, sun, [np.zeros((1, 1))] * 3)
     y = np.maximum(-points[:, 2:], 0.0)
-    found[:, here] = np.asarray(along.leaving(surface, y, list(normal.T[..., None]), P)).T
+    found[:, here] = np.asarray(water.leaving(surface, y, list(normal.T[..., None]), P)).T
     return found
 
 

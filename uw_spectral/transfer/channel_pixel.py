@@ -24,7 +24,6 @@ from .channel_tables import (
     NumpyTables,
     path_unit,
 )
-from .foam_light import FoamAhead
 from .pixel_parts import (
     COLOURS,
     UNOCCLUDED,
@@ -33,13 +32,12 @@ from .pixel_parts import (
     OcclusionFactor,
     OcclusionOnPath,
     ReflectedRadiance,
-    ReflectionPicture,
-    RefractionPicture,
+    SeenObject,
+    SurfaceAbove,
     SurfaceMaterial,
     Tables,
 )
 from .radiance_field import (
-    Ripples,
     distance_in_water,
     mirrored_ray,
     sun_image,
@@ -249,33 +247,16 @@ class ChannelWater:
         y_e: Operand,
         w: Sequence[Operand],
         P: Operand,
-        leaving: Operand,
+        seen: SeenObject,
         *,
         occlusion: OcclusionOnPath = UNOCCLUDED,
         around: Around | None = None,
-        coverage: Operand = 1.0,
-        tint: Operand | None = None,
-        glow: Operand | None = None,
     ) -> ChannelPixel:
-        """Pixel of an object.
+        """Pixel of an object at depth y_e and distance P, m.
 
-        Parameters
-        ----------
-        y_o, y_e, P : numbers
-            Depths of the camera and of the object, and its distance, m.
-        w : three numbers
-            Unit view direction, away from the camera, z up.
-        leaving : channels
-            Of :meth:`leaving`; multiplied by the coverage already.
-        coverage : number
-            Fraction of the pixel that the object fills.
-        tint : channels, optional
-            What it lets through of each channel beyond 1 - ``coverage``, which is drawn; for what
-            lies behind it stands unoccluded water.
-        glow : channels, optional
-            Of :meth:`glow`, if ``leaving`` is without it: what objects around emit is not known.
+        ``w`` is a unit vector away from the camera, z up.
         """
-        m = self.m
+        m, leaving, coverage = self.m, seen.leaving, seen.coverage
         M_near, (M_far, beyond) = self.scattered(y_o, w), self.ahead(y_e, w)
         columns = self.tables.dimmed(y_e, P)
         far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
@@ -295,13 +276,14 @@ class ChannelWater:
             split = self.tables.split(M_far)
             with_peak = [c * x for c, x in zip(self.tables.peaked(y_e, P), split, strict=True)]
             blocks = direct * far + fraction * (peaked * _sum(with_peak) - direct * far)
-        if glow is not None:
-            own, leaving = own + (transmittance_past - direct) * glow, leaving + glow
+        if seen.glow is not None:
+            own, leaving = own + (transmittance_past - direct) * seen.glow, leaving + seen.glow
         path = single * occlusion.single + self.occluded(M_near - blocks, occlusion.scattered, y_o)
         surroundings = self.occluded(past * rest + boundary, occlusion.scattered, y_o) * coverage
-        if tint is not None:
+        if seen.tint is not None:
             behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
-            surroundings = surroundings + self.occluded(behind, occlusion.scattered, y_o) * tint
+            behind = self.occluded(behind, occlusion.scattered, y_o)
+            surroundings = surroundings + behind * seen.tint
         return ChannelPixel(path * coverage, direct * leaving, surroundings + own)
 
     def boundary(self, y_o: Operand, w: Sequence[Operand]) -> Operand:
@@ -319,20 +301,10 @@ class ChannelWater:
         self,
         y_o: Operand,
         w: Sequence[Operand],
-        sky: Sky,
-        index: Operand | None,
-        *,
-        ripples: Ripples | None = None,
+        surface: SurfaceAbove,
         occlusion: OcclusionOnPath = UNOCCLUDED,
-        picture: ReflectionPicture | None = None,
-        foam: FoamAhead | None = None,
-        window: RefractionPicture | None = None,
     ) -> ChannelPixel:
-        """Pixel of open water with the surface or the floor behind.
-
-        ``sky`` has the level 1: that of the channels is in the tables. ``picture`` is that of
-        objects which the surface mirrors, ``window`` of those in the air, ``foam`` lies on it.
-        """
+        """Pixel of open water with the surface or the floor behind."""
         m, n = self.m, self.numbers
         P = distance_in_water(y_o, -w[2], n.y_f, m)
         y_e = m.maximum(y_o - w[2] * P, 0.0)
@@ -342,23 +314,12 @@ class ChannelWater:
         )
         up = m.less(0.0, w[2])
         below = self._floor_after(P)
-        above = self.from_surface(w, P, sky, index, ripples, picture, foam, window)
-        end = m.select(up, above, below)
+        end = m.select(up, self.from_surface(w, P, surface), below)
         return ChannelPixel(path, end, 0.0, end)
 
-    def from_surface(
-        self,
-        w: Sequence[Operand],
-        P: Operand,
-        sky: Sky,
-        index: Operand | None,
-        ripples: Ripples | None = None,
-        picture: ReflectionPicture | None = None,
-        foam: FoamAhead | None = None,
-        window: RefractionPicture | None = None,
-    ) -> Operand:
+    def from_surface(self, w: Sequence[Operand], P: Operand, surface: SurfaceAbove) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""
-        m = self.m
+        m, sky, index, ripples = self.m, surface.sky, surface.index, surface.ripples
         peaked = self.transmittance_with_peak(0.0 * P, P)
         skylight = self.tables.along("sky", None, P) * peaked
         if index is None:
@@ -370,13 +331,13 @@ class ChannelWater:
         risen = peaked * self._risen(M + rest, P)
         floor = self._floor_mirrored(P, to_floor, 2)
         total = skylight * seen + mirrored * (risen + floor)
-        if picture is not None:
+        if surface.picture is not None:
             rising = M + rest + self._floor_mirrored(P, to_floor, 1)
-            total = total + mirrored * self._brought(picture(down), rising, P)
+            total = total + mirrored * self._brought(surface.picture(down), rising, P)
         free: Operand = 1.0
-        if window is not None:
+        if surface.window is not None:
             normal = (0.0, 0.0, 1.0) if slopes is None else surface_normal(*slopes, m)
-            surfaces = window(direction_in_air(w, normal, index, m))
+            surfaces = surface.window(direction_in_air(w, normal, index, m))
             through = (1.0 - mirrored) * (index * index)
             behind = self.tables.along("sky", None, 0.0 * P) * seen
             total = total + self._differing(
@@ -385,11 +346,11 @@ class ChannelWater:
             free = 1.0 - surfaces.covered
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
-            image = image if window is None else free * image
+            image = image if surface.window is None else free * image
             total = total + image * self.tables.along("glitter", None, P) * self.transmittance(
                 0.0 * P, P
             )
-        if foam is not None:
+        if (foam := surface.foam) is not None:
             transmittance, parts = self.tables.peaked(0.0 * P, P), self.tables.split(foam.radiance)
             matte = peaked * _sum([c * x for c, x in zip(transmittance, parts, strict=True)])
             total = seen_with_foam(total, matte, foam.fraction)

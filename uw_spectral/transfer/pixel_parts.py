@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..mathematics import Operand
+from .foam_light import FoamAhead
+from .radiance_field import Ripples
+from .sky import Sky
 
 COLOURS = (0, 1, 2)
 """Columns of red, green and blue; those of measured reflectances follow."""
@@ -114,6 +117,20 @@ class SurfaceMaterial:
 
 
 @dataclass(frozen=True, eq=False)
+class SeenObject:
+    """What a pixel shows of an object."""
+
+    leaving: Operand  #: Of :meth:`.ChannelWater.leaving`, multiplied by the coverage.
+    coverage: Operand = 1.0  #: Fraction of the pixel that it fills.
+    #: What it lets through of each channel beyond 1 - ``coverage``, which is drawn; for what lies
+    #: behind it stands unoccluded water.
+    tint: Operand | None = None
+    #: Of :meth:`.ChannelWater.glow`, if ``leaving`` is without it: what objects around emit is not
+    #: known.
+    glow: Operand | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class ReflectedRadiance:
     """What a picture shows of the light that the surface mirrors."""
 
@@ -134,3 +151,15 @@ ReflectionPicture = Callable[[Direction], ReflectedRadiance]
 """What light comes up to the surface against a unit direction down, where a ray meets it."""
 RefractionPicture = Callable[[Direction], RefractedRadiance]
 """What objects in the air are seen along a unit direction up, where a ray leaves the water."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceAbove:
+    """The surface as a ray from below sees it."""
+
+    sky: Sky  #: Of the level 1: that of the channels is in the tables.
+    index: Operand | None  #: Of the water against air; None for a surface that lets all through.
+    ripples: Ripples | None = None
+    picture: ReflectionPicture | None = None  #: Of objects that it mirrors.
+    window: RefractionPicture | None = None  #: Of objects in the air.
+    foam: FoamAhead | None = None

@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 from underwater_spectral.tests import by_hand
 from underwater_spectral.uw_spectral.closed_form.aureole_lobes import solve_aureole
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
+from underwater_spectral.uw_spectral.closed_form.light_field import (
+    TwoStreamWater,
+    solve_light_field,
+)
 from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_fraction
 from underwater_spectral.uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.uw_spectral.errors import InputError
@@ -29,7 +32,8 @@ from underwater_spectral.validation.sun_beam import closed_beam
 def _water(a, b, text="hg:0.8", mu_s=0.9, y_o=5.0, y_f=8.0, **options):
     a, b = np.atleast_1d(a), np.atleast_1d(b)
     phase = parse_phase(text).for_bands(b)
-    field = solve_light_field(a, b, phase.chi1, phase.chi2, 1.0, mu_s, y_f=y_f, **options)
+    water = TwoStreamWater(a, b, phase.chi1, phase.chi2)
+    field = solve_light_field(water, 1.0, mu_s, y_f=y_f, **options)
     return solve_closed_form(field, phase, y_o, (math.sqrt(1 - mu_s**2), 0.0, -mu_s))
 
 

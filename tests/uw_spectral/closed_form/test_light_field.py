@@ -6,15 +6,19 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
+from underwater_spectral.uw_spectral.closed_form.light_field import (
+    TwoStreamWater,
+    solve_light_field,
+)
 from underwater_spectral.uw_spectral.errors import InputError
 
 A, B = np.array([0.02, 0.05, 0.4]), np.array([0.004, 0.1, 1.0])
 
 
 def _field(**changes):
-    values = {"a": A, "b": B, "chi1": 0.8, "chi2": 0.64, "E": 1.0, "mu_s": 0.9}
-    return solve_light_field(**(values | {"r": 0.2, "y_f": 8.0} | changes))
+    values = {"a": A, "b": B, "E": 1.0, "mu_s": 0.9, "r": 0.2, "y_f": 8.0} | changes
+    water = TwoStreamWater(values.pop("a"), values.pop("b"), 0.8, 0.64)
+    return solve_light_field(water, **values)
 
 
 def test_boundary_conditions():
@@ -37,7 +41,7 @@ def test_energy_balance(y_f):
 
 def test_monte_carlo_irradiance():
     """Ed(y)/Ed(0) for a = .05, b = .1, HG .8, vertical sun (Monte Carlo)."""
-    field = solve_light_field(0.05, 0.1, 0.8, 0.64, 1.0, 1.0)
+    field = solve_light_field(TwoStreamWater(0.05, 0.1, 0.8, 0.64), 1.0, 1.0)
     y = np.array([0.5, 2, 5, 10, 20])[:, None]
     ratio = (field.Ed(y) / field.Ed(0.0))[:, 0]
     np.testing.assert_allclose(ratio, [0.9731, 0.8934, 0.7458, 0.5419, 0.2721], rtol=0.02)
@@ -90,9 +94,8 @@ def test_surface_irradiance_adds_up_to_the_downwelling():
 def test_any_water_gives_finite_irradiance(c, albedo, g, mu_s, y_f, r, R, fraction):
     if R == 1 and r == 1:
         R = 0.48  # a closed mirror box holds any amount of light
-    field = solve_light_field(
-        c * (1 - albedo), c * albedo, g, g * g, 1.0, mu_s, R=R, r=r, y_f=y_f, E_sky=0.3
-    )
+    water = TwoStreamWater(c * (1 - albedo), c * albedo, g, g * g)
+    field = solve_light_field(water, 1.0, mu_s, R=R, r=r, y_f=y_f, E_sky=0.3)
     y = fraction * min(y_f, 500.0)
     for value in (field.E0(y), field.F(y), field.Ed(y), field.Eu(y), field.floor_radiance()):
         assert np.isfinite(value).all()

@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
+from underwater_spectral.uw_spectral.closed_form.light_field import TwoStreamWater, light_field_of
 from underwater_spectral.uw_spectral.closed_form.one_lobe import (
     LobeSeries,
+    PlainLight,
     plain_water,
     surface_fractions,
 )
@@ -37,12 +38,19 @@ def _column(a, b, floor, r):
 
 def _plain(column, g, depth, dtype=np.float64):
     numbers = {
-        "E": column.sun_irradiance, "L_sky": column.sky_radiance, "r": column.floor_reflectance,
-        "y_o": depth, "y_f": min(column.floor_depth, 1e3), "index": 1.34,
+        "r": column.floor_reflectance, "y_o": depth, "y_f": min(column.floor_depth, 1e3),
+        "index": 1.34,
     }  # fmt: skip
     numbers = {name: np.asarray(value, dtype) for name, value in numbers.items()}
-    a, b, g, f = (np.asarray(x, dtype) for x in (column.absorption, column.scattering, g, g * g))
-    return plain_water(a, b, g, f, sun=[np.asarray(x, dtype) for x in SUN], **numbers)
+    water, light = (
+        [np.asarray(x, dtype) for x in given]
+        for given in (
+            (column.absorption, column.scattering, g, g * g),
+            (column.sun_irradiance, column.sky_radiance),
+        )
+    )
+    sun = [np.asarray(x, dtype) for x in SUN]
+    return plain_water(TwoStreamWater(*water), PlainLight(*light, sun), **numbers)
 
 
 @pytest.mark.parametrize("g", [0.8, 0.924])

@@ -183,9 +183,10 @@ def test_libraw_reads_our_dng(tmp_path, pattern):
     white = XYZ_TO_CAMERA @ [0.9505, 1.0, 1.089]
     detector = Detector(bits=14, gain=1.0, read_noise=2.0, black_level=256.0)
     grey = np.broadcast_to(0.4 * white / white.max(), (64, 96, 3))
-    counts = capture(grey, RawSettings(detector, 1.0, pattern=pattern))
+    settings = RawSettings(detector, 1.0, pattern=pattern)
+    counts = capture(grey, settings)
     path = tmp_path / "raw.dng"
-    write_dng(path, counts, detector, pattern, XYZ_TO_CAMERA, white, "Nikon D7000 in water")
+    write_dng(path, counts, settings, XYZ_TO_CAMERA, white, "Nikon D7000 in water")
     with rawpy.imread(str(path)) as raw:
         assert np.array_equal(raw.raw_image_visible, counts)
         names = np.array(list(raw.color_desc.decode()))[raw.raw_colors_visible]
@@ -206,9 +207,9 @@ def test_a_full_well_is_white_in_a_dng(tmp_path, iso, white):
     """LibRaw clips all channels where the first is full, so that highlights are not magenta."""
     detector, path = Detector(read_noise=0.0, shot_noise=False), tmp_path / "raw.dng"
     bright = np.broadcast_to([4.0, 8.0, 4.0], (32, 32, 3))
-    counts = capture(bright, RawSettings(detector, 1.0, iso=iso, pattern="RGGB"))
-    grey = [0.5, 1.0, 0.5]
-    write_dng(path, counts, detector, "RGGB", np.eye(3), grey, "a", iso=iso)
+    settings = RawSettings(detector, 1.0, iso=iso, pattern="RGGB")
+    counts = capture(bright, settings)
+    write_dng(path, counts, settings, np.eye(3), [0.5, 1.0, 0.5], "a")
     with rawpy.imread(str(path)) as raw:
         assert raw.white_level == counts.max() == white
         rgb = raw.postprocess(use_camera_wb=True, gamma=(1, 1), no_auto_bright=True, output_bps=16,
@@ -219,8 +220,8 @@ def test_a_full_well_is_white_in_a_dng(tmp_path, iso, white):
 @pytest.mark.parametrize(("iso", "said"), [(None, 200), (800.0, 800), (1e6, 65535)])
 def test_readers_know_the_iso_of_a_dng(tmp_path, iso, said):
     path, counts = tmp_path / "raw.dng", np.full((32, 32), 500, np.uint16)
-    detector = Detector(base_iso=200.0)
-    write_dng(path, counts, detector, "RGGB", np.eye(3), np.ones(3), "a", iso=iso)
+    settings = RawSettings(Detector(base_iso=200.0), 1.0, iso=iso, pattern="RGGB")
+    write_dng(path, counts, settings, np.eye(3), np.ones(3), "a")
     with rawpy.imread(str(path)) as raw:  # LibRaw
         assert raw.other.iso_speed == said
     tags = oiio.ImageInput.open(str(path)).spec()  # by its TIFF reader
@@ -229,7 +230,8 @@ def test_readers_know_the_iso_of_a_dng(tmp_path, iso, said):
 
 def test_a_dng_is_a_tiff_with_the_counts_at_its_end(tmp_path):
     counts = np.arange(64, dtype=np.uint16).reshape(8, 8)
-    write_dng(tmp_path / "a.dng", counts, Detector(), "RGGB", np.eye(3), np.ones(3), "a")
+    settings = RawSettings(Detector(), 1.0, pattern="RGGB")
+    write_dng(tmp_path / "a.dng", counts, settings, np.eye(3), np.ones(3), "a")
     content = (tmp_path / "a.dng").read_bytes()
     assert content[:4] == b"II*\0"
     assert np.array_equal(np.frombuffer(content[-128:], "<u2").reshape(8, 8), counts)
@@ -251,7 +253,7 @@ def test_what_is_no_detector_is_refused(changes, message):
 
 
 def test_what_cannot_be_taken_says_why(tmp_path):
-    picture = np.ones((4, 4, 3))
+    picture, behind = np.ones((4, 4, 3)), RawSettings(QUIET, 1.0, pattern="RGGB")
     with pytest.raises(InputError, match="ISO 50 is below"):
         raw_counts([[1.0]], Detector(), 0, iso=50.0)
     with pytest.raises(InputError, match="not negative"):
@@ -269,10 +271,10 @@ def test_what_cannot_be_taken_says_why(tmp_path):
     with pytest.raises(InputError, match="darker than black"):
         Vignetting(radial=(-2.0,)).fraction((8, 8), (9.0, 9.0), (4.0, 4.0))
     with pytest.raises(InputError, match="one 16-bit count"):
-        write_dng(tmp_path / "a.dng", np.zeros((2, 2, 3), np.uint16), QUIET, "RGGB", np.eye(3),
+        write_dng(tmp_path / "a.dng", np.zeros((2, 2, 3), np.uint16), behind, np.eye(3),
                   np.ones(3), "a")  # fmt: skip
     with pytest.raises(InputError, match="invertible"):
-        write_dng(tmp_path / "a.dng", np.zeros((2, 2), np.uint16), QUIET, "RGGB", np.zeros((3, 3)),
+        write_dng(tmp_path / "a.dng", np.zeros((2, 2), np.uint16), behind, np.zeros((3, 3)),
                   np.ones(3), "a")  # fmt: skip
     with pytest.raises(InputError, match="uint8 or uint16"):
         write_codes(tmp_path / "a.tif", np.zeros((2, 2)))

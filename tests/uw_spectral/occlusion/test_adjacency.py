@@ -19,7 +19,12 @@ from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
-from underwater_spectral.uw_spectral.transfer.pixel_parts import COLOURS, Around, SurfaceMaterial
+from underwater_spectral.uw_spectral.transfer.pixel_parts import (
+    COLOURS,
+    Around,
+    SeenObject,
+    SurfaceMaterial,
+)
 from underwater_spectral.uw_spectral.transfer.projection import project
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
 
@@ -138,7 +143,7 @@ def _floor_pixels(water, adjacent, view, ways: np.ndarray, depth: float, colour:
     y, up = np.full(P.shape, depth), [np.full(P.shape, x) for x in (0.0, 0.0, 1.0)]
     lit = [np.full(P.shape, -colour * field.sun[2] / math.pi)] * 3
     leaving = ray.leaving(SurfaceMaterial(COLOURS, lit, [np.full(P.shape, colour)] * 3), y, up, P)
-    return ray.surface(-view.centre[2], y, w, P, leaving, around=around).total
+    return ray.surface(-view.centre[2], y, w, P, SeenObject(leaving), around=around).total
 
 
 @pytest.mark.parametrize("size", [2.0, 1.0, 0.4])

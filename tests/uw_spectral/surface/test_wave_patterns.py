@@ -8,7 +8,10 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import solve_light_field
+from underwater_spectral.uw_spectral.closed_form.light_field import (
+    TwoStreamWater,
+    solve_light_field,
+)
 from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
@@ -43,9 +46,8 @@ PHASE = parse_phase("hg:0.9").for_bands(np.ones(2))
 
 
 def _water(sky=0.2, index=1.34):
-    field = solve_light_field(
-        [0.05, 0.3], [0.1, 0.2], PHASE.chi1, PHASE.chi2, [1.0, 1.0], -SUN[2], E_sky=sky
-    )
+    water = TwoStreamWater([0.05, 0.3], [0.1, 0.2], PHASE.chi1, PHASE.chi2)
+    field = solve_light_field(water, [1.0, 1.0], -SUN[2], E_sky=sky)
     return solve_closed_form(field, PHASE, 3.0, SUN)
 
 
@@ -130,7 +132,9 @@ def test_no_energy_is_gained_under_a_tilted_surface():
     reflectance = fresnel_reflectance(np.maximum(cosine, 0), 1 / n)
     seen = under_surface(_water(sky=0.0), [w[:, i, None] for i in range(3)], 1.0, n, slopes=slopes)
     dark = solve_closed_form(
-        solve_light_field([50.0], [1e-9], PHASE.chi1[:1], PHASE.chi2[:1], [0.0], -SUN[2]),
+        solve_light_field(
+            TwoStreamWater([50.0], [1e-9], PHASE.chi1[:1], PHASE.chi2[:1]), [0.0], -SUN[2]
+        ),
         parse_phase("hg:0.9").for_bands([1.0]), 0.0, SUN,
     )  # fmt: skip
     only_sky = under_surface(dark, [w[:, i, None] for i in range(3)], 1.0, n, slopes=slopes)

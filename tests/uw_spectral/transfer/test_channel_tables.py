@@ -21,6 +21,8 @@ from underwater_spectral.uw_spectral.transfer.pixel_parts import (
     Around,
     OcclusionFactor,
     OcclusionOnPath,
+    SeenObject,
+    SurfaceAbove,
     SurfaceMaterial,
 )
 from underwater_spectral.uw_spectral.transfer.projection import project
@@ -128,9 +130,10 @@ def _case(water: str, zenith: float, channels: str, *, spoilt: dict | None = Non
     ray = along_rays(projected, field.sun, w)
     rgb = [colour[:, k : k + 1] for k in range(3)]
     surface = SurfaceMaterial(COLOURS, [c * facing / math.pi for c in rgb], rgb)
-    found = ray.surface(y_o, y_e, w, P, ray.leaving(surface, y_e, n, P)).total
+    leaving = ray.leaving(surface, y_e, n, P)
+    found = ray.surface(y_o, y_e, w, P, SeenObject(leaving)).total
     sky = dataclasses.replace(column.skylight, level=1.0)
-    open_found = ray.open_water(y_o, w, sky, column.refractive_index).total
+    open_found = ray.open_water(y_o, w, SurfaceAbove(sky, column.refractive_index)).total
     return Case(plan, projected, exact, found, projecting.project(ahead.total), open_found)
 
 
@@ -312,7 +315,8 @@ def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt=""):
     if projected.layered:
         scattering = ray.tables.rate("scattering", y_e)
     blocked = np.log(kept / direct) / (scattering * P)
-    found = ray.surface(y_o, y_e, w, P, leaving, occlusion=occlusion, around=Around(blocked))
+    item, around = SeenObject(leaving), Around(blocked)
+    found = ray.surface(y_o, y_e, w, P, item, occlusion=occlusion, around=around)
     return found.total, exact
 
 
@@ -332,7 +336,8 @@ def _picture(water: str, sensor: str, bands: int) -> np.ndarray:
     rgb, normal = [colour[:, k : k + 1] for k in range(3)], [-part for part in w]
     facing = np.maximum(-sum(a * b for a, b in zip(normal, field.sun, strict=True)), 0.0)
     surface, P = SurfaceMaterial(COLOURS, [c * facing / math.pi for c in rgb], rgb), 0.0 * y_e + 3.0
-    seen = ray.surface(0.0 * y_e + 5.0, y_e, w, P, ray.leaving(surface, y_e, normal, P)).total
+    item = SeenObject(ray.leaving(surface, y_e, normal, P))
+    seen = ray.surface(0.0 * y_e + 5.0, y_e, w, P, item).total
     developed = plan.reduction(5.0).weights @ np.linalg.pinv(response)
     return np.clip(seen @ developed.T, 0.0, 1.0)
 
@@ -342,7 +347,7 @@ def test_nothing_is_scattered_on_no_way():
     w = [np.array([[0.6]]), np.array([[0.0]]), np.array([[0.8]])]
     y = np.array([[5.0]])
     ray = along_rays(case.projected, case.plan.solved_field(24).sun, w)
-    pixel = ray.surface(y, y - 0.8e-6, w, np.array([[1e-6]]), np.ones((1, 3)))
+    pixel = ray.surface(y, y - 0.8e-6, w, np.array([[1e-6]]), SeenObject(np.ones((1, 3))))
     assert np.abs(pixel.water).max() < 1e-5 * case.open_exact.mean()
     assert pixel.direct == pytest.approx(np.ones((1, 3)), rel=1e-5)
 
@@ -373,12 +378,12 @@ def test_what_counts_as_unscattered_changes_no_light_of_open_water(planted):
     w, P = [x[:, None] for x in v.T], np.full((len(v), 1), 2.0)
     y, far, level = 0.0 * P + 5.0, 5.0 - 2.0 * w[2], dataclasses.replace(sky, level=1.0)
     rays = [along_rays(light, field.sun, w) for light in both]
-    dark = 0.0 * P * np.ones(3)
+    dark, surface = 0.0 * P * np.ones(3), SurfaceAbove(level, plan.column.refractive_index)
     M, less = (ray.scattered(y, w) for ray in rays)
     assert np.median(less / M) < 0.9, "less counts as scattered"
     for of_all, of_few in (
-        [ray.open_water(y, w, level, plan.column.refractive_index).total for ray in rays],
-        [ray.surface(y, far, w, P, dark).total for ray in rays],
+        [ray.open_water(y, w, surface).total for ray in rays],
+        [ray.surface(y, far, w, P, SeenObject(dark)).total for ray in rays],
     ):
         off = np.quantile(np.abs(of_few / of_all - 1.0), 0.95)
         assert (off < 0.01) == (planted == 1.0), off
@@ -411,7 +416,8 @@ def test_open_water_below_a_turbid_layer_is_that_of_the_solution(surface, floor,
     w, y = [x[:, None] for x in v.T], np.full((len(v), 1), 5.0)
     index = plan.column.refractive_index if plan.column.reflects else None
     ray = along_rays(projected, field.sun, w)
-    found = ray.open_water(y, w, dataclasses.replace(sky, level=1.0), index).total
+    above = SurfaceAbove(dataclasses.replace(sky, level=1.0), index)
+    found = ray.open_water(y, w, above).total
     errors = np.abs(found / field.radiance(y[:, 0], v.T) - 1.0)
     assert np.median(errors) <= 0.005
     assert np.quantile(errors, 0.99) <= 0.03
