@@ -160,7 +160,7 @@ def tilted_mirror(
 
 
 def under_surface(
-    water: Radiant | None,
+    water: Radiant,
     w: Sequence[Operand],
     L_sky: Operand,
     relative_index: Operand,
@@ -175,18 +175,29 @@ def under_surface(
 
     Parameters
     ----------
-    water : Radiant or None
-        What the surface mirrors; None for a surface that mirrors black water.
+    water : Radiant
+        What the surface mirrors.
     L_sky : float or array
         Radiance of the sky, in air, where the refracted ray meets it.
     slopes : two floats or arrays, optional
         Slopes of the surface along x and y where w meets it; flat without.
     """
-    n2 = relative_index * relative_index
     cosine, reflected = mirrored_ray(w, m, slopes)
+    mirrored = water.radiance(0.0 * w[2], reflected, m=m)
+    return sky_and_mirrored(cosine, L_sky, mirrored, relative_index, m)
+
+
+def sky_and_mirrored(
+    cosine: Operand,
+    L_sky: Operand,
+    L_mirrored: Operand,
+    relative_index: Operand,
+    m: Mathematics = NUMPY,
+) -> Operand:
+    """Radiance just below the surface of a ray that meets it from below at a cosine."""
     reflectance = fresnel_reflectance(cosine, 1.0 / relative_index, m)
-    mirrored = 0.0 if water is None else water.radiance(0.0 * w[2], reflected, m=m)
-    return (1.0 - reflectance) * n2 * L_sky + reflectance * mirrored
+    n2 = relative_index * relative_index
+    return (1.0 - reflectance) * n2 * L_sky + reflectance * L_mirrored
 
 
 def sun_image(

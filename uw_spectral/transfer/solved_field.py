@@ -18,18 +18,14 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase, PhaseFunction
 from .aureole import WIDEST, SpreadSun, spread_sun
 from .legendre import legendre_modes
-from .radiance_field import FARTHEST, mirrored_ray, surface_normal, under_surface
-from .rough_surface import RoughSurface, facet_slopes
+from .radiance_field import FARTHEST, mirrored_ray, sky_and_mirrored
 from .solved_layer import (
     LEVEL,
     THIN,
@@ -41,10 +37,7 @@ from .solved_layer import (
     weight_of,
 )
 from .sun_beam import SUN_DISC
-
-_RINGS, _AROUND = 10, 24  # sizes and azimuths of slopes that a ray meets under waves
-_AT_ONCE = 1 << 13  # facets, of all rays together
-_UPS, _TURNS = 64, 24  # cosines and azimuths of the light that rises to them
+from .under_waves import RISING_COSINES, RISING_TURNS, RisingLight, under_waves
 
 
 class SolvedField:
@@ -440,102 +433,28 @@ class SolvedField:
         if light.index is None:
             return light.sky.radiance(w) + np.zeros_like(light.E)
         if light.waves is not None:
-            return self._under_waves(light.waves, w)
+            return under_waves(light.waves, light.sky, self._rising, w)
+        cosine, down = mirrored_ray(w)
+        rays = 0.0 * mu, [part[:, 0] for part in down]
+        if mirrored is None:
+            mirrored = self.radiance(*rays)
+        else:
+            mirrored = mirrored + self.images_and_single(*rays)
         L_sky = light.sky.seen_through(w, light.index)
-        return under_surface(_Mirror(self, mirrored), w, L_sky, light.index)
-
-    def _under_waves(self, waves: RoughSurface, w: Sequence[Array]) -> Array:
-        """Radiance that comes down from waves, on average, along view directions (q, 1)."""
-        n, sky, q = waves.refractive_index, self.light.sky, len(w[0])
-        turn = math.atan2(self.light.sun[1], self.light.sun[0])
-        x, y, fraction = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
-        x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
-        total, area = np.zeros(1), np.zeros(1)
-        for some in np.array_split(
-            np.arange(len(fraction)), math.ceil(q * len(fraction) / _AT_ONCE)
-        ):
-            rays = [np.repeat(part, len(some), axis=0) for part in w]
-            slopes = np.tile(x[some], q)[:, None], np.tile(y[some], q)[:, None]
-            normal = surface_normal(*slopes)
-            met, mirrored = mirrored_ray(rays, slopes=slopes)
-            risen = _Risen(self._risen(*mirrored))
-            # Towards the horizon other waves hide the sky; they show what they mirror, and water.
-            passing = waves.passing(direction_in_air(rays, normal, n)[2])
-            L_sky = passing * sky.seen_through(rays, n, slopes=slopes)
-            L_sky = L_sky + (1.0 - passing) / n**2 * risen.light
-            seen = np.tile(fraction[some], q)[:, None] * met / normal[2]
-            light = seen * under_surface(risen, rays, L_sky, n, slopes=slopes)
-            area = area + seen.reshape(q, -1, 1).sum(axis=1)
-            total = total + light.reshape(q, len(some), -1).sum(axis=1)
-        return total / area
-
-    def _risen(self, x: Array, y: Array, z: Array) -> Array:
-        """Radiance that rises to the surface along directions (q, 1) of view down, (q, n)."""
-        sx, sy = self.light.sun[:2]
-        away = np.arctan2(sx * y - sy * x, -(sx * x + sy * y))
-        (i, u), (j, t) = _cell(-z[:, 0], _UPS), _cell(np.abs(away[:, 0]) / math.pi, _TURNS)
-        L = self._rising
-        level = L[i, j] * (1.0 - t) + L[i, j + 1] * t
-        return level * (1.0 - u) + (L[i + 1, j] * (1.0 - t) + L[i + 1, j + 1] * t) * u
+        return sky_and_mirrored(cosine, L_sky, mirrored, light.index)
 
     @functools.cached_property
-    def _rising(self) -> Array:
-        """Radiance that rises to the surface, by cosine and azimuth of travel, (u, t, n)."""
-        up = np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS)
-        turns = np.linspace(0.0, math.pi, _TURNS)
+    def _rising(self) -> RisingLight:
+        """Radiance that rises to the surface."""
+        up, turns = RISING_COSINES, RISING_TURNS
         across = np.sqrt(1.0 - up**2)
         around = turns + math.atan2(self.light.sun[1], self.light.sun[0])
         w = np.outer(-across, np.cos(around)), np.outer(-across, np.sin(around)), -up[:, None]
         scattered = self.scattered_on_grid([0.0], -up, turns)[:, 0]
-        return np.moveaxis(scattered, 0, -1) + self.images_and_single(0.0, w)
+        table = np.moveaxis(scattered, 0, -1) + self.images_and_single(0.0, w)
+        return RisingLight(table, self.light.sun)
 
 
 @functools.lru_cache(maxsize=2)
 def _spread_sun(field: SolvedField, depths: bytes) -> SpreadSun:
     return field.spread_sun(np.frombuffer(depths)[:, None])
-
-
-def _cell(fraction: Array, count: int) -> tuple[NDArray[np.intp], Array]:
-    """Index before a place on a scale of so many from 0 to 1, and fraction of the next, (q, 1)."""
-    at = fraction * (count - 1)
-    low = np.clip(at.astype(np.intp), 0, count - 2)
-    return low, np.clip(at - low, 0.0, 1.0)[:, None]
-
-
-@dataclass(frozen=True)
-class _Risen:
-    """Known light that a facet mirrors."""
-
-    light: Array
-
-    def radiance(
-        self,
-        y: Array,
-        w: Sequence[Array],
-        L_surface: Operand = 0.0,
-        m: Mathematics = NUMPY,
-    ) -> Array:
-        """Radiance that rises against w."""
-        del y, w, L_surface, m
-        return self.light
-
-
-class _Mirror:
-    """The rising light that a surface mirrors, asked for along rays of shape (q, 1)."""
-
-    def __init__(self, field: SolvedField, scattered: Array | None) -> None:
-        self._field, self._scattered = field, scattered
-
-    def radiance(
-        self,
-        y: Array,
-        w: Sequence[Array],
-        L_surface: Operand = 0.0,
-        m: Mathematics = NUMPY,
-    ) -> Array:
-        """Radiance that rises to depth y, against w."""
-        del L_surface, m
-        rays = y[:, 0], [part[:, 0] for part in w]
-        if self._scattered is None:
-            return self._field.radiance(*rays)
-        return self._scattered + self._field.images_and_single(*rays)
