@@ -15,10 +15,8 @@ from ..uw_spectral.surface.waves import WaveSpectrum
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
 from ..uw_spectral.transfer.rough_surface import (
-    beam_below,
-    beam_reflectance,
+    WaterSurface,
     exchange,
-    internal_reflectance,
 )
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
@@ -50,14 +48,14 @@ def _reflectances() -> list[str]:
     beams = {f"sun at {zenith}°": math.cos(math.radians(zenith)) for zenith in ZENITHS}
     cells: dict[str, list[str]] = {}
     for wind in WINDS:
-        slopes = 0.0, variance(wind)
-        sea = TracedSea(slopes[1], np.random.default_rng(_SEED), _INDEX)
+        both = WaterSurface(_INDEX), WaterSurface(_INDEX, variance(wind))
+        sea = TracedSea(both[1].slope_variance, np.random.default_rng(_SEED), _INDEX)
         cases = [
-            (name, np.full(_RAYS, cosine), [beam_reflectance(cosine, _INDEX, s) for s in slopes])
+            (name, np.full(_RAYS, cosine), [s.reflectance(cosine) for s in both])
             for name, cosine in beams.items()
         ]
-        sky = [1.0 - Sky().transmittance(_INDEX, s) for s in slopes]
-        below = [internal_reflectance(_INDEX, s) for s in slopes]
+        sky = [1.0 - Sky().transmittance(s) for s in both]
+        below = [s.internal_reflectance for s in both]
         cases += [("uniform sky", any_way, sky), (_BELOW, any_way, below)]
         for name, cosines, (flat, waves) in cases:
             traced, _ = sea.reflectance(cosines, above=name != _BELOW)
@@ -74,7 +72,7 @@ def _field(s: float, sun: NDArray[np.float64], E: float, sky: float) -> SolvedFi
     phase = parse_phase(f"hg:{_WATER['g']}").for_bands(b)
     return solve_discrete_ordinates(
         [OpticalLayer(_WATER["floor"], np.array([_WATER["a"]]), b, phase)], [E], sun.tolist(),
-        sky=Sky.standard("uniform", [sky]), refractive_index=_INDEX, slope_variance=s,
+        sky=Sky.standard("uniform", [sky]), surface=WaterSurface(_INDEX, s),
         floor_reflectance=_WATER["reflectance"],
     )  # fmt: skip
 
@@ -104,7 +102,7 @@ def _photons() -> list[str]:
             straight = spread
         else:
             above = sun_travel_direction(zenith, 0, 1.0)
-            suns = [beam_below(above, _INDEX, each) for each in (0.0, s)]
+            suns = [WaterSurface(_INDEX, each).beam_below(above) for each in (0.0, s)]
             flat, waves = (
                 _at(_field(each, sun, 1.0, 0.0), 1.0)
                 for each, sun in zip((0.0, s), suns, strict=True)
@@ -127,11 +125,12 @@ def _scene(wind: float, zenith: float) -> SolvedField:
     s, nm = variance(wind), np.array([480.0])
     b = Water.jerlov("II").b(nm)
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
-    T = 1.0 - float(beam_reflectance(math.cos(math.radians(zenith)), _INDEX, s))
+    surface = WaterSurface(_INDEX, s)
+    T = 1.0 - float(surface.reflectance(math.cos(math.radians(zenith))))
     return solve_discrete_ordinates(
         [OpticalLayer(math.inf, Water.jerlov("II").a(nm), b, phase)], [T],
-        beam_below(sun_travel_direction(zenith, 0, 1.0), _INDEX, s).tolist(),
-        sky=Sky.standard("uniform", [_DIFFUSE]), refractive_index=_INDEX, slope_variance=s,
+        surface.beam_below(sun_travel_direction(zenith, 0, 1.0)).tolist(),
+        sky=Sky.standard("uniform", [_DIFFUSE]), surface=surface,
     )  # fmt: skip
 
 
@@ -163,9 +162,9 @@ def _cost() -> list[str]:
             for _ in range(2):
                 field = solve_discrete_ordinates(
                     [OpticalLayer(9.0, water.a(nm), b, phase)], np.ones(8),
-                    sun_travel_direction(30, 0, _INDEX).tolist(), refractive_index=_INDEX,
+                    sun_travel_direction(30, 0, _INDEX).tolist(),
                     sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
-                    slope_variance=s, floor_reflectance=0.2, streams=TABLE_STREAMS,
+                    surface=WaterSurface(_INDEX, s), floor_reflectance=0.2, streams=TABLE_STREAMS,
                 )  # fmt: skip
                 marks.append(time.process_time())
             tabulate(field)

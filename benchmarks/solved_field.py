@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
+from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase_functions import parse_phase
@@ -96,7 +97,7 @@ def _seconds(streams: int) -> NDArray[np.float64]:
         marks = [time.process_time()]
         field = solve_discrete_ordinates(
             [OpticalLayer(9.0, water.a(nm), b, phase)], np.ones(8), sun_travel_direction(30, 0),
-            refractive_index=1.34, floor_reflectance=0.2, streams=streams,
+            surface=WaterSurface(1.34), floor_reflectance=0.2, streams=streams,
             sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
         )  # fmt: skip
         marks.append(time.process_time())

@@ -27,7 +27,7 @@ from ..uw_spectral.transfer.discrete_ordinates import (
     solve_discrete_ordinates,
 )
 from ..uw_spectral.transfer.inelastic_emission import inelastic_emission
-from ..uw_spectral.transfer.rough_surface import beam_below, beam_reflectance
+from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
@@ -132,16 +132,16 @@ def _solved(
     """Solve layers below a surface; in air sun and sky, its fraction, bring cos(zenith)."""
     cosine = math.cos(math.radians(zenith))
     slopes = float(slope_variance_CoxMunk1954(wind).sum()) if wind else 0.0
-    enters = 1.0 - float(beam_reflectance(cosine, INDEX, slopes))
+    surface = WaterSurface(INDEX, slopes)
+    enters = 1.0 - float(surface.reflectance(cosine))
     direct = sun * cosine * (1.0 - sky) * enters
     above = BLACK
     sun_in_air = sun_travel_direction(zenith, 0.0, 1.0)
     if sky:
         above = Sky.standard("clear", [sun * cosine * sky], sun_in_air.tolist())
     return solve_discrete_ordinates(
-        layers, [direct], beam_below(sun_in_air.tolist(), INDEX, slopes).tolist(), sky=above,
-        refractive_index=INDEX, slope_variance=slopes, floor_reflectance=floor,
-        streams=streams, modes=1,
+        layers, [direct], surface.beam_below(sun_in_air.tolist()).tolist(), sky=above,
+        surface=surface, floor_reflectance=floor, streams=streams, modes=1,
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ from ..uw_spectral.surface.refraction import (
 from ..uw_spectral.surface.wave_components import WaveComponents
 from ..uw_spectral.surface.waves import WaveSpectrum
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
+from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
 from ..uw_spectral.water.phase_functions import parse_phase
@@ -80,7 +81,7 @@ def sunlit_water(
         sky=Sky.standard(
             "clear", diffuse * one, sun_travel_direction(zenith, WIND_AZIMUTH, 1.0).tolist()
         ),
-        refractive_index=REFRACTIVE_INDEX,
+        surface=WaterSurface(REFRACTIVE_INDEX),
     )
     return SunlitWater(field)
 

@@ -22,6 +22,7 @@ from ..uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
+from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import BLACK, Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
@@ -50,8 +51,8 @@ def deep_water(
     phase = parse_phase("mixture").for_bands(b, molecular_scattering(wavelengths))
     return solve_discrete_ordinates(
         [OpticalLayer(math.inf, a, b, phase)], (1.0 - fraction) * entering(zenith),
-        sun_travel_direction(zenith, 0.0).tolist(), sky=seen, refractive_index=REFRACTIVE_INDEX,
-        streams=_STREAMS, modes=1,
+        sun_travel_direction(zenith, 0.0).tolist(), sky=seen,
+        surface=WaterSurface(REFRACTIVE_INDEX), streams=_STREAMS, modes=1,
     )  # fmt: skip
 
 

@@ -31,6 +31,7 @@ from ..uw_spectral.surface.refraction import (
     sun_travel_direction,
 )
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
+from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
@@ -126,14 +127,14 @@ def modelled(
     sky = Sky.standard(sky_kind, [fraction], sun_travel_direction(at.zenith, 0.0, 1.0).tolist())
     field = solve_discrete_ordinates(
         [OpticalLayer(math.inf, np.array([a]), b, phase)], E, at.sun.tolist(),
-        sky=sky, refractive_index=INDEX, streams=streams,
+        sky=sky, surface=WaterSurface(INDEX), streams=streams,
     )  # fmt: skip
     tube = _tube(at.w, at.acceptance)
     depths = at.depths[:, None, None, None]
     solved = field.radiance(depths, tuple(tube))[..., 0].mean(axis=-1)
     light = solve_light_field(
         TwoStreamWater(a, b, phase.chi1, phase.chi2), E, float(in_water_cosine(at.zenith, INDEX)),
-        E_sky=np.array([fraction * sky.transmittance(INDEX)]),
+        E_sky=np.array([fraction * sky.transmittance(WaterSurface(INDEX))]),
         R=diffuse_internal_reflectance(INDEX),
     )  # fmt: skip
     rays = tuple(part[..., None] for part in tube)

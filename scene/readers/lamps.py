@@ -25,12 +25,13 @@ from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
 from ...uw_spectral.lamps.layers import waters_of_lamps
 from ...uw_spectral.lamps.multiple_scattering import LampWater
-from ...uw_spectral.lamps.over_water import Surface, through_surface
+from ...uw_spectral.lamps.over_water import through_surface
 from ...uw_spectral.lamps.virtual_point_lights import LampRays, LitSurfaces, virtual_point_lights
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
+from ...uw_spectral.transfer.rough_surface import WaterSurface
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase
 from .. import marks
@@ -169,7 +170,7 @@ def lamps_of(
     bands: Bands,
     unit: str,
     n: float = REFRACTIVE_INDEX,
-    surface: Surface | None = None,
+    surface: WaterSurface | None = None,
 ) -> SceneLamps:
     """Return the lamps of a scene's current frame.
 
@@ -178,7 +179,7 @@ def lamps_of(
     index, for lamps behind ports. InputError names the lamp if a spectrum, a power or a profile
     cannot be used.
     """
-    every, surface = shown_lamps(scene), surface or Surface(n)
+    every, surface = shown_lamps(scene), surface or WaterSurface(n)
     dark = {lamp.name: why_dark(lamp) for lamp in every if why_dark(lamp)}
     notes = [f"lamp {name!r} is left out: {why}" for name, why in dark.items()]
     shown, lamps = [one for one in every if not why_dark(one)], []
@@ -205,8 +206,7 @@ def lamps_of(
 def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
     """Return the lamps of a scene's current frame in the bands of a plan."""
     column = plan.column
-    index = column.refractive_index if column.reflects else 1.0
-    surface = Surface(index, column.roughness)
+    surface = column.mean_surface or WaterSurface(1.0)
     return lamps_of(scene, plan.bands, plan.illuminant.unit, column.refractive_index, surface)
 
 

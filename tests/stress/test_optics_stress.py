@@ -43,6 +43,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
     upwelling_irradiance,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
+from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.transfer.water_column import SURFACES, WaterColumn
@@ -102,9 +103,8 @@ class Case:
     @property
     def entering(self) -> np.ndarray:
         """Irradiance that enters, shape (n,)."""
-        column, fraction = self.column, 1.0
-        if column.reflects:
-            fraction = column.skylight.transmittance(column.refractive_index)
+        column, surface = self.column, self.column.mean_surface
+        fraction = 1.0 if surface is None else column.skylight.transmittance(surface)
         return column.sun_irradiance + math.pi * fraction * column.sky_radiance
 
     def depths(self) -> np.ndarray:
@@ -287,7 +287,7 @@ def solved(draw, phases=FORWARD + LIMITS, layers=(1, 1, 2, 3)):
     field = solve_discrete_ordinates(
         water, np.full(n, float(sun)), sun_travel_direction(zenith, azimuth, index or 1.0),
         sky=Sky.standard(draw(st.sampled_from(SKIES)), np.full(n, float(sky)), toward),
-        refractive_index=index, floor_reflectance=draw(FRACTIONS),
+        surface=index and WaterSurface(index), floor_reflectance=draw(FRACTIONS),
     )  # fmt: skip
     return field, water
 

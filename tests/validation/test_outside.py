@@ -11,6 +11,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
 )
+from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.inelastic_processes import raman_coefficient
 from underwater_spectral.uw_spectral.water.phase_functions import (
@@ -100,7 +101,7 @@ def test_radiance_grows_by_the_square_of_the_index():
     n, sky = 1.34, Sky.standard("uniform", [np.pi])
     layer = OpticalLayer(np.inf, np.array([1e-9]), np.array([1e-12]), Rayleigh().for_bands([1e-12]))
     field = solve_discrete_ordinates(
-        [layer], [0.0], (0.0, 0.0, -1.0), sky=sky, refractive_index=n, streams=16
+        [layer], [0.0], (0.0, 0.0, -1.0), sky=sky, surface=WaterSurface(n), streams=16
     )
     across, up = np.sin(np.radians(40.0)), np.cos(np.radians(40.0))
     sine = n * across

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.rough_surface import internal_reflectance
 from ..transfer.water_column import WaterColumn
 from ..water.phase import BandPhase
 
@@ -205,15 +204,13 @@ def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
         If the column has layers.
     """
     column.require_one_layer("the closed form knows")
-    R = 0.0
-    if column.reflects:
-        R = internal_reflectance(column.refractive_index, column.roughness)
+    mean = column.mean_surface
     return solve_light_field(
         TwoStreamWater(column.absorption, column.scattering, phase.chi1, phase.chi2),
         column.sun_irradiance,
         column.sun_cosine,
         E_sky=column.sky_irradiance,
-        R=R,
+        R=0.0 if mean is None else mean.internal_reflectance,
         r=column.floor_reflectance,
         y_f=column.floor_depth,
     )

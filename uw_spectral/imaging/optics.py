@@ -22,7 +22,7 @@ from ..spectra.spectrum import Spectrum
 from ..surface.refraction import in_water_cosine, sun_travel_direction
 from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
-from ..transfer.rough_surface import beam_below, beam_reflectance
+from ..transfer.rough_surface import WaterSurface
 from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
@@ -338,11 +338,11 @@ def _column(
     sun = sun_travel_direction(zenith, light.azimuth, index)
     if waves:
         in_air = sun_travel_direction(zenith, light.azimuth, 1.0)
-        sun = beam_below(in_air.tolist(), index, waves)
+        sun = WaterSurface(index, waves).beam_below(in_air.tolist())
         sun_cosine = -float(sun[2])
     if above:
         cosine = math.cos(math.radians(zenith))
-        transmitted -= float(beam_reflectance(cosine, index, waves))
+        transmitted -= float(WaterSurface(index, waves).reflectance(cosine))
     first, *deeper = (
         DeeperWater(top, water.a(bands.centres), water.b(bands.centres), phase)
         for top, water, phase in zip(waters.tops, waters.layers, phases.layers, strict=True)

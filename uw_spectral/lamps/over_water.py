@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ..content import constant
 from ..surface.refraction import seen_from_air
 from ..transfer.radiance_field import surface_normal
-from ..transfer.rough_surface import facet_slopes
+from ..transfer.rough_surface import WaterSurface, facet_slopes
 from .lamp import Lamp
 from .profile import IsotropicProfile, LampProfile, TableProfile
 
@@ -38,16 +38,11 @@ _POINTS = 96  # of the profile
 _LEAST = 1e-6
 
 
-@dataclasses.dataclass(frozen=True)
-class Surface:
-    """The mean water surface: refractive index of the water, 1 without one; mean square slope."""
+def through_surface(lamp: Lamp, surface: WaterSurface) -> Lamp:
+    """Return what lights the water, z < 0, for a lamp in the air; a lamp in the water as it is.
 
-    index: float
-    slope_variance: float = 0.0
-
-
-def through_surface(lamp: Lamp, surface: Surface) -> Lamp:
-    """Return what lights the water, z < 0, for a lamp in the air; a lamp in the water as it is."""
+    The surface has the index 1 where there is none.
+    """
     height = float(lamp.position[2])
     if height <= 0.0:
         return lamp
@@ -77,8 +72,10 @@ class _Seen:
 
 
 @functools.lru_cache(maxsize=64)
-def _seen(profile: LampProfile, axis: tuple[float, ...], height: float, surface: Surface) -> _Seen:
-    n = surface.index
+def _seen(
+    profile: LampProfile, axis: tuple[float, ...], height: float, surface: WaterSurface
+) -> _Seen:
+    n = surface.refractive_index
     wide = isinstance(profile, IsotropicProfile) or float(profile.beam) < _WIDE
     along = np.array((0.0, 0.0, -1.0) if wide or -axis[2] < _FLATTEST else axis)
     cosine = -along[2]
@@ -116,7 +113,7 @@ def _profile(places: Array, power: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def _arriving(
-    profile: LampProfile, axis: Array, middle: Array, height: float, surface: Surface
+    profile: LampProfile, axis: Array, middle: Array, height: float, surface: WaterSurface
 ) -> tuple[Array, Array]:
     """Where rays of a lamp arrive at the usual depth, (k, 3), and their power over the intensity.
 
@@ -150,7 +147,7 @@ def _arriving(
     entry = v[:, :2] * (height / -v[:, 2])[:, None]
     places, arriving = [], []
     for facet, fraction in zip(normal, turned.T, strict=True):
-        R, w, _ = seen_from_air(tuple(v.T), tuple(facet), surface.index)
+        R, w, _ = seen_from_air(tuple(v.T), tuple(facet), surface.refractive_index)
         w = np.stack(np.broadcast_arrays(*w), axis=-1)
         goes = (w[:, 2] < -_LEAST) & (fraction > 0)
         down = w[goes]

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..surface.refraction import fresnel_reflectance, seen_from_air
 from .radiance_field import Ripples, upwelling_irradiance
-from .rough_surface import beam_reflectance
 from .water_column import WaterColumn
 
 _STEEPEST, _FLATTEST = 0.3, 0.02  # cosines of facets to the level, and of views to the surface
@@ -97,13 +96,13 @@ def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightI
 
     ``field`` is the light in it, if what comes up from there is wanted.
     """
-    sky, n, high = column.skylight, column.refractive_index, -float(column.skylight.sun[2])
+    sky, surface, high = column.skylight, column.mean_surface, -float(column.skylight.sun[2])
     lets_in, mirrored, leaving = 1.0, 0.0, np.zeros_like(column.sun_irradiance)
     if field is not None:
-        leaving = leaving_irradiance(field, n if column.reflects else 1.0)
-    if column.reflects:
-        lets_in = 1.0 - float(beam_reflectance(high, n, column.roughness))
-        mirrored = 1.0 - sky.transmittance(n, column.roughness)
+        leaving = leaving_irradiance(field, surface.refractive_index if surface else 1.0)
+    if surface is not None:
+        lets_in = 1.0 - float(surface.reflectance(high))
+        mirrored = 1.0 - sky.transmittance(surface)
     sun: NDArray[np.float64] = column.sun_irradiance / (lets_in * max(high, 1e-3))
     sky_irradiance = math.pi * column.sky_radiance
     return LightInAir(sun, sky_irradiance, mirrored, sky.level, 1.0 - lets_in, leaving)

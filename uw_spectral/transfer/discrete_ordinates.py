@@ -32,7 +32,7 @@ from ..water.phase import BandPhase
 from .legendre import legendre_modes
 from .path_integral import attenuated_path
 from .radiance_field import FARTHEST
-from .rough_surface import Exchange, RoughSurface, exchange
+from .rough_surface import Exchange, WaterSurface, exchange
 from .sky import BLACK, RINGS, Sky
 from .solved_field import SolvedField
 from .solved_layer import Array, Boundaries, SolvedLayer
@@ -98,16 +98,14 @@ def solve_discrete_ordinates(
     sun: Sequence[float],
     *,
     sky: Sky = BLACK,
-    refractive_index: float | None = None,
-    slope_variance: float = 0.0,
+    surface: WaterSurface | None = None,
     floor_reflectance: ArrayLike = 0.0,
     streams: int = STREAMS,
     modes: int | None = None,
 ) -> SolvedField:
     """Solve the light field of plane-parallel water.
 
-    A finite last layer ends at the Lambertian floor. Without a refractive index the surface lets
-    all light through; it is the average over waves of a mean square slope, flat by default.
+    A finite last layer ends at the Lambertian floor. Without a surface all light passes.
 
     Parameters
     ----------
@@ -129,7 +127,7 @@ def solve_discrete_ordinates(
         another azimuth.
     """
     mu_s = max(-float(sun[2]), _SMALLEST_SUN_COSINE)
-    light = _checked(layers, E, mu_s, sun, sky, refractive_index, slope_variance, floor_reflectance)
+    light = _checked(layers, E, mu_s, sun, sky, surface, floor_reflectance)
     if streams < 4 or streams % 2:
         raise InputError(f"discrete ordinates: streams must be even and at least 4, got {streams}")
     critical = 0.0 if light.index is None else math.sqrt(max(1.0 - light.index**-2, 0.0))
@@ -168,8 +166,7 @@ def _checked(
     mu_s: float,
     sun: Sequence[float],
     sky: Sky,
-    index: float | None,
-    slope_variance: float,
+    surface: WaterSurface | None,
     floor_reflectance: ArrayLike,
 ) -> Boundaries:
     if not layers:
@@ -197,6 +194,7 @@ def _checked(
         if not np.all(np.isfinite(found) & (found >= 0) & (found <= bound)):
             limit = "not negative" if math.isinf(bound) else f"0 to {bound:g}"
             raise InputError(f"discrete ordinates: {name} must be finite and {limit}")
+    index = None if surface is None else surface.refractive_index
     if index is not None and not 1.0 <= index < math.inf:
         raise InputError(f"discrete ordinates: refractive index must be at least 1, got {index:g}")
     if not sky.is_even_about(math.atan2(sun[1], sun[0])):
@@ -205,13 +203,13 @@ def _checked(
             "in the water; give both the same azimuth"
         )
     E, r = (np.broadcast_to(np.asarray(x, dtype=np.float64), n) for x in (E, floor_reflectance))
-    if not 0.0 <= slope_variance < math.inf:
+    if surface is not None and not 0.0 <= surface.slope_variance < math.inf:
         raise InputError(
             "discrete ordinates: slope variance must be finite and not negative, got "
-            f"{slope_variance:g}"
+            f"{surface.slope_variance:g}"
         )
     index = None if index == 1.0 else index
-    waves = RoughSurface(index, float(slope_variance)) if index and slope_variance else None
+    waves = surface if surface is not None and index and surface.slope_variance else None
     return Boundaries(E, mu_s, sun, sky, index, r, waves)
 
 

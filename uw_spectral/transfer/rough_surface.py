@@ -55,15 +55,33 @@ def facet_slopes(slope_variance: float, rings: int, around: int) -> tuple[Array,
 
 
 @dataclass(frozen=True)
-class RoughSurface:
-    """A water surface of isotropic normal slopes."""
+class WaterSurface:
+    """A water surface: flat, or of isotropic normal slopes."""
 
     refractive_index: float  #: Of the water against air, n.
-    slope_variance: float  #: Mean square slope, of both axes together; positive.
+    slope_variance: float = 0.0  #: Mean square slope, of both axes together; 0 is flat.
 
     def reflectance(self, cosine: ArrayLike) -> Array:
-        """Fraction of a beam in air, at the cosine of a zenith angle, that the waves reflect."""
+        """Fraction of a beam in air, at the cosine of a zenith angle, that the surface reflects."""
+        if not self.slope_variance:
+            return np.asarray(fresnel_reflectance(cosine, self.refractive_index))
         return _reflectance(self, _flat(cosine)).reshape(np.shape(cosine))
+
+    def beam_below(self, sun: Sequence[float]) -> Array:
+        """Direction in the water of a beam that travels along a unit vector in air, shape (3,).
+
+        Below waves that of :meth:`entering_cosine`.
+
+        Examples
+        --------
+        >>> WaterSurface(1.34, 0.04).beam_below((0.6, 0.0, -0.8)).round(3)
+        array([ 0.452,  0.   , -0.892])
+        """
+        if not self.slope_variance:
+            return np.array(direction_in_air(sun, (0.0, 0.0, -1.0), 1.0 / self.refractive_index))
+        cosine = float(self.entering_cosine(-sun[2]))
+        across = math.sqrt(1.0 - cosine**2) / max(math.hypot(sun[0], sun[1]), _OVERHEAD)
+        return np.array([across * sun[0], across * sun[1], -cosine])
 
     def entering_cosine(self, cosine: ArrayLike) -> Array:
         """Cosine in the water of a beam that comes from air, as a mean over the facets.
@@ -85,52 +103,26 @@ class RoughSurface:
 
     @functools.cached_property
     def sky_transmittance(self) -> float:
-        """Fraction of the irradiance of a uniform sky that enters the water."""
+        """Fraction of the irradiance of a uniform sky that enters the water through waves."""
         nodes, weights = np.polynomial.legendre.leggauss(_COSINES)
         cosine = (nodes + 1.0) / 2.0
         return float(weights * cosine @ (1.0 - self.reflectance(cosine)))
 
     @property
-    def diffuse_internal_reflectance(self) -> float:
-        """Fraction of uniform upward radiance in the water that the waves reflect back down.
+    def internal_reflectance(self) -> float:
+        """Fraction of uniform upward radiance in the water that the surface reflects back down.
 
         What leaves is, by reciprocity, what a uniform sky brings, over n².
         """
-        return 1.0 - self.sky_transmittance / self.refractive_index**2
-
-
-def beam_reflectance(
-    cosine: ArrayLike, refractive_index: float, slope_variance: float = 0.0
-) -> Array:
-    """Fraction of a beam in air that a surface reflects, flat without slopes."""
-    if not slope_variance:
-        return np.asarray(fresnel_reflectance(cosine, refractive_index))
-    return RoughSurface(refractive_index, slope_variance).reflectance(cosine)
-
-
-def beam_below(sun: Sequence[float], refractive_index: float, slope_variance: float = 0.0) -> Array:
-    """Direction in the water of a beam that travels along a unit vector in air, shape (3,).
-
-    That of :meth:`RoughSurface.entering_cosine`, or below a level surface without slopes.
-
-    Examples
-    --------
-    >>> beam_below((0.6, 0.0, -0.8), 1.34, 0.04).round(3)
-    array([ 0.452,  0.   , -0.892])
-    """
-    if not slope_variance:
-        return np.array(direction_in_air(sun, (0.0, 0.0, -1.0), 1.0 / refractive_index))
-    cosine = float(RoughSurface(refractive_index, slope_variance).entering_cosine(-sun[2]))
-    across = math.sqrt(1.0 - cosine**2) / max(math.hypot(sun[0], sun[1]), _OVERHEAD)
-    return np.array([across * sun[0], across * sun[1], -cosine])
+        return internal_reflectance(self)
 
 
 @functools.lru_cache(maxsize=64)
-def internal_reflectance(refractive_index: float, slope_variance: float = 0.0) -> float:
-    """Fraction of uniform upward radiance that a surface reflects down, flat without slopes."""
-    if not slope_variance:
-        return diffuse_internal_reflectance(refractive_index)
-    return RoughSurface(refractive_index, slope_variance).diffuse_internal_reflectance
+def internal_reflectance(surface: WaterSurface) -> float:
+    """Return :attr:`WaterSurface.internal_reflectance`, computed once for equal ones."""
+    if not surface.slope_variance:
+        return diffuse_internal_reflectance(surface.refractive_index)
+    return 1.0 - surface.sky_transmittance / surface.refractive_index**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +137,7 @@ class Exchange:
 
 @functools.lru_cache(maxsize=16)
 def exchange(
-    surface: RoughSurface,
+    surface: WaterSurface,
     mu: tuple[float, ...],
     weights: tuple[float, ...],
     sky: tuple[float, ...],
@@ -157,7 +149,7 @@ def exchange(
     ray that is mirrored up becomes a level one; one from below the horizon sees the horizon.
     What one stream sees in another is not quite what that one sees in it, where waves hide each
     other: both are averaged, and scaled until as much light comes along each as goes, and a
-    uniform sky brings :attr:`RoughSurface.sky_transmittance`. So light is neither lost nor made,
+    uniform sky brings :attr:`WaterSurface.sky_transmittance`. So light is neither lost nor made,
     the exchange is reciprocal, and water of n² under a uniform sky of 1 stays so.
 
     ``mu`` and ``weights`` are the quadrature on (0, 1) of the N streams, ``sky`` k increasing
@@ -201,7 +193,7 @@ class _Meeting:
     area: Array
 
 
-def _meet(surface: RoughSurface, cosine: Array, relative_index: float) -> _Meeting:
+def _meet(surface: WaterSurface, cosine: Array, relative_index: float) -> _Meeting:
     x, y, fraction = facet_slopes(surface.slope_variance, _RINGS, _AROUND)
     up = np.broadcast_to(cosine[:, None], (len(cosine), len(x)))
     w = np.sqrt(1.0 - up * up), np.zeros_like(up), up
@@ -219,8 +211,8 @@ def _flat(cosine: ArrayLike) -> tuple[float, ...]:
 
 # Frames of an animation share a surface, where the water below it changes.
 @functools.lru_cache(maxsize=64)
-def _reflectance(surface: RoughSurface, cosines: tuple[float, ...]) -> Array:
-    """See :meth:`RoughSurface.reflectance`."""
+def _reflectance(surface: WaterSurface, cosines: tuple[float, ...]) -> Array:
+    """See :meth:`WaterSurface.reflectance`."""
     met = _meet(surface, np.array(cosines), surface.refractive_index)
     nodes, once, _ = _beams(surface)
     # What a facet sends on down meets the waves again.
@@ -229,8 +221,8 @@ def _reflectance(surface: RoughSurface, cosines: tuple[float, ...]) -> Array:
 
 
 @functools.lru_cache(maxsize=64)
-def _entering_cosine(surface: RoughSurface, cosines: tuple[float, ...]) -> Array:
-    """Harmonic mean over the facets, see :meth:`RoughSurface.entering_cosine`."""
+def _entering_cosine(surface: WaterSurface, cosines: tuple[float, ...]) -> Array:
+    """Harmonic mean over the facets, see :meth:`WaterSurface.entering_cosine`."""
     met = _meet(surface, np.array(cosines), surface.refractive_index)
     down = direction_in_air(
         [-part for part in met.w], [-part for part in met.normal], 1.0 / surface.refractive_index
@@ -241,7 +233,7 @@ def _entering_cosine(surface: RoughSurface, cosines: tuple[float, ...]) -> Array
 
 
 @functools.lru_cache(maxsize=64)
-def _beams(surface: RoughSurface) -> tuple[Array, Array, Array]:
+def _beams(surface: WaterSurface) -> tuple[Array, Array, Array]:
     """Of beams in air: cosines, shares that facets reflect to whatever side, and see unhidden."""
     cosine = np.linspace(0.0, 1.0, _COSINES) ** 2
     met = _meet(surface, cosine, surface.refractive_index)

@@ -13,7 +13,7 @@ from ..errors import InputError, unknown_name
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..surface.refraction import direction_in_air, fresnel_reflectance
 from .radiance_field import surface_normal
-from .rough_surface import beam_reflectance
+from .rough_surface import WaterSurface
 
 UNIFORM, OVERCAST, CLEAR = "uniform", "overcast", "clear"
 # a, b, c, d, e of the standard general sky, CIE S 011 (ISO 15469:2004), by name.
@@ -109,11 +109,10 @@ class Sky:
             w = direction_in_air(w, normal, relative_index, m)
         return self.radiance(w, m)
 
-    def transmittance(self, refractive_index: float, slope_variance: float = 0.0) -> float:
-        """Fraction of the sky's irradiance that a surface, flat or of waves, lets through."""
+    def transmittance(self, surface: WaterSurface) -> float:
+        """Fraction of the sky's irradiance that a surface lets through."""
         cosine, E = self._rings()
-        reflected = beam_reflectance(cosine, refractive_index, slope_variance)
-        return float(E @ (1.0 - reflected) / E.sum())
+        return float(E @ (1.0 - surface.reflectance(cosine)) / E.sum())
 
     def modes(
         self, mu: NDArray[np.float64], modes: int, refractive_index: float | None

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..water.phase import BandPhase, PhaseFunction
 from .path_integral import attenuated_path
-from .rough_surface import RoughSurface
+from .rough_surface import WaterSurface
 from .sky import Sky
 
 _RESONANCE = 1e-5
@@ -31,7 +31,7 @@ class Boundaries:
     sky: Sky
     index: float | None
     floor_reflectance: Array
-    waves: RoughSurface | None = None
+    waves: WaterSurface | None = None
 
 
 @dataclass(frozen=True, eq=False)

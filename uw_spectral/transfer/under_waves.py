@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..content import constant
 from ..surface.refraction import direction_in_air
 from .radiance_field import mirrored_ray, sky_and_mirrored, surface_normal
-from .rough_surface import RoughSurface, facet_slopes
+from .rough_surface import WaterSurface, facet_slopes
 from .sky import Sky
 from .solved_layer import Array
 
@@ -42,7 +42,7 @@ class RisingLight:
         return level * (1.0 - u) + (L[i + 1, j] * (1.0 - t) + L[i + 1, j + 1] * t) * u
 
 
-def under_waves(waves: RoughSurface, sky: Sky, rising: RisingLight, w: Sequence[Array]) -> Array:
+def under_waves(waves: WaterSurface, sky: Sky, rising: RisingLight, w: Sequence[Array]) -> Array:
     """Radiance that comes down from waves along view directions (q, 1), shape (q, n)."""
     n, q = waves.refractive_index, len(w[0])
     turn = math.atan2(rising.sun[1], rising.sun[0])

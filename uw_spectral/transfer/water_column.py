@@ -21,7 +21,7 @@ from ..spectra.bands import Bands
 from ..surface.refraction import direction_in_air
 from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, OpticalLayer, solve_discrete_ordinates
-from .rough_surface import beam_below, beam_reflectance
+from .rough_surface import WaterSurface
 from .sky import SKIES, UNIFORM, Sky
 from .solved_field import SolvedField
 
@@ -135,11 +135,16 @@ class WaterColumn(ComparedByContent):
         return self.slope_variance if self.surface == WAVES else 0.0
 
     @property
+    def mean_surface(self) -> WaterSurface | None:
+        """The surface, waves averaged, if there is one."""
+        return WaterSurface(self.refractive_index, self.roughness) if self.reflects else None
+
+    @property
     def sun_at_rest(self) -> NDArray[np.float64]:
         """Direction that sunlight travels to below a level surface, shape (3,)."""
         if self.sun_in_air is None:
             return self.sun_direction
-        return beam_below(self.skylight.sun, self.refractive_index)
+        return WaterSurface(self.refractive_index).beam_below(self.skylight.sun)
 
     @property
     def glitter(self) -> float:
@@ -147,15 +152,15 @@ class WaterColumn(ComparedByContent):
         if not self.roughness:
             return 1.0
         n, in_air = self.refractive_index, max(-float(self.skylight.sun[2]), 0.0)
-        flat, waves = (1.0 - beam_reflectance(in_air, n, each) for each in (0.0, self.roughness))
+        surfaces = WaterSurface(n), WaterSurface(n, self.roughness)
+        flat, waves = (1.0 - surface.reflectance(in_air) for surface in surfaces)
         return float(flat / waves)
 
     @property
     def sky_irradiance(self) -> NDArray[np.float64]:
         """Irradiance of the sky just below the surface, shape (n,)."""
-        fraction = 1.0
-        if self.reflects:
-            fraction = self.skylight.transmittance(self.refractive_index, self.roughness)
+        mean = self.mean_surface
+        fraction = 1.0 if mean is None else self.skylight.transmittance(mean)
         return math.pi * self.sky_radiance * fraction
 
     @property
@@ -252,8 +257,7 @@ def _solved_field(
         column.sun_irradiance,
         column.sun_direction.tolist(),
         sky=column.skylight,
-        refractive_index=column.refractive_index if column.reflects else None,
-        slope_variance=column.roughness,
+        surface=column.mean_surface,
         floor_reflectance=column.floor_reflectance,
         streams=streams,
         modes=modes,

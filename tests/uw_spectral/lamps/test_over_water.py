@@ -11,10 +11,11 @@ from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_surface import patch_past_lamp, surface_irradiance
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_light, lamp_water
-from underwater_spectral.uw_spectral.lamps.over_water import Surface, through_surface
+from underwater_spectral.uw_spectral.lamps.over_water import through_surface
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
+from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.water.phase_functions import seawater_mixture
 
 N = 1.34
@@ -70,7 +71,7 @@ def _traced(axis, height, depth, places, slopes=0.0, count=1_500_000):
 
 def _modelled(axis, height, depth, places, slopes=0.0):
     lamp = through_surface(
-        Lamp((0.0, 0.0, height), axis, np.ones(1), SPOT, 1e-3), Surface(N, slopes)
+        Lamp((0.0, 0.0, height), axis, np.ones(1), SPOT, 1e-3), WaterSurface(N, slopes)
     )
     cell = CELL * (height + depth) * (np.arange(9.0) / 8.0 - 0.5) * 8.0 / 9.0
     x, y = (part.reshape(-1, 1) for part in np.meshgrid(cell, cell))
@@ -107,19 +108,19 @@ def test_irradiance_below_a_spot_is_that_of_its_rays(tilt, slopes, beside, near,
 )
 def test_no_light_is_lost_but_what_the_surface_reflects(tilt, slopes):
     lamp = Lamp((0.0, 0.0, 1e-6), _tilted(tilt), np.ones(1), SPOT)
-    seen = through_surface(lamp, Surface(N, slopes))
+    seen = through_surface(lamp, WaterSurface(N, slopes))
     power = float(seen.intensity[0]) * seen.profile.solid_angle
     _, _, arriving = _rays(_tilted(tilt), slopes, 300_000)
     assert power == pytest.approx(float(arriving.sum()), rel=5e-3)
     assert power < 0.98 * SPOT.solid_angle
     # Just below the surface the lamp is as it is.
     under = Lamp((0.0, 0.0, -1e-6), _tilted(tilt), np.ones(1), SPOT)
-    assert through_surface(under, Surface(N, slopes)) is under
+    assert through_surface(under, WaterSurface(N, slopes)) is under
 
 
 def test_without_a_surface_it_is_the_lamp():
     lamp = Lamp((1.0, 2.0, 3.0), _tilted(30.0), np.ones(1), SPOT)
-    seen = through_surface(lamp, Surface(1.0))
+    seen = through_surface(lamp, WaterSurface(1.0))
     assert seen.position == pytest.approx(lamp.position)
     assert seen.axis == pytest.approx(lamp.axis)
     at = np.cos(np.radians([0.0, 10.0, 20.0, 25.0]))
@@ -134,7 +135,7 @@ def test_waves_widen_a_narrow_beam_by_their_slopes(slopes):
     narrow, depth = SpotProfile(math.radians(6.0), 0.3), 3.0
     lamp = Lamp((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), np.ones(1), narrow)
     still, wavy = (
-        _mean_square(through_surface(lamp, Surface(N, x)).profile) for x in (0.0, slopes)
+        _mean_square(through_surface(lamp, WaterSurface(N, x)).profile) for x in (0.0, slopes)
     )
     wanted = slopes * ((1.0 - 1.0 / N) * depth / (depth + N)) ** 2
     assert wavy - still == pytest.approx(wanted, rel=0.1)
@@ -175,7 +176,7 @@ def test_light_in_the_water_has_gone_the_wet_way():
 def test_projected_light_of_a_lamp_over_the_water_is_that_of_the_bands(depth):
     water = lamp_water([0.1] * 3, [0.2, 0.25, 0.3], seawater_mixture([1.0] * 3, [0.02] * 3))
     lamp = through_surface(
-        Lamp((0.0, 0.0, 2.0), _tilted(20.0), np.array([1.0, 2.0, 3.0]), SPOT), Surface(N)
+        Lamp((0.0, 0.0, 2.0), _tilted(20.0), np.array([1.0, 2.0, 3.0]), SPOT), WaterSurface(N)
     )
     projected = project_lamps([lamp], water, channels_of_bands(Bands.uniform(3), [0, 1, 2]))
     ray = (0.3, -2.0, -depth), (0.0, 1.0, 0.0), 30.0

@@ -20,6 +20,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
     solve_discrete_ordinates,
 )
+from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.optical_properties import Water
@@ -77,7 +78,7 @@ def test_surface_and_sky_against_monte_carlo(phase, sky):
     band_phase = parse_phase(phase).for_bands(b, 0.1 * b)
     truth = simulate(column, band_phase, [0.5, y], views=views, photons=1_000_000, threads=2)
     field = solve_discrete_ordinates(
-        [OpticalLayer(floor, a, b, band_phase)], np.ones(2), sun, refractive_index=n,
+        [OpticalLayer(floor, a, b, band_phase)], np.ones(2), sun, surface=WaterSurface(n),
         sky=Sky.standard("uniform", np.full(2, math.pi * sky)), floor_reflectance=0.3,
     )  # fmt: skip
     for found, wanted in (
@@ -96,8 +97,8 @@ def test_furnace(index):
     """White water over a white floor under a sky of 1: n² in every direction."""
     layers = [_layer([1e-9], [0.7], bottom=3.0)]
     field = solve_discrete_ordinates(
-        layers, [0.0], DOWN, sky=Sky.standard("uniform", [math.pi]), refractive_index=index,
-        floor_reflectance=1.0,
+        layers, [0.0], DOWN, sky=Sky.standard("uniform", [math.pi]),
+        surface=index and WaterSurface(index), floor_reflectance=1.0,
     )  # fmt: skip
     n2 = (index or 1.0) ** 2
     found = field.radiance([[0.0], [1.1], [3.0]], _directions(40))
@@ -111,7 +112,7 @@ def test_net_flux_falls_by_what_is_absorbed(index):
     sun = sun_travel_direction(55, 20, 1.34)
     a, b = np.array([0.02, 0.3, 0.9]), np.array([0.6, 0.2, 0.05])
     field = solve_discrete_ordinates(
-        [_layer(a, b, "petzold", 7.0)], np.ones(3), sun, refractive_index=index,
+        [_layer(a, b, "petzold", 7.0)], np.ones(3), sun, surface=index and WaterSurface(index),
         sky=Sky.standard("clear", np.ones(3), sun_travel_direction(55, 20, 1.0)),
         floor_reflectance=0.4,
     )  # fmt: skip
@@ -157,7 +158,7 @@ def test_parts_of_the_radiance_add_up():
     field = solve_discrete_ordinates(
         [_layer([0.1], [0.4], "petzold", 8.0)], [1.0], sun,
         sky=Sky.standard("clear", [0.3], sun_travel_direction(40, 30, 1.0)),
-        refractive_index=1.34, floor_reflectance=0.2,
+        surface=WaterSurface(1.34), floor_reflectance=0.2,
     )  # fmt: skip
     down = (0.6, 0.0, -0.8)
     parts = field.scattered(2.0, down) + field.single_scattering(2.0, down)
@@ -178,7 +179,7 @@ def test_extremes_are_finite_and_not_negative(a, b):
     ):
         sun = sun_travel_direction(zenith, 0.0, index or 1.0)
         field = solve_discrete_ordinates(
-            [_layer(a, b, "petzold", floor)], [1.0], sun, refractive_index=index,
+            [_layer(a, b, "petzold", floor)], [1.0], sun, surface=index and WaterSurface(index),
             sky=Sky.standard("clear", [0.5], sun_travel_direction(zenith, 0.0, 1.0)),
             floor_reflectance=r, streams=16,
         )  # fmt: skip
@@ -286,7 +287,8 @@ def test_grid_is_the_integral_of_the_source_function(ends, index):
     layers = [_layer(a, b, "petzold", end) for end, (a, b) in zip(ends, itertools.cycle(waters))]
     sun = sun_travel_direction(50, 30, 1.34)
     field = solve_discrete_ordinates(
-        layers, [1.0, 2.0], sun, refractive_index=index, floor_reflectance=0.3, streams=8,
+        layers, [1.0, 2.0], sun, surface=index and WaterSurface(index),
+        floor_reflectance=0.3, streams=8,
         sky=Sky.standard("clear", [0.3, 0.1], sun_travel_direction(50, 30, 1.0)),
     )  # fmt: skip
     depths, turns = np.array([0.0, 0.5, 2.2, 7.9]), np.array([0.0, 1.0, 3.0])
@@ -350,7 +352,7 @@ def test_azimuth_modes_left_out_are_faint(monkeypatch):
     def solved():
         return solve_discrete_ordinates(
             [_layer([0.1], [0.4], "petzold", 9.0)], [1.0], sun_travel_direction(12, 30, 1.34),
-            sky=Sky.standard("uniform", [0.3]), refractive_index=1.34, floor_reflectance=0.2,
+            sky=Sky.standard("uniform", [0.3]), surface=WaterSurface(1.34), floor_reflectance=0.2,
         )  # fmt: skip
 
     some = solved().scattered_on_grid(depths, mu, turns)

@@ -31,8 +31,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
 from underwater_spectral.uw_spectral.transfer.rough_surface import (
-    RoughSurface,
-    beam_reflectance,
+    WaterSurface,
     exchange,
     facet_slopes,
     internal_reflectance,
@@ -67,7 +66,7 @@ def _directions(count):
 @EVERY
 def test_the_exchange_neither_makes_nor_loses_light(variance, count):
     mu, weights, rays = _streams(count)
-    found, flux = exchange(RoughSurface(N, variance), *rays), mu * weights
+    found, flux = exchange(WaterSurface(N, variance), *rays), mu * weights
     goes, comes = found.reflected[0], found.entering[0].sum(axis=1) / N**2
     assert min(goes.min(), comes.min()) >= 0
     np.testing.assert_allclose(goes.sum(axis=1) + comes, 1.0, atol=1e-6)
@@ -81,24 +80,26 @@ def test_the_exchange_neither_makes_nor_loses_light(variance, count):
 
 def test_no_waves_are_the_flat_surface():
     mu, _, rays = _streams(16)
-    found = exchange(RoughSurface(N, 1e-12), *rays)
+    found = exchange(WaterSurface(N, 1e-12), *rays)
     for mode in found.reflected:
         flat = np.diag(fresnel_reflectance(mu, 1.0 / N))
         np.testing.assert_allclose(mode, flat, atol=3e-3)
     zenith = np.cos(np.radians(np.arange(0.0, 90.0, 5.0)))
-    calm, flat = (beam_reflectance(zenith, N, variance) for variance in (1e-12, 0.0))
+    calm, flat = (WaterSurface(N, slopes).reflectance(zenith) for slopes in (1e-12, 0.0))
     np.testing.assert_allclose(calm, flat, rtol=1e-4)
-    assert internal_reflectance(N, 1e-12) == pytest.approx(internal_reflectance(N), abs=1e-4)
+    assert WaterSurface(N, 1e-12).internal_reflectance == pytest.approx(
+        WaterSurface(N).internal_reflectance, abs=1e-4
+    )
 
 
 @pytest.mark.parametrize("sky", ["uniform", "overcast"])
 def test_light_under_ever_smaller_waves_is_that_under_a_flat_surface(sky):
     sun = sun_travel_direction(50, 20, N)
     light = {"sky": Sky.standard(sky, [0.5], sun_travel_direction(50, 20, 1.0)),
-             "refractive_index": N, "floor_reflectance": 0.3}  # fmt: skip
+             "floor_reflectance": 0.3}  # fmt: skip
     flat, calm = (
-        solve_discrete_ordinates([_layer(0.1, 0.3, bottom=6.0)], [1.0], sun, slope_variance=s,
-                                 **light)
+        solve_discrete_ordinates([_layer(0.1, 0.3, bottom=6.0)], [1.0], sun,
+                                 surface=WaterSurface(N, s), **light)
         for s in (0.0, 1e-9)
     )  # fmt: skip
     y = [0.0, 2.0, 6.0]
@@ -117,7 +118,7 @@ def test_furnace(variance, streams, error):
     """White water over a white floor under a sky of 1: n² in every direction, waves or not."""
     field = solve_discrete_ordinates(
         [_layer([1e-9], [0.7], bottom=3.0)], [0.0], DOWN, sky=Sky.standard("uniform", [math.pi]),
-        refractive_index=N, slope_variance=variance, floor_reflectance=1.0, streams=streams,
+        surface=WaterSurface(N, variance), floor_reflectance=1.0, streams=streams,
     )  # fmt: skip
     found = field.radiance([[0.0], [1.1], [3.0]], _directions(40))
     np.testing.assert_allclose(found, N**2, rtol=error)
@@ -132,10 +133,10 @@ def test_what_enters_leaves_or_is_absorbed(variance, sky):
     above = Sky.standard(sky, [0.7, 0.7], sun_travel_direction(60, 0, 1.0))
     field = solve_discrete_ordinates(
         [_layer([1e-9, 0.2], [0.8, 0.4], bottom=floor)], [1.0, 1.0], sun, sky=above,
-        refractive_index=N, slope_variance=variance,
+        surface=WaterSurface(N, variance),
     )  # fmt: skip
     mu, weights, rays = _streams(len(field.mu))
-    waves, flux = exchange(RoughSurface(N, variance), *rays), 2 * math.pi * weights * mu
+    waves, flux = exchange(WaterSurface(N, variance), *rays), 2 * math.pi * weights * mu
     entered = 1.0 + flux @ (waves.entering[0] @ above.modes_in_air(1)[0].T)
     up = field.stream_modes([0.0], 1)[1][0, :, 0]
     left = up @ (flux - flux @ waves.reflected[0])
@@ -163,7 +164,7 @@ def test_beam_reflectance_of_Jin2011(variance, zenith):
     """As close as their fit is to Fresnel where there are no waves: 10 % at 80°, 2 % to 60°."""
     mu = math.cos(math.radians(zenith))
     flat = abs(_reflectance_Jin2011(mu, 0.0) - float(fresnel_reflectance(mu, N)))
-    found = float(beam_reflectance(mu, N, variance))
+    found = float(WaterSurface(N, variance).reflectance(mu))
     assert found == pytest.approx(_reflectance_Jin2011(mu, variance), abs=0.002 + flat)
 
 
@@ -171,19 +172,19 @@ def test_beam_reflectance_of_Jin2011(variance, zenith):
 def test_internal_reflectance_of_Jin2011(variance):
     """Of the same source: r_w = 0.4817 - 0.0149 s - 0.2070 s²."""
     theirs = 0.4817 - 0.0149 * math.sqrt(variance) - 0.2070 * variance
-    assert internal_reflectance(N, variance) == pytest.approx(theirs, abs=0.008)
+    assert WaterSurface(N, variance).internal_reflectance == pytest.approx(theirs, abs=0.008)
 
 
 @pytest.mark.parametrize("wind", [5, 10])
 def test_reflectances_of_traced_waves(wind):
     sea = TracedSea(VARIANCES[wind], np.random.default_rng(wind), N)
-    count, surface = 20_000, RoughSurface(N, VARIANCES[wind])
+    count, surface = 20_000, WaterSurface(N, VARIANCES[wind])
     any_way = np.sqrt((np.arange(count) + 0.5) / count)
     for cosines, above, ours in (
         (np.full(count, 0.5), True, surface.reflectance(0.5)),
         (np.full(count, 0.17), True, surface.reflectance(0.17)),
         (any_way, True, 1.0 - surface.sky_transmittance),
-        (any_way, False, surface.diffuse_internal_reflectance),
+        (any_way, False, surface.internal_reflectance),
     ):
         fraction, error = sea.reflectance(cosines, above=above)
         assert abs(float(ours) - fraction) < 4 * error + 0.05 * min(fraction, 1 - fraction)
@@ -194,7 +195,7 @@ def test_where_traced_waves_reflect_to(wind):
     """How much of the light along a stream, how steeply down, and how far turned aside."""
     count, sea = 20_000, TracedSea(VARIANCES[wind], np.random.default_rng(1), N)
     mu, weights, rays = _streams(16)
-    waves, flux = exchange(RoughSurface(N, VARIANCES[wind]), *rays), mu * weights
+    waves, flux = exchange(WaterSurface(N, VARIANCES[wind]), *rays), mu * weights
     for place in (4, 6):
         up = mu[place]
         w = np.repeat([[math.sqrt(1.0 - up * up)], [0.0], [up]], count, axis=1)
@@ -227,8 +228,8 @@ def test_irradiances_of_photons_under_traced_waves(zenith, sky):
     true = photons(sea, w, a=a, b=b, g=g, floor=floor, reflectance=reflectance, y=y)
     field = solve_discrete_ordinates(
         [_layer(a, b, f"hg:{g}", floor)], [0.0 if sky else 1.0], sun,
-        sky=Sky.standard("uniform", [1.0 if sky else 0.0]), refractive_index=N,
-        slope_variance=VARIANCES[10], floor_reflectance=reflectance,
+        sky=Sky.standard("uniform", [1.0 if sky else 0.0]),
+        surface=WaterSurface(N, VARIANCES[10]), floor_reflectance=reflectance,
     )  # fmt: skip
     for quantity, wanted in ((field.Ed, true.Ed), (field.Eu, true.Eu),
                              (field.scalar_irradiance, true.E0)):  # fmt: skip
@@ -239,7 +240,7 @@ def test_irradiances_of_photons_under_traced_waves(zenith, sky):
 def test_radiance_below_the_surface_adds_up_to_the_irradiance(variance):
     sun = sun_travel_direction(40, 0, N)
     field = solve_discrete_ordinates(
-        [_layer(0.1, 0.3, bottom=6.0)], [1.0], sun, refractive_index=N, slope_variance=variance,
+        [_layer(0.1, 0.3, bottom=6.0)], [1.0], sun, surface=WaterSurface(N, variance),
         sky=Sky.standard("uniform", [1.0]), floor_reflectance=0.5,
     )  # fmt: skip
     critical = math.sqrt(1.0 - N**-2)
@@ -285,7 +286,7 @@ def test_only_waves_take_note_of_slopes():
     with pytest.raises(InputError, match="slope variance"):
         _column(slope_variance=math.nan)
     with pytest.raises(InputError, match="slope variance"):
-        solve_discrete_ordinates([_layer(1, 1)], [1.0], DOWN, slope_variance=-1.0)
+        solve_discrete_ordinates([_layer(1, 1)], [1.0], DOWN, surface=WaterSurface(N, -1.0))
 
 
 def test_a_low_sun_enters_through_waves():
@@ -297,7 +298,9 @@ def test_a_low_sun_enters_through_waves():
     columns = [resolve(each).column for each in (given, flat)]
     ratio = columns[0].sun_irradiance / columns[1].sun_irradiance
     cosine = math.cos(math.radians(80))
-    wanted = (1 - beam_reflectance(cosine, N, VARIANCES[10])) / (1 - beam_reflectance(cosine, N))
+    surfaces = WaterSurface(N, VARIANCES[10]), WaterSurface(N)
+    enters = [1 - surface.reflectance(cosine) for surface in surfaces]
+    wanted = enters[0] / enters[1]
     assert ratio == pytest.approx(float(wanted))
     assert 1.15 < float(wanted) < 1.3
     assert columns[0].glitter == pytest.approx(1 / float(wanted))

@@ -18,6 +18,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     in_water_cosine,
     sun_travel_direction,
 )
+from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
@@ -53,12 +54,12 @@ def test_irradiance_is_that_of_the_uniform_sky(kind):
     assert L.min() > 0
     assert (weight * L).sum() == pytest.approx(2 * math.pi, rel=2e-3)
     transmitted = (weight * L * (1 - fresnel_reflectance(v[2][..., 0], INDEX))).sum()
-    fraction = _column(kind).skylight.transmittance(INDEX)
+    fraction = _column(kind).skylight.transmittance(WaterSurface(INDEX))
     assert fraction == pytest.approx(transmitted / (2 * math.pi), rel=1e-3)
 
 
 def test_fraction_that_enters():
-    fraction = {kind: _column(kind).skylight.transmittance(INDEX) for kind in SKIES}
+    fraction = {kind: _column(kind).skylight.transmittance(WaterSurface(INDEX)) for kind in SKIES}
     # Reciprocity; a bright horizon is reflected, a bright zenith is not.
     uniform = INDEX**2 * (1 - diffuse_internal_reflectance(INDEX))
     assert fraction["uniform"] == pytest.approx(uniform, rel=1e-12)
@@ -91,11 +92,11 @@ def test_overcast_and_clear():
 def test_solved_and_closed_form_get_the_same_light(kind, surface):
     """In water that does not scatter, where only what enters comes down."""
     column = _column(kind, surface=surface, scattering=0.0)
-    fraction = column.skylight.transmittance(INDEX) if surface == "flat" else 1.0
+    fraction = column.skylight.transmittance(WaterSurface(INDEX)) if surface == "flat" else 1.0
     solved = column.solved_field(PHASE)
     np.testing.assert_allclose(solved.Ed(0.0), 2 * math.pi * fraction, rtol=3e-3)
     closed, uniform = light_field_of(column, PHASE), dataclasses.replace(column, sky="uniform")
-    of_uniform = uniform.skylight.transmittance(INDEX) if surface == "flat" else 1.0
+    of_uniform = uniform.skylight.transmittance(WaterSurface(INDEX)) if surface == "flat" else 1.0
     gain = closed.Ed(3.0) / light_field_of(uniform, PHASE).Ed(3.0)
     np.testing.assert_allclose(gain, fraction / of_uniform, rtol=1e-9)
 
