@@ -126,7 +126,7 @@ def test_net_flux_falls_by_what_is_absorbed(index):
 
 def test_layers_of_one_water_are_one_layer():
     sun, w = sun_travel_direction(40, 30, 1.34), _directions(60)
-    how = {"sky": Sky.standard("overcast", [0.5, 0.5]), "refractive_index": 1.34,
+    how = {"sky": Sky.standard("overcast", [0.5, 0.5]), "surface": WaterSurface(1.34),
                "floor_reflectance": 0.2}  # fmt: skip
     whole, parts = (
         solve_discrete_ordinates(
@@ -202,7 +202,7 @@ def test_extremes_are_finite_and_not_negative(a, b):
         ({"layers": [_layer(0.1, 0.1, bottom=2.0), _layer(0.1, 0.1, bottom=1.0)]}, "increase"),
         ({"E": [-1.0]}, "sun irradiance"),
         ({"floor_reflectance": 1.2}, "floor reflectance must be finite and 0 to 1"),
-        ({"refractive_index": 0.9}, "refractive index"),
+        ({"surface": WaterSurface(0.9)}, "refractive index"),
         ({"streams": 7}, "streams must be even"),
         ({"sky": Sky.standard("clear", [1.0], (0.0, 0.6, -0.8))}, "the same azimuth"),
     ],

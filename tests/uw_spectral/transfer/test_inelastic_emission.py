@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     solve_discrete_ordinates,
 )
 from underwater_spectral.uw_spectral.transfer.inelastic_emission import inelastic_emission
+from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.inelastic_processes import (
     EXCITATION,
@@ -75,7 +76,7 @@ def test_net_flux_grows_by_what_is_emitted(index):
         _layer(a[0], [0.6, 0.2], 2.0, np.c_[upper[0], upper[0]], upper[1], "petzold"),
         _layer(a[1], [0.3, 0.9], 5.0, [[-0.5, -0.1]], [[1.0, 2.0]], "petzold"),
     ]
-    how = {"refractive_index": index, "floor_reflectance": 0.4}
+    how = {"surface": index and WaterSurface(index), "floor_reflectance": 0.4}
     field = solve_discrete_ordinates(layers, [0.0, 0.0], DOWN, **how)
     for place, (top, bottom) in enumerate(((0.0, 2.0), (2.0, 5.0))):
         y = np.linspace(top, bottom, 4001)
