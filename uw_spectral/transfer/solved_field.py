@@ -37,7 +37,7 @@ from .solved_layer import (
     weight_of,
 )
 from .sun_beam import SUN_DISC
-from .under_waves import RISING_COSINES, RISING_TURNS, RisingLight, under_waves
+from .under_waves import UPWELLING_COSINES, UPWELLING_TURNS, UpwellingLight, under_waves
 
 
 class SolvedField:
@@ -433,7 +433,7 @@ class SolvedField:
         if light.index is None:
             return light.sky.radiance(w) + np.zeros_like(light.E)
         if light.waves is not None:
-            return under_waves(light.waves, light.sky, self._rising, w)
+            return under_waves(light.waves, light.sky, self._upwelling, w)
         cosine, down = mirrored_ray(w)
         rays = 0.0 * mu, [part[:, 0] for part in down]
         if mirrored is None:
@@ -444,15 +444,15 @@ class SolvedField:
         return sky_and_mirrored(cosine, L_sky, mirrored, light.index)
 
     @functools.cached_property
-    def _rising(self) -> RisingLight:
+    def _upwelling(self) -> UpwellingLight:
         """Radiance that rises to the surface."""
-        up, turns = RISING_COSINES, RISING_TURNS
+        up, turns = UPWELLING_COSINES, UPWELLING_TURNS
         across = np.sqrt(1.0 - up**2)
         around = turns + math.atan2(self.light.sun[1], self.light.sun[0])
         w = np.outer(-across, np.cos(around)), np.outer(-across, np.sin(around)), -up[:, None]
         scattered = self.scattered_on_grid([0.0], -up, turns)[:, 0]
         table = np.moveaxis(scattered, 0, -1) + self.images_and_single(0.0, w)
-        return RisingLight(table, self.light.sun)
+        return UpwellingLight(table, self.light.sun)
 
 
 @functools.lru_cache(maxsize=2)

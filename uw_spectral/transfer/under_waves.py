@@ -19,17 +19,17 @@ from .solved_layer import Array
 _RINGS, _AROUND = 10, 24  # sizes and azimuths of slopes that a ray meets
 _AT_ONCE = 1 << 13  # facets, of all rays together
 _UPS, _TURNS = 64, 24
-RISING_COSINES = constant(np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS))
+UPWELLING_COSINES = constant(np.maximum(np.linspace(0.0, 1.0, _UPS), 0.5 / _UPS))
 """Cosines of travel of the light that rises to waves."""
-RISING_TURNS = constant(np.linspace(0.0, math.pi, _TURNS))
+UPWELLING_TURNS = constant(np.linspace(0.0, math.pi, _TURNS))
 """Azimuths of its travel against the sun's, rad."""
 
 
 @dataclass(frozen=True, eq=False)
-class RisingLight:
+class UpwellingLight:
     """Radiance that rises to the surface."""
 
-    table: Array  #: By :data:`RISING_COSINES` and :data:`RISING_TURNS`, (u, t, n).
+    table: Array  #: By :data:`UPWELLING_COSINES` and :data:`UPWELLING_TURNS`, (u, t, n).
     sun: Sequence[float]  #: Unit direction that sunlight travels to in the water.
 
     def along(self, x: Array, y: Array, z: Array) -> Array:
@@ -42,10 +42,12 @@ class RisingLight:
         return level * (1.0 - u) + (L[i + 1, j] * (1.0 - t) + L[i + 1, j + 1] * t) * u
 
 
-def under_waves(waves: WaterSurface, sky: Sky, rising: RisingLight, w: Sequence[Array]) -> Array:
+def under_waves(
+    waves: WaterSurface, sky: Sky, upwelling: UpwellingLight, w: Sequence[Array]
+) -> Array:
     """Radiance that comes down from waves along view directions (q, 1), shape (q, n)."""
     n, q = waves.refractive_index, len(w[0])
-    turn = math.atan2(rising.sun[1], rising.sun[0])
+    turn = math.atan2(upwelling.sun[1], upwelling.sun[0])
     x, y, fraction = facet_slopes(waves.slope_variance, _RINGS, _AROUND)
     x, y = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
     total, area = np.zeros(1), np.zeros(1)
@@ -54,7 +56,7 @@ def under_waves(waves: WaterSurface, sky: Sky, rising: RisingLight, w: Sequence[
         slopes = np.tile(x[some], q)[:, None], np.tile(y[some], q)[:, None]
         normal = surface_normal(*slopes)
         met, mirrored = mirrored_ray(rays, slopes=slopes)
-        risen = rising.along(*mirrored)
+        risen = upwelling.along(*mirrored)
         # Towards the horizon other waves hide the sky; they show what they mirror, and water.
         passing = waves.passing(direction_in_air(rays, normal, n)[2])
         L_sky = passing * sky.seen_through(rays, n, slopes=slopes)
