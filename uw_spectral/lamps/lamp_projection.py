@@ -139,7 +139,8 @@ def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:
     cosine, r = _brightest(lamp), _FLOATING_LENGTHS[:, None]
     value = lamp.profile.value(np.array([cosine]))
     patch = PatchPastLamp(r, value / (r * r), 1.0, cosine, cosine, r)
-    light = arriving_light(lamp, patch, water)
+    # What stands for objects has parts, which tell the irradiance on surfaces alone.
+    light = arriving_light(dataclasses.replace(lamp, parts=None), patch, water)
     reaching = (light.straight + light.about) * (r * r / value)
     within = [within_outline(water.phase, size, float(s)) for s in _FLOATING_LENGTHS]
     return reaching[:, None] * np.exp(-water.b * (1.0 - np.array(within)) * r)

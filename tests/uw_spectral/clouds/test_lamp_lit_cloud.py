@@ -11,7 +11,7 @@ from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
 from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several
 from underwater_spectral.uw_spectral.clouds.cloud_numbers import with_escapes
 from underwater_spectral.uw_spectral.clouds.density_grid import DensityGrid
-from underwater_spectral.uw_spectral.lamps.lamp import Lamp
+from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, LitParts
 from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import lamp_water
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
@@ -198,3 +198,11 @@ def test_columns_to_a_lamp_are_those_of_the_blob():
         other = gridded.from_lamp(0, place, way, NUMPY)
         assert other == pytest.approx(one, abs=0.03)
         assert np.max(one) > 0.6
+
+
+def test_what_stands_for_objects_lights_clouds_by_its_outline_alone():
+    part = LitPart((0.0, -3.0, 0.0), (0.0, 1.0, 0.0), np.ones(3), 0.1)
+    lamps = [replace(_torch(), virtual=1.0, parts=parts) for parts in (None, LitParts((part,)))]
+    plain, virtual = project_lamps(lamps, _water(), CHANNELS, clouds=SIGMA).projected
+    assert plain.floating.max() > 0
+    np.testing.assert_array_equal(virtual.floating, plain.floating)
