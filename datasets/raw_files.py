@@ -42,4 +42,4 @@ def write_counts(
         return
     white = np.linalg.solve(to_rec709, np.ones(3))
     to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
-    write_dng(path, counts, raw, to_camera, white, sensor)
+    write_dng(path, counts, raw.settings(1.0, 0), to_camera, white, sensor)

@@ -170,7 +170,7 @@ def _radiance(
     P = distance[here][:, None]
     points = buffer.view.ways().reshape(*here.shape, 3)[here] * P + np.asarray(buffer.view.centre)
     mean, fraction, sunlit = occlusion.on_patches(points, normal).T
-    facing = np.maximum(normal @ -np.asarray(water.sun), 0.0) * sunlit / np.pi
+    facing = np.maximum(normal @ -np.asarray(water.sun, np.float64), 0.0) * sunlit / np.pi
     surface = SurfaceMaterial(
         columns,
         [colour * facing[:, None] for colour in base],
