@@ -9,6 +9,7 @@ own shadows; the light that its forward peak scatters goes with it.
 
 from __future__ import annotations
 
+import copy
 import functools
 import math
 from collections.abc import Sequence
@@ -174,7 +175,8 @@ class KnownLight:
             new = np.flatnonzero(rays.valid & ~was.rays.valid)
             self.order = np.concatenate([was.order, new])
             self._keep_slots(was, changed)
-        self.kind = kind[self.order]
+        self.kind = self.looks = kind[self.order]
+        """Sets of directions of the light of probes, and of the rays along which they look."""
         self.place = np.zeros(rays.grid.count, np.intp)
         self.place[self.order] = np.arange(len(self.order))
         self.beside = self.place[rays.probe_of_side]
@@ -185,6 +187,15 @@ class KnownLight:
         self.seen = np.zeros(shape, np.int32)
         """Rows of the probes that stand for them."""
         self.has_seen = np.zeros(len(self.order), bool)
+
+    def turned(self, rows: NDArray[np.intp], by: int) -> KnownLight:
+        """Return the same where some probes look along another of the sets."""
+        found = copy.copy(self)
+        found.looks = (self.kind + by) % SETS
+        found.rays = self.rays.along(self.order[rows], found.looks[rows])
+        found.cells, found.seen = np.zeros_like(self.cells), np.zeros_like(self.seen)
+        found.has_seen = np.zeros_like(self.has_seen)
+        return found
 
     def _keep_slots(self, was: KnownLight, changed: ChangedVoxels) -> None:
         """Give sides that are as they were the slots that they had."""
@@ -208,7 +219,7 @@ class KnownLight:
         """Split some probes into parts."""
         found = []
         for kind in range(SETS):
-            of_set = rows[self.kind[rows] == kind]
+            of_set = rows[self.looks[rows] == kind]
             found += [
                 PartOfProbes(as_slice(of_set[k : k + _AT_ONCE]), self, kind)
                 for k in range(0, len(of_set), _AT_ONCE)
@@ -218,7 +229,7 @@ class KnownLight:
     def length(self, rows: Rows) -> tuple[Array, Array]:
         """Length of rays, and depth of where they begin; no farther than the water's floor."""
         rays, probes = self.rays, self.order[rows]
-        w = directions()[self.kind[rows]]
+        w = directions()[self.looks[rows]]
         depth = np.maximum(-rays.point[probes, 2:], 0.0)
         # Where the water has a floor, nothing comes from below it but what is met there.
         to_floor = np.maximum(self.unoccluded_field.floor_depth - depth, 0.0)
@@ -230,7 +241,7 @@ class KnownLight:
         """Find the probes on the way of rays."""
         distance, _ = self.length(rows)
         probes = self.order[rows]
-        point, w = self.rays.point[probes], directions()[self.kind[rows]]
+        point, w = self.rays.point[probes], directions()[self.looks[rows]]
         for k, (t, _) in enumerate(_ON_WAY):
             points = point[:, None] + w * (t * distance)[..., None]
             cells = self.rays.grid.index(points)

@@ -26,13 +26,14 @@ from .probe_irradiance import (
     Solution,
     lengthened,
 )
-from .probe_rows import joined
-from .probes import Rays
+from .probe_rows import Light, joined
+from .probes import SETS, Rays
 from .unoccluded_field import depths_of
 
 _ROUNDS = 40
 _SETTLED = 0.001  # change of a round that is none, in every probe
 _FAINT = 0.01  # of the unoccluded light: changes of less are those of this
+_ENCLOSED = 0.25  # of a probe's rays that leave: light that comes by fewer is found by chance
 _MOST_AGAIN = 0.5  # of the probes, or all are solved
 
 
@@ -135,11 +136,36 @@ def _tabulated(found: Solution) -> ProbeIrradiance:
     everywhere = known.place[rays.stand_in]
     there = rays.valid[known.order]
     weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
+    irradiance, scattered = _gathered(found)
     return ProbeIrradiance(
-        rays.grid, rays.valid, found.irradiance[everywhere], found.scattered[everywhere],
+        rays.grid, rays.valid, irradiance[everywhere], scattered[everywhere],
         rays.sunlit[known.order][everywhere], weight / weight.sum(),
         found,
     )  # fmt: skip
+
+
+def _gathered(found: Solution) -> tuple[Light, Light]:
+    """Return the ratios of a solution; where little of the open is seen, of all sets' directions.
+
+    Few of one set's find a window, and the walls of a room would be blotched.
+    """
+    known, rays = found.known, found.known.rays
+    free = rays.open_water[known.order].mean(axis=1)
+    rows = np.flatnonzero((free < _ENCLOSED) & rays.valid[known.order])
+    if not len(rows):
+        return found.tables
+    totals = [table.copy() for table in found.tables]
+    with ThreadPoolExecutor(_processors()) as pool:
+        for by in range(1, SETS):
+            parts = known.turned(rows, by).parts(rows)
+            list(pool.map(PartOfProbes.prepare, parts))
+            ratios = pool.map(functools.partial(PartOfProbes.ratios, now=found.light), parts)
+            for part, values in zip(parts, ratios, strict=True):
+                for total, value in zip(totals, values, strict=True):
+                    total[part.rows] += value
+    for total in totals:
+        total[rows] /= SETS
+    return totals[0], totals[1]
 
 
 class _Again:

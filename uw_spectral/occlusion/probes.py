@@ -106,6 +106,17 @@ class Rays:
         """Valid probe close to each of the points (..., 3)."""
         return self.stand_in[self.grid.index(points)]
 
+    def along(self, probes: NDArray[np.intp], sets: NDArray[np.intp]) -> Rays:
+        """Return what some probes see in other sets of directions; other rays stay."""
+        origin = np.repeat(self.point[probes], RAYS, axis=0)
+        heading = directions()[sets].reshape(-1, 3)
+        found = _seen(self.voxels, self.beyond, _beside(self.voxels)[0], origin, heading)
+        names = "distance", "hit", "further", "blocked"
+        values = {name: getattr(self, name).copy() for name in names}
+        for name, of_rays in zip(names, found, strict=True):
+            values[name][probes] = of_rays.reshape(-1, RAYS)
+        return dataclasses.replace(self, **values)
+
     def in_sight(
         self, cells: NDArray[np.intp], points: Array, otherwise: NDArray[np.intp]
     ) -> NDArray[np.intp]:
@@ -176,21 +187,8 @@ def cast(
         blocked[kept] = before.blocked[kept]
         hit[kept] = _renumbered(before.hit[kept], changes[0])
     which, ray = new.nonzero()
-    origin, heading = point[which], directions()[set_of(grid)[which], ray]
-    t, number = voxels.trace(origin, heading)
-    met = number >= 0
-    side = np.full(len(t), -1, np.int32)
-    side[met] = 2 * number[met]
-    side[met] += (voxels.normal[number[met]] * heading[met]).sum(axis=1) > 0
-    side[met] = _in_sight(
-        voxels, (origin + heading * t[:, None])[met], heading[met], side[met], sides
-    )
-    t[met] = _to_plane(voxels, origin[met], heading[met], t[met], number[met])
-    distance[new], hit[new] = t, side
-    far, end = np.zeros(len(t)), met & (side < 0)
-    ways = (origin + heading * t[:, None])[~met], heading[~met]
-    far[~met], end[~met] = _follow(beyond, *ways)
-    further[new], blocked[new] = far, end
+    ways = point[which], directions()[set_of(grid)[which], ray]
+    distance[new], hit[new], further[new], blocked[new] = _seen(voxels, beyond, sides, *ways)
     stand_in = stand_ins(grid, valid)
     beside = _probes_beside(voxels, grid, stand_in, point, facing)
     lit = _lit(voxels, beyond, reached, sun, before, changes)
@@ -248,6 +246,23 @@ def _renumbered(hit: NDArray[np.int32], changed: ChangedVoxels) -> NDArray[np.in
     number = changed.renumbered
     sides = np.stack([2 * number, 2 * number + 1], axis=1).ravel()
     return np.append(sides, -1).astype(np.int32)[hit]
+
+
+def _seen(
+    voxels: SurfaceVoxels, beyond: SurfaceVoxels, sides: Array, origin: Array, heading: Array
+) -> tuple[Array, NDArray[np.int32], Array, NDArray[np.bool_]]:
+    """Follow rays; return what :class:`Rays` has of each."""
+    t, number = voxels.trace(origin, heading)
+    met = number >= 0
+    side = np.full(len(t), -1, np.int32)
+    side[met] = 2 * number[met]
+    side[met] += (voxels.normal[number[met]] * heading[met]).sum(axis=1) > 0
+    end = origin + heading * t[:, None]
+    side[met] = _in_sight(voxels, end[met], heading[met], side[met], sides)
+    t[met] = _to_plane(voxels, origin[met], heading[met], t[met], number[met])
+    far, blocked = np.zeros(len(t)), met & (side < 0)
+    far[~met], blocked[~met] = _follow(beyond, end[~met], heading[~met])
+    return t, side, far, blocked
 
 
 def _to_plane(

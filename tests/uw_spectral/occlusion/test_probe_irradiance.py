@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
+from underwater_spectral.uw_spectral.occlusion import probe_solution
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.probe_solution import probe_irradiance
 from underwater_spectral.uw_spectral.occlusion.probes import (
@@ -202,3 +203,35 @@ def test_a_planted_error_of_a_tenth_is_seen(planted):
     near &= grid.centres()[:, 2] > SEABED
     ratio = np.median(wrong.irradiance[near, DOWN] / right.irradiance[near, DOWN])
     assert abs(ratio - 1.0) > 0.04
+
+
+def test_walls_of_a_room_are_lit_evenly_through_a_window(monkeypatch):
+    """Of a window of .9 m the rays of one set find 0 or 1 per probe: walls would be blotched."""
+    x = plate(0.0, 1.5)
+    walls = [np.roll(x + np.array([0, 0, s]), k, axis=1) for k in range(3) for s in (-1.5, 1.5)]
+    points = np.concatenate(walls) - [0.0, 0.0, 3.5]
+    normals = np.repeat(np.eye(3)[[2, 2, 0, 0, 1, 1]], len(x), axis=0)
+    window = (
+        (points[:, 0] > 1.4) & (np.abs(points[:, 1]) < 0.45) & (np.abs(points[:, 2] + 3.5) < 0.45)
+    )
+    points, normals = points[~window], normals[~window]
+    grid = Grid.around((-3.0, -3.0, -6.5), (3.0, 3.0, -0.6), 1500, 0.2)
+    fine = Grid(grid.lower, grid.cell / 3, tuple(3 * n for n in grid.shape))
+    voxels = voxelise(fine, points, normals, np.full((len(points), 3), 0.5))
+    rays = cast(voxels, grid, -np.asarray(field().sun), np.array([(0.0, 0.0, -3.5)]))
+    at = rays.point
+    inside = rays.valid & (np.abs(at - [0.0, 0.0, -3.5]).max(axis=1) < 1.3) & (at[:, 0] < 0.5)
+    towards = 0  # patches that face the window
+
+    def scatter():
+        light = probe_irradiance(field(), rays, np.full((len(voxels), 3), 0.02))
+        found, places = light.irradiance[inside, towards].mean(axis=1), at[inside]
+        near = np.linalg.norm(places[:, None] - places, axis=2)
+        pairs = (near > 0) & (near < 1.1 * grid.cell)
+        return np.abs(np.log(found[:, None] / found))[pairs].mean(), found.mean()
+
+    even, mean = scatter()
+    monkeypatch.setattr(probe_solution, "_ENCLOSED", 0.0)
+    blotched, before = scatter()
+    assert even < 0.6 * blotched
+    assert mean == pytest.approx(before, rel=0.25)
