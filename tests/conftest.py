@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import runpy
+import sys
 import warnings
 from collections import Counter
 from pathlib import Path
@@ -13,6 +14,12 @@ import pytest
 # Two processes share two processors: threads of both would spend most of their time waiting
 # for each other. It must be said before numpy is there.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# To compile tests and modules anew takes each process longer than all else that it does at first.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+# Seconds of processors of the fast suite: six minutes of two, less what they wait.
+BUDGET = 680
 
 _ROOT = Path(__file__).resolve().parent.parent
 runpy.run_path(str(_ROOT / "tools" / "load_checkout.py"))["load"]()
@@ -20,20 +27,62 @@ runpy.run_path(str(_ROOT / "tools" / "load_checkout.py"))["load"]()
 
 def pytest_addoption(parser):
     """Let the files be listed by what they cost."""
-    parser.addoption("--costs", action="store_true", help="list seconds of each file")
+    parser.addoption("--costs", action="store_true", help="list processor seconds of each file")
+
+
+def _processor_seconds() -> float:
+    """Seconds of processors that this process and those that it waited for have used."""
+    return sum(os.times()[:4])
+
+
+class _Costs:
+    """Notes on each report what was used since the last one; what others do at the time is apart.
+
+    Parameters
+    ----------
+    start : float
+        Used before the first test, to import and to collect.
+    """
+
+    def __init__(self, start: float) -> None:
+        self._until, self._start = start, start
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self):
+        """Put the seconds where the process that sums up finds them."""
+        report = yield
+        now = _processor_seconds()
+        report.processor_seconds, report.start_seconds = now - self._until, self._start
+        self._until, self._start = now, 0.0
+        return report
+
+
+def pytest_collection_finish(session):
+    """Begin to count what tests cost."""
+    session.config.pluginmanager.register(_Costs(_processor_seconds()))
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Print seconds by file, set-up included, dearest first."""
-    if not config.getoption("--costs"):
-        return
+    """Print seconds of processors by file, set-up included, dearest first, and their sum."""
     seconds = Counter()
-    for kind in ("passed", "failed", "error", ""):
-        for report in terminalreporter.getreports(kind):
-            seconds[report.nodeid.partition("::")[0]] += getattr(report, "duration", 0.0)
-    terminalreporter.section("seconds by file")
-    for name, spent in seconds.most_common():
-        terminalreporter.write_line(f"{spent:7.1f} {name}")
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            seconds["(start)"] += getattr(report, "start_seconds", 0.0)
+            name = getattr(report, "nodeid", "").partition("::")[0]
+            seconds[name] += getattr(report, "processor_seconds", 0.0)
+    total = seconds.total()
+    if config.getoption("--costs"):
+        terminalreporter.section("seconds of processors by file")
+        for name, spent in seconds.most_common():
+            if spent >= 0.5:
+                terminalreporter.write_line(f"{spent:7.1f} {name}")
+        terminalreporter.write_line(f"{total:7.1f} together; the fast suite may take {BUDGET}")
+    if total > BUDGET and config.option.markexpr == "not slow":
+        terminalreporter.write_line(
+            f"WARNING: these tests used {total:.0f} s of processors, more than the {BUDGET} s of "
+            "the fast suite. Make some cheaper, or slow.",
+            yellow=True,
+        )
 
 
 @pytest.fixture(autouse=True)

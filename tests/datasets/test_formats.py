@@ -11,11 +11,9 @@ from pathlib import Path
 
 import cv2
 import h5py
-import mlcroissant
 import numpy as np
 import OpenImageIO as oiio
 import pytest
-import supervision
 import trimesh
 import yaml
 from evo.core.metrics import APE, PoseRelation
@@ -378,6 +376,8 @@ def test_outlines_enclose_the_mask_exactly(seed):
 
 @pytest.mark.parametrize("kind", ["yolo", "yolo_segments"])
 def test_yolo_is_read_by_supervision(files, kind):
+    import supervision
+
     root, found = files.folder / kind, 0
     data = yaml.safe_load((root / "data.yaml").read_text())
     assert data["names"] == {0: "stone"}
@@ -532,6 +532,8 @@ def test_hdf5_is_read_by_h5py(files):
 
 @pytest.mark.filterwarnings("ignore:ConjunctiveGraph:DeprecationWarning")  # of its own
 def test_croissant_is_read_by_mlcroissant(files):
+    import mlcroissant
+
     found = mlcroissant.Dataset(jsonld=files.folder / "croissant.json")
     assert not found.metadata.ctx.issues.errors
     # What a set does not know of itself: how it is cited, and when it will be published.

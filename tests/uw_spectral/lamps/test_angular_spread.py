@@ -23,7 +23,7 @@ from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, s
 B = np.array([0.05, 0.7])
 HG = parse_phase("hg:0.9").for_bands(B)
 SEA = seawater_mixture(B, 0.02 * B)
-_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4000)
+_PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(800)
 
 
 def _deflected(spread, half, length):
