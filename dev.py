@@ -28,6 +28,7 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
@@ -160,6 +161,26 @@ def example(python: Path) -> None:
     print(f"picture: {(folder / '0001.png').relative_to(ROOT)}")
 
 
+def check(python: Path) -> None:
+    """Check types in two processes, and the rest beside them; end with what fails."""
+    types = [python, "-m", "basedpyright", "--level", "error"]
+    with ExitStack() as ended:
+        running = []
+        # All of it, whose warnings are modules that only Blender has; and what the wheel holds, as
+        # its oldest Python has it.
+        for part in ([], ["--pythonversion", "3.11", "uw_spectral", "datasets"]):
+            command = list(map(str, [*types, *part]))
+            running.append(subprocess.Popen(command, cwd=ROOT))
+            ended.callback(running[-1].kill)
+        run(python, "-m", "ruff", "check", ".")
+        run(python, "-m", "ruff", "format", "--check", ".")
+        run(python, "tools/unused_code.py")
+        run(python, "tools/words.py")
+        for process in running:
+            if process.wait():
+                sys.exit(process.returncode)
+
+
 def main() -> None:
     """Run the job named on the command line."""
     job, *arguments = sys.argv[1:] or ["help"]
@@ -172,18 +193,9 @@ def main() -> None:
         example(set_up())
     elif job == "test":
         # Two at a time: most of a test is one thread, compiling shaders above all.
-        run(set_up(), "-m", "pytest", "-n", "2", "--dist", "loadfile", *arguments)
+        run(set_up(), "-m", "pytest", "-n", "2", "--dist", "loadfile", "--costs", *arguments)
     elif job == "check":
-        python = set_up()
-        run(python, "-m", "ruff", "check", ".")
-        run(python, "-m", "ruff", "format", "--check", ".")
-        run(python, "tools/unused_code.py")
-        run(python, "tools/words.py")
-        # Its warnings are modules that only Blender has.
-        run(python, "-m", "basedpyright", "--level", "error")
-        # What the wheel holds, as its oldest Python has it.
-        oldest = ("--pythonversion", "3.11", "uw_spectral", "datasets")
-        run(python, "-m", "basedpyright", "--level", "error", *oldest)
+        check(set_up())
     elif job == "build":
         tool = "build_wheel.py" if "--wheel" in arguments else "build_extension.py"
         run(set_up(), f"tools/{tool}", *arguments)
