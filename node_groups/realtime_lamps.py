@@ -26,6 +26,7 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import PhaseFunction
+from .group_sockets import COLOUR, FLOAT, VECTOR, OpenGroup
 from .lamp_images import (
     MEASURED_KEY,
     NAME,
@@ -33,7 +34,7 @@ from .lamp_images import (
 )
 from .lamp_table import LampTable
 from .loops import followed, summed
-from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue, new_group
+from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
 
@@ -43,10 +44,9 @@ MIRROR, EDGE, CLEAR, ROUGHNESS, CLEAR_INDEX = "Mirror", "Edge", "Clear", "Roughn
 COAT, COAT_ROUGHNESS, COAT_INDEX, COAT_NORMAL = (
     f"Coat{of}" for of in ("", " Roughness", " Index", " Normal")
 )
-_RGB, _FLOAT = "NodeSocketColor", "NodeSocketFloat"
 FACETS: tuple[dict[str, str], ...] = (
-    {MIRROR: _RGB, EDGE: _RGB, CLEAR: _RGB, ROUGHNESS: _FLOAT, CLEAR_INDEX: _FLOAT},
-    {COAT: _FLOAT, COAT_ROUGHNESS: _FLOAT, COAT_INDEX: _FLOAT, COAT_NORMAL: "NodeSocketVector"},
+    {MIRROR: COLOUR, EDGE: COLOUR, CLEAR: COLOUR, ROUGHNESS: FLOAT, CLEAR_INDEX: FLOAT},
+    {COAT: FLOAT, COAT_ROUGHNESS: FLOAT, COAT_INDEX: FLOAT, COAT_NORMAL: VECTOR},
 )
 """Inputs of the facets of objects and of those of coats over them: see :class:`.Facets`."""
 SEEN, UNSCATTERED, FORWARD, THERE, IRRADIANCE, EXCITING = "Seen", "D", "F", "J", "E", "Exciting"
@@ -95,8 +95,9 @@ def build_path(
     ShaderNodeTree
         Output :data:`LIGHT`: three channels, the lamps themselves and what clouds scatter included.
     """
-    inputs = {"y_f": "NodeSocketFloat"} if ahead else {}
-    tree, graph, given = _group(f"{NAME} in the Water", inputs, rays, slim=clouds is not None)
+    inputs = {"y_f": FLOAT} if ahead else {}
+    group = _group(f"{NAME} in the Water", inputs, (LIGHT,), rays, slim=clouds is not None)
+    graph, given = group.graph, group.given
     table, w = LampTable.of(graph, images), view_direction(graph)
     if ahead:
         origin = camera_place(graph)
@@ -124,7 +125,7 @@ def build_path(
         through = LampAndClouds(floating, lamp, ray, origin, w, P, index, passed)
         return (through.seen(light, table.nodes_for(lamp), add_up, follow),)
 
-    return _finished(tree, graph, {LIGHT: summed(graph, table.count, of_lamp)[0]})
+    return group.finished({LIGHT: summed(graph, table.count, of_lamp)[0]})
 
 
 def build_patch(
@@ -153,12 +154,13 @@ def build_patch(
     clouds : callable, optional
         Which are between lamps and objects.
     """
-    inputs = dict.fromkeys((NORMAL, VISIBILITY), "NodeSocketVector") | {COLOR: "NodeSocketColor"}
+    inputs = dict.fromkeys((NORMAL, VISIBILITY), VECTOR) | {COLOR: COLOUR}
     for one in FACETS[:facets]:
         inputs |= one
     measured = bool(images.numbers[MEASURED_KEY])
-    inputs |= {MEASURED: "NodeSocketFloat"} if measured else {}
-    tree, graph, given = _group(f"{NAME} on Objects", inputs, rays, slim=clouds is not None)
+    inputs |= {MEASURED: FLOAT} if measured else {}
+    group = _group(f"{NAME} on Objects", inputs, outputs, rays, slim=clouds is not None)
+    graph, given = group.graph, group.given
     table, here, P = LampTable.of(graph, images), place_here(graph), view_distance(graph)
     normal, colour = (graph.components(given[name]) for name in (NORMAL, COLOR))
     floating = None if clouds is None else clouds(graph)
@@ -225,7 +227,7 @@ def build_patch(
         return tuple(found[name] for name in outputs)
 
     totals = summed(graph, table.count, of_lamp)
-    return _finished(tree, graph, dict(zip(outputs, totals, strict=True)))
+    return group.finished(dict(zip(outputs, totals, strict=True)))
 
 
 def _facets(graph: Graph, given: Mapping[str, NodeValue], count: int) -> list[Facets]:
@@ -292,25 +294,13 @@ def write_shadow_lamp(
 def _group(
     name: str,
     inputs: dict[str, str],
+    outputs: Collection[str],
     rays: bpy.types.ShaderNodeTree | None,
     *,
     slim: bool,
-) -> tuple[bpy.types.ShaderNodeTree, Graph, dict[str, NodeValue]]:
-    tree = new_group(name)
-    for socket, kind in inputs.items():
-        tree.interface.new_socket(socket, in_out="INPUT", socket_type=kind)
+) -> OpenGroup:
     # Clouds besides would need more constants than a shader holds.
-    graph = Graph(tree, PART_SIZE, slim=slim, rays=rays, slim_numbers=slim)
-    outputs = graph.node("NodeGroupInput").outputs
-    return tree, graph, {s.name: graph.term(s) for s in outputs if s.name}
-
-
-def _finished(
-    tree: bpy.types.ShaderNodeTree, graph: Graph, results: dict[str, NodeValue]
-) -> bpy.types.ShaderNodeTree:
-    for name in results:
-        tree.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketVector")
-    end = graph.node("NodeGroupOutput").inputs
-    for name, result in results.items():
-        graph.assign(result, end[name])
-    return tree
+    return OpenGroup(
+        name, inputs, dict.fromkeys(outputs, VECTOR),
+        part_size=PART_SIZE, slim=slim, rays=rays, slim_numbers=slim,
+    )  # fmt: skip

@@ -6,12 +6,13 @@ begins where the surface bends the ray, or mirrors it, or at the port.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import bpy
 
 from ..uw_spectral.mathematics import Operand, dot
-from .node_mathematics import NODES, Graph, NodeValue, new_group
+from .group_sockets import OpenGroup
+from .node_mathematics import NODES, Graph, NodeValue
 
 _LEAST_COSINE = 1e-4
 _UNMOVED = 1e-3  # m
@@ -76,12 +77,11 @@ def build_port(values: bpy.types.ShaderNodeTree, distance: str) -> bpy.types.Sha
     distance : str
         Which of them is the distance of the port from the camera along its axis, m.
     """
-    tree = new_group(_PORT_NAME)
-    graph = Graph(tree)
+    group = OpenGroup(_PORT_NAME)
+    graph = group.graph
     w = straight_direction(graph)
     start = graph.term(graph.shared(values)[distance]) / _along_axis(graph, w)
-    _write_begun(graph, start)
-    return tree
+    return _begun(group, start)
 
 
 def build_mirrored() -> bpy.types.ShaderNodeTree:
@@ -89,15 +89,15 @@ def build_mirrored() -> bpy.types.ShaderNodeTree:
 
     Those of an eye in the water are as they are.
     """
-    tree = new_group(_MIRRORED_NAME)
-    graph = Graph(tree)
+    group = OpenGroup(_MIRRORED_NAME)
+    graph = group.graph
     height, down = eye_place(graph)[2], -straight_direction(graph)[2]
-    _write_begun(graph, NODES.maximum(height, 0.0) / NODES.maximum(down, _LEAST_COSINE))
-    return tree
+    return _begun(group, NODES.maximum(height, 0.0) / NODES.maximum(down, _LEAST_COSINE))
 
 
-def _write_begun(graph: Graph, start: NodeValue) -> None:
-    """Make the outputs of straight rays that begin at a distance from the eye."""
+def _begun(group: OpenGroup, start: NodeValue) -> bpy.types.ShaderNodeTree:
+    """Bring out straight rays that begin at a distance from the eye."""
+    graph = group.graph
     w, eye = straight_direction(graph), eye_place(graph)
     found = {
         DIRECTION: graph.vector(*w),
@@ -105,17 +105,7 @@ def _write_begun(graph: Graph, start: NodeValue) -> None:
         DISTANCE: NODES.maximum(straight_distance(graph) - start, 0.0),
         PLACE: graph.vector(*drawn_place(graph)),
     }
-    write_outputs(graph, found)
-
-
-def write_outputs(graph: Graph, found: Mapping[str, NodeValue]) -> None:
-    """Make the outputs of a group of rays."""
-    for name, value in found.items():
-        kind = "NodeSocketFloat" if value.size == 1 else "NodeSocketVector"
-        graph.tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
-    end = graph.node("NodeGroupOutput").inputs
-    for name, value in found.items():
-        graph.assign(value, end[name])
+    return group.finished(found)
 
 
 def straight_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 
 import bpy
 
-from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
+from .group_sockets import COLOUR, FLOAT, OpenGroup
+from .node_mathematics import MARK, NODES, Graph, NodeValue
 
 _NAME = ".UW Look-Up"
 _SIDES = "Column", "Row"
@@ -64,17 +65,12 @@ def _group(
     image: bpy.types.Image, kinds: Sequence[int], *, tiled: bool
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of look-ups in an image, for what :func:`_split` returns for both sides."""
-    tree = new_group(_NAME)
-    for side, count in zip(_SIDES, kinds, strict=True):
-        for name in _OF_SIDE[:count]:
-            kind = "NodeSocketFloat"
-            tree.interface.new_socket(f"{side} {name}", in_out="INPUT", socket_type=kind)
-    tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    graph = Graph(tree)
-    given = [graph.term(socket) for socket in graph.node("NodeGroupInput").outputs[: sum(kinds)]]
-    found = _mixed(graph, image, given[: kinds[0]], given[kinds[0] :], tiled=tiled)
-    graph.assign(found, graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    sides = zip(_SIDES, kinds, strict=True)
+    names = [f"{side} {name}" for side, count in sides for name in _OF_SIDE[:count]]
+    group = OpenGroup(_NAME, dict.fromkeys(names, FLOAT), {"Color": COLOUR})
+    given = list(group.given.values())
+    found = _mixed(group.graph, image, given[: kinds[0]], given[kinds[0] :], tiled=tiled)
+    return group.finished({"Color": found})
 
 
 def _mixed(
