@@ -6,13 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
-from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting, capture
+from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
-from .camera import PinholeCamera
 from .formats import DEFAULT, FORMATS
 from .tables import SpecTable
 
@@ -66,17 +62,6 @@ class RawOutputs:
             self.vignetting,
             seed,
         )
-
-    def counts(
-        self, channels: ArrayLike, camera: PinholeCamera, white_response: float, seed: int
-    ) -> tuple[NDArray[np.uint16], dict[str, Any]]:
-        """Return the counts of a picture's linear responses, and what to record of them.
-
-        ``channels``, shape (height, width, 3), are before white balance and exposure.
-        """
-        chosen = self.settings(white_response, seed)
-        focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)
-        return capture(channels, chosen, focal=focal, centre=centre), chosen.record()
 
 
 def read_render(table: SpecTable) -> tuple[str, ...]:

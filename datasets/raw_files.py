@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..uw_spectral.detector import write_dng
+from ..uw_spectral.detector import RawSettings, capture, write_dng
 from ..uw_spectral.spectra.colour_rendering import rec709_to_XYZ
 from ..uw_spectral.spectra.spectral_image import write_codes
 from .axes import Array
@@ -25,21 +25,29 @@ def write_raw(
     and exposure; ``to_rec709``, shape (3, 3), leads from these to the developed picture.
     """
     white = np.linalg.solve(to_rec709, np.ones(3))
-    counts, record = raw.counts(channels, view.camera, float(white.max()), view.noise_seed)
-    write_counts(path, raw, counts, to_rec709, view.record["camera"]["sensor"])
-    return {**record, "white_response": white.tolist(), "to_linear_rec709": to_rec709.tolist()}
+    taken, camera = raw.settings(float(white.max()), view.noise_seed), view.camera
+    focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)
+    counts = capture(channels, taken, focal=focal, centre=centre)
+    write_counts(path, taken, counts, to_rec709, view.record["camera"]["sensor"], raw.file)
+    record = {**taken.record(), "white_response": white.tolist()}
+    return {**record, "to_linear_rec709": to_rec709.tolist()}
 
 
 def write_counts(
-    path: Path, raw: RawOutputs, counts: NDArray[np.uint16], to_rec709: Array, sensor: str
+    path: Path,
+    taken: RawSettings,
+    counts: NDArray[np.uint16],
+    to_rec709: Array,
+    sensor: str,
+    kind: str,
 ) -> None:
-    """Write counts, as DNG if there is a mosaic, else as TIFF.
+    """Write counts, as DNG if that is wanted and there is a mosaic, else as TIFF.
 
     ``to_rec709`` is as of :func:`write_raw`.
     """
-    if raw.file != "dng" or raw.pattern is None:
-        write_codes(path, counts, {"black_level": raw.detector.black_level})
+    if kind != "dng" or taken.pattern is None:
+        write_codes(path, counts, {"black_level": taken.detector.black_level})
         return
     white = np.linalg.solve(to_rec709, np.ones(3))
     to_camera = np.linalg.inv(rec709_to_XYZ() @ to_rec709)
-    write_dng(path, counts, raw.settings(1.0, 0), to_camera, white, sensor)
+    write_dng(path, counts, taken, to_camera, white, sensor)

@@ -49,7 +49,7 @@ def write_raw_picture(
     taken = raw.settings(float(white.max()), _seed(manifest, view))
     counts = capture(linear @ np.linalg.inv(to_rec709).T, taken)
     path = files_of(manifest, view).raw(chosen.raw)
-    write_counts(path, raw, counts, to_rec709, plan.sensor.name)
+    write_counts(path, taken, counts, to_rec709, plan.sensor.name, raw.file)
     return {**taken.record(), "to_linear_rec709": to_rec709.tolist()}
 
 
