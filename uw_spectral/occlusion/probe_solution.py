@@ -93,10 +93,16 @@ def _solved(known: KnownLight) -> Solution:
         started = list(pool.map(PartOfProbes.prepare, parts))
         now = LightOfProbes(*(joined(started, count, k) for k in range(4)))
         _settle(known, parts, now, pool)
-        ended = list(pool.map(functools.partial(PartOfProbes.ratios, now=now), parts))
+        ended = _ratios(parts, now, pool)
     kept = parts if count <= MOST_KEPT else ()
     irradiance, scattered = (joined(ended, count, k) for k in range(2))
     return Solution(known, now, irradiance, scattered, kept)
+
+
+def _ratios(
+    parts: Sequence[PartOfProbes], now: LightOfProbes, pool: ThreadPoolExecutor
+) -> list[tuple[Light, Light]]:
+    return list(pool.map(functools.partial(PartOfProbes.ratios, now=now), parts))
 
 
 def _settle(
@@ -159,8 +165,7 @@ def _gathered(found: Solution) -> tuple[Light, Light]:
         for by in range(1, SETS):
             parts = known.turned(rows, by).parts(rows)
             list(pool.map(PartOfProbes.prepare, parts))
-            ratios = pool.map(functools.partial(PartOfProbes.ratios, now=found.light), parts)
-            for part, values in zip(parts, ratios, strict=True):
+            for part, values in zip(parts, _ratios(parts, found.light, pool), strict=True):
                 for total, value in zip(totals, values, strict=True):
                     total[part.rows] += value
     for total in totals:
@@ -199,7 +204,7 @@ class _Again:
                 _, _, now.beam[part.rows], now.on_axes[part.rows] = start
             parts = sorted([*parts, *self._parts], key=lambda part: part.kind)
             _settle(known, parts, now, pool, self._new)
-            ended = list(pool.map(functools.partial(PartOfProbes.ratios, now=now), parts))
+            ended = _ratios(parts, now, pool)
         before = self._before
         tables = [lengthened(x, len(known.order)) for x in before.tables]
         for part, values in zip(parts, ended, strict=True):

@@ -30,6 +30,7 @@ from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_ST
 
 UP, DOWN = 4, 5
 SEABED = -6.0
+MIDDLE = np.array([0.0, 0.0, -3.5])
 
 
 @functools.cache
@@ -135,18 +136,25 @@ def test_a_black_plate_shades_by_its_solid_angle():
     assert (light.irradiance[column[-1], UP] > 0.97).all()
 
 
-def test_a_closed_room_is_dark():
+def rays_in_a_room(window=0.0):
+    """A room of 3 m, of which one wall has a window of so many metres."""
     x = plate(0.0, 1.5)
     walls = [np.roll(x + np.array([0, 0, s]), k, axis=1) for k in range(3) for s in (-1.5, 1.5)]
-    points = np.concatenate(walls) - [0.0, 0.0, 3.5]
+    points = np.concatenate(walls)
+    normals = np.repeat(np.eye(3)[[2, 2, 0, 0, 1, 1]], len(x), axis=0)
+    left = (points[:, 0] < 1.4) | (np.abs(points[:, 1:]) > window / 2.0).any(axis=1)
+    points, normals = points[left] + MIDDLE, normals[left]
     grid = Grid.around((-3.0, -3.0, -6.5), (3.0, 3.0, -0.6), 1500, 0.2)
     fine = Grid(grid.lower, grid.cell / 3, tuple(3 * n for n in grid.shape))
-    normals = np.repeat(np.eye(3)[[2, 2, 0, 0, 1, 1]], len(x), axis=0)
     voxels = voxelise(fine, points, normals, np.full((len(points), 3), 0.5))
-    inside = np.array([(0.0, 0.0, -3.5)])
-    rays = cast(voxels, grid, -np.asarray(field().sun), inside)
+    return cast(voxels, grid, -np.asarray(field().sun), MIDDLE[None])
+
+
+def test_a_closed_room_is_dark():
+    rays = rays_in_a_room()
+    grid, voxels = rays.grid, rays.voxels
     light = probe_irradiance(field(), rays, np.full((len(voxels), 3), 0.3))
-    at = grid.index(inside[0])
+    at = grid.index(MIDDLE)
     assert rays.valid[at]
     # Edges, where a voxel has two walls, are not quite tight.
     assert light.irradiance[at].max() < 0.02
@@ -207,20 +215,10 @@ def test_a_planted_error_of_a_tenth_is_seen(planted):
 
 def test_walls_of_a_room_are_lit_evenly_through_a_window(monkeypatch):
     """Of a window of .9 m the rays of one set find 0 or 1 per probe: walls would be blotched."""
-    x = plate(0.0, 1.5)
-    walls = [np.roll(x + np.array([0, 0, s]), k, axis=1) for k in range(3) for s in (-1.5, 1.5)]
-    points = np.concatenate(walls) - [0.0, 0.0, 3.5]
-    normals = np.repeat(np.eye(3)[[2, 2, 0, 0, 1, 1]], len(x), axis=0)
-    window = (
-        (points[:, 0] > 1.4) & (np.abs(points[:, 1]) < 0.45) & (np.abs(points[:, 2] + 3.5) < 0.45)
-    )
-    points, normals = points[~window], normals[~window]
-    grid = Grid.around((-3.0, -3.0, -6.5), (3.0, 3.0, -0.6), 1500, 0.2)
-    fine = Grid(grid.lower, grid.cell / 3, tuple(3 * n for n in grid.shape))
-    voxels = voxelise(fine, points, normals, np.full((len(points), 3), 0.5))
-    rays = cast(voxels, grid, -np.asarray(field().sun), np.array([(0.0, 0.0, -3.5)]))
+    rays = rays_in_a_room(window=0.9)
+    grid, voxels = rays.grid, rays.voxels
     at = rays.point
-    inside = rays.valid & (np.abs(at - [0.0, 0.0, -3.5]).max(axis=1) < 1.3) & (at[:, 0] < 0.5)
+    inside = rays.valid & (np.abs(at - MIDDLE).max(axis=1) < 1.3) & (at[:, 0] < 0.5)
     towards = 0  # patches that face the window
 
     def scatter():
