@@ -181,7 +181,7 @@ def inputs(names: Iterable[str]) -> set[Path]:
 def _imported(path: Path) -> frozenset[Path]:
     """Return what a file imports itself."""
     found: set[Path] = set()
-    for node in ast.walk(_parsed(path)):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 first, _, rest = alias.name.partition(".")
@@ -206,23 +206,23 @@ def _files(base: Path, module: str) -> set[Path]:
     return found
 
 
-@functools.cache
-def _parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
+def _only_read(line: ast.stmt) -> bool:
+    """Whether a statement is a docstring, or a page's text."""
+    if isinstance(line, ast.Assign):
+        return getattr(line.targets[0], "id", "") == "PAGE"
+    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant)
 
 
 @functools.cache
 def _hash(path: Path) -> bytes:
-    """Digest of what a file says; comments and the breaks of lines do not count, nor pages."""
+    """Digest of what a file does: comments, docstrings, line breaks and pages do not count."""
     if path.suffix != ".py":
         return hashlib.sha256(path.read_bytes()).digest()
-    tree = _parsed(path)
-    body = [
-        node
-        for node in tree.body
-        if not (isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "PAGE")
-    ]
-    return hashlib.sha256(ast.dump(ast.Module(body, [])).encode()).digest()
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            node.body = [line for line in node.body if not _only_read(line)]
+    return hashlib.sha256(ast.dump(tree).encode()).digest()
 
 
 def digest(files: Iterable[Path]) -> str:

@@ -152,7 +152,7 @@ def test_what_was_made_before_a_stop_is_made_no_more(docs):
     ("file", "text", "changes"),
     [
         ("used.py", "X = 2\n", True),
-        ("used.py", "# words\nX = (\n    1\n)\n", False),
+        ("used.py", '"""Says."""\n# words\nX = (\n    1\n)\n', False),
         ("benchmarks/page.py", 'from ..used import X\n\nPAGE = "other"\n', False),
         ("benchmarks/page.py", 'from ..used import X\n\nPAGE = "one"\nY = 1\n', True),
         ("unused.py", "X = 2\n", False),
@@ -168,7 +168,7 @@ def test_inputs_are_what_a_module_imports_and_reads(file, text, changes, tmp_pat
     }  # fmt: skip
 
     def digest():
-        for of in (runner._imported, runner._parsed, runner._hash):
+        for of in (runner._imported, runner._hash):
             of.cache_clear()
         return runner.digest(runner.inputs(["benchmarks/page.py", "read/table.csv"]))
 
