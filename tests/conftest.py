@@ -30,6 +30,17 @@ def pytest_addoption(parser):
     parser.addoption("--costs", action="store_true", help="list processor seconds of each file")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark cases as slow but for the first; one that is asked for by name is the first."""
+    begun = set()
+    for item in items:
+        if item.get_closest_marker("slow_but_first") and not item.get_closest_marker("slow"):
+            if (test := item.nodeid.partition("[")[0]) in begun:
+                item.add_marker("slow")
+            begun.add(test)
+
+
 def _processor_seconds() -> float:
     """Seconds of processors that this process and those that it waited for have used."""
     return sum(os.times()[:4])

@@ -25,6 +25,8 @@ from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 ROOT = Path(__file__).resolve().parent.parent
 LOADED = ("worlds", "node_groups", "collections", "objects")
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):

@@ -50,6 +50,7 @@ def built_zip(tool, tmp_path_factory) -> Path:
     return tool.build(tmp_path_factory.mktemp("dist"))
 
 
+@pytest.mark.slow
 def test_the_sizes_in_the_manual_are_written_by_the_build(tool, built_zip, tmp_path):
     manual = Path(shutil.copy(ROOT / "docs" / "listing" / "review.md", tmp_path))
     table = tool.size_table(built_zip)
@@ -64,6 +65,7 @@ def test_the_sizes_in_the_manual_are_written_by_the_build(tool, built_zip, tmp_p
         tool.write_manual(table, manual)
 
 
+@pytest.mark.slow
 def test_zip_holds_what_is_needed_and_no_more(built_zip):
     names = zipfile.ZipFile(built_zip).namelist()
     tops = {name.split("/")[0] for name in names}
@@ -80,6 +82,7 @@ def test_zip_holds_what_is_needed_and_no_more(built_zip):
     assert sum(name.endswith(".whl") for name in names) == 2
 
 
+@pytest.mark.slow
 def test_the_same_files_give_the_same_bytes(tool, built_zip, tmp_path):
     """Whatever their times are: a checkout gets them anew."""
     entries = zipfile.ZipFile(built_zip).infolist()
@@ -92,6 +95,7 @@ def test_the_same_files_give_the_same_bytes(tool, built_zip, tmp_path):
     assert again.read_bytes() == built_zip.read_bytes()
 
 
+@pytest.mark.slow
 def test_zip_leaves_the_import_system_alone(built_zip):
     archive = zipfile.ZipFile(built_zip)
     scripts = [name for name in archive.namelist() if name.endswith(".py")]
@@ -105,6 +109,7 @@ def test_zip_leaves_the_import_system_alone(built_zip):
         assert not re.search(rb"\b(eval|exec|__import__)\(", text), name
 
 
+@pytest.mark.slow
 def test_workers_of_the_optics_never_see_blender_and_end_with_the_call(built_zip):
     """The one pool of threads computes numpy arrays inside one call, in a package without bpy."""
     archive = zipfile.ZipFile(built_zip)
@@ -120,6 +125,7 @@ def test_workers_of_the_optics_never_see_blender_and_end_with_the_call(built_zip
         assert all(line.strip().startswith("with ") for line in made)
 
 
+@pytest.mark.slow
 def test_the_zip_has_what_a_platform_asks_for(built_zip):
     """The rules of docs/listing/review.md that a zip can show."""
     archive = zipfile.ZipFile(built_zip)
@@ -143,6 +149,7 @@ def test_the_zip_has_what_a_platform_asks_for(built_zip):
         assert not name.endswith((".so", ".pyd", ".dll", ".exe", ".pyc", ".blend1")), name
 
 
+@pytest.mark.slow
 def test_the_listing_is_there(built_zip):
     folder = ROOT / "docs" / "listing"
     sizes = {}
@@ -185,6 +192,7 @@ def _python(profile: Path, *arguments: object) -> subprocess.CompletedProcess:
     )
 
 
+@pytest.mark.slow
 def test_installs_and_enables_in_a_clean_profile(installed):
     profile, found = installed
     assert found == {
@@ -222,6 +230,7 @@ def lone_script(tmp_path) -> Path:
     return Path(shutil.copy(ROOT / "render_bands.py", folder))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("enable", ["", INSTALLED])
 def test_a_lone_script_finds_the_installed_extension(installed, lone_script, enable):
     result = _python(installed[0], "-c", AS_BLENDER, lone_script, enable, "--list-waters")
@@ -240,6 +249,7 @@ def _own_files(profile: Path) -> dict[str, int]:
     }
 
 
+@pytest.mark.slow
 def test_a_lone_script_renders_with_the_installed_extension(installed, lone_script, tmp_path):
     make = (
         "import bpy, sys; s = bpy.context.scene; s.camera.location.z = -3.0; "
@@ -264,6 +274,7 @@ def test_a_lone_script_without_the_extension_says_how_to_install(lone_script, tm
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("enable", "source"), [("", "underwater_spectral"), (INSTALLED, INSTALLED)]
 )

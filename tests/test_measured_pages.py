@@ -180,6 +180,7 @@ def test_inputs_are_what_a_module_imports_and_reads(file, text, changes, tmp_pat
     assert (digest() != before) is changes
 
 
+@pytest.mark.slow
 def test_a_page_of_pictures_depends_on_the_engines_and_the_data():
     row = next(row for row in pages.PAGES if row.name == "planar_reflection")
     found = runner.inputs([f"benchmarks/{row.module}.py"])

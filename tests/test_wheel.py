@@ -114,6 +114,7 @@ def test_the_wheel_works_without_blender(unpacked, tmp_path):
     assert kd == Water.jerlov("IB").Kd([450.0, 550.0]).tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebooks_run_with_the_wheel(unpacked, path, tmp_path):
     """Each asserts what it compares; it is kept without outputs."""

@@ -40,6 +40,7 @@ def _view(target=(3.0, 4.0, -8.0)) -> DataSetView:
     return DataSetView("a", "a.png", BENT, looking_at((0, 0, -5.0), target))
 
 
+@pytest.mark.slow
 def test_the_file_holds_what_the_colours_are_made_of(reef, tmp_path):
     lamp = Lamp((0.1, 0.2, -5.0), (0.0, 1.0, 0.0), np.full(8, 2.0))
     path = tmp_path / "truth.json"
@@ -64,6 +65,7 @@ def test_the_file_holds_what_the_colours_are_made_of(reef, tmp_path):
     assert truth["lamps"][0]["radiant_intensity"] == [2.0] * 8
 
 
+@pytest.mark.slow
 def test_the_gains_make_white_at_depth_grey(reef):
     sensor = image_truth(reef, _view())["sensor"]
     seen = np.array(sensor["response"]) @ reef.viewpoint(5.0).light
@@ -73,6 +75,7 @@ def test_the_gains_make_white_at_depth_grey(reef):
     assert rec709 == pytest.approx(np.full(3, rec709[0]))
 
 
+@pytest.mark.slow
 def test_both_directions_are_there_and_differ(reef, tmp_path):
     path = tmp_path / "truth.json"
     write_truth(path, image_truth(reef, _view()))
@@ -89,6 +92,7 @@ def test_both_directions_are_there_and_differ(reef, tmp_path):
     assert ours == pytest.approx(level.beta_direct[:, 0], rel=5e-3)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("target", [(1.0, 0.0, -5.0), (0.0, 0.0, -8.0)])
 def test_cameras_that_look_level_or_straight_down(reef, target):
     formation = image_truth(reef, _view(target))["formation"]
@@ -101,6 +105,7 @@ def test_a_camera_close_above_the_floor_has_level_coefficients():
     assert list(image_truth(optics, _view((0.0, 0.0, -8.0)))["formation"]) == ["level"]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("optimised", [False, True])
 def test_the_channels_are_those_of_the_picture(optimised):
     bands = BandsDescription(5, optimised=optimised)
@@ -112,6 +117,7 @@ def test_the_channels_are_those_of_the_picture(optimised):
     assert (np.array(sensor["response"]) == pytest.approx(own, rel=1e-6)) is not optimised
 
 
+@pytest.mark.slow
 def test_water_in_layers_and_inelastic_light(tmp_path):
     rows = ["depth_m,wavelength_nm,a,b"]
     rows += [

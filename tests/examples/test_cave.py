@@ -126,6 +126,7 @@ def test_the_swimmer_goes_through_and_touches_nothing(cave) -> None:
     assert openness(cave, eyes[0]) > 0.5 < openness(cave, eyes[-1]) + 0.4
 
 
+@pytest.mark.slow
 def test_a_seed_fixes_the_scene(cave) -> None:
     first = {name: points.copy() for name, points in world_vertices().items()}
     fresh("cave", 1)

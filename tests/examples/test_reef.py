@@ -166,6 +166,7 @@ def test_script_saves_a_whole_file(tmp_path, capsys) -> None:
     assert all(np.array_equal(first[name], again[name]) for name in first)
 
 
+@pytest.mark.slow
 def test_a_seed_fixes_the_scene() -> None:
     fresh("reef", 3)
     first = world_vertices()

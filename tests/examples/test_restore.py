@@ -94,6 +94,7 @@ def restored(folder: Path, *options: str) -> np.ndarray:
     return read_exr(folder / "restored.exr")[0].astype(np.float64)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("water", FAR)
 def test_the_truth_restores_better_than_the_picture_alone(water, tmp_path, record_property):
     J = reef(water, tmp_path)

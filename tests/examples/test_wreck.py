@@ -126,6 +126,7 @@ def test_cameras_are_in_the_water(wreck) -> None:
     assert hull.CEILING < z < hull.DEPTH
 
 
+@pytest.mark.slow
 def test_a_seed_fixes_the_scene(wreck) -> None:
     first = {name: points.copy() for name, points in world_vertices().items()}
     fresh("wreck", 1)

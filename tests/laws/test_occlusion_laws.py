@@ -172,6 +172,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "name",
     [

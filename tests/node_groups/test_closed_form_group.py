@@ -139,6 +139,7 @@ def _expected(wet, view):
     return np.where(where[..., None] == 1, on_it, open_water), where
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("views", [SOME, pytest.param(ALL, marks=pytest.mark.slow)])
 def test_nodes_are_the_formula(empty_blender, tmp_path, views):
     tree, scene, wet = group.build(), empty_blender, None
@@ -163,6 +164,7 @@ def test_nodes_are_the_formula(empty_blender, tmp_path, views):
                 assert errors.max() < 5e-3, (name, number, part)
 
 
+@pytest.mark.slow
 def test_defaults_are_jerlov_ib():
     nm, IB = [600.0, 540.0, 450.0], Water.jerlov("IB")
     tree = group.build("defaults")
@@ -175,6 +177,7 @@ def test_defaults_are_jerlov_ib():
     assert np.linalg.norm(values[group.SUN_DIRECTION]) == pytest.approx(1.0, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_it_needs_nothing_else():
     """No image, driver, attribute or object: it works in any file, and each input is open."""
     tree = group.build("alone")

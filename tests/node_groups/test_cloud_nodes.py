@@ -73,6 +73,7 @@ def _clouds(count):
     return Clouds(Several(found), phases, SUN), nodes
 
 
+@pytest.mark.slow_but_first
 @COUNTS
 @pytest.mark.parametrize("name", ["light", "passed", "skylight", "shadow"])
 def test_daylight_in_clouds(square, tmp_path, count, name):  # noqa: F811
@@ -124,6 +125,7 @@ def _with_grid(blobs):
     return replace(clouds, group=group), nodes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("blobs", "name"),
     [(0, "light"), (0, "passed"), (0, "sunlight"), (1, "sunlight")],
@@ -165,6 +167,7 @@ def test_a_grid_is_written_only_where_it_differs():
     bpy.data.images.remove(image)
 
 
+@pytest.mark.slow
 @COUNTS
 @pytest.mark.parametrize("part", ["scattered", "transmittance"])
 def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811

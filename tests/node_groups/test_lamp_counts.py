@@ -31,6 +31,7 @@ def _structure(tree):
     )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("others", [(2, 1, 1), (9, 3, 6), (14, 8, 6)])
 def test_nodes_do_not_depend_on_how_many_lamps_there_are(others):
     def made(lamps, profiles, virtual):

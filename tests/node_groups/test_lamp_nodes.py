@@ -125,6 +125,7 @@ def _agree(seen, wanted):
     assert seen == pytest.approx(wanted, rel=2e-3, abs=2e-3 * np.abs(wanted).max())
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "profile",
     [
@@ -161,6 +162,7 @@ def test_nodes_are_the_formulas(square, tmp_path, profile, before_surface):
     )
 
 
+@pytest.mark.slow
 def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     at = _position(square, tmp_path)
     # The second lamp is beside the way, and the first shines into the camera.
@@ -178,6 +180,7 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     _agree(seen, wanted)
 
 
+@pytest.mark.slow
 def test_the_way_past_what_stands_for_objects_is_the_formula(square, tmp_path):
     # Its loops are shorter, which EEVEE heeds; Cycles makes none of them.
     scene = bpy.context.scene
@@ -203,6 +206,7 @@ def test_the_way_past_what_stands_for_objects_is_the_formula(square, tmp_path):
     assert seen == pytest.approx(wanted, rel=4e-3, abs=1e-4 * np.abs(wanted).max())
 
 
+@pytest.mark.slow
 def test_the_group_ahead_is_the_formula(square, tmp_path):
     projected = _projected(seen=1.0, radius=0.3, shadow=None)
     group = realtime_lamps.build_path(_images(projected), projected.components, ahead=True)
@@ -221,6 +225,7 @@ def test_the_group_ahead_is_the_formula(square, tmp_path):
     )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("measured", [0, 2])
 def test_the_group_of_surfaces_is_the_formula(square, tmp_path, measured):
     at = _position(square, tmp_path)
@@ -294,6 +299,7 @@ def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
         _agree(square(nodes, tmp_path / "lamp.exr"), wanted)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("facets", [1, 2])
 def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
     at = _position(square, tmp_path)

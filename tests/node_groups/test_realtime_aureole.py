@@ -48,6 +48,7 @@ def test_factor_looked_up_is_that_of_the_solved_field(water, y):
     np.testing.assert_allclose(found, wanted, atol=0.01)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("water", "surface", "y", "bound"), [("IB", "flat", 8.0, 0.03), ("3C", "none", 5.0, 0.08)]
 )

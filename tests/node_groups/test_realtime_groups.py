@@ -66,6 +66,7 @@ def test_groups_equal_numpy(tmp_path, n, phase, surface):
         assert np.abs(np.median(relative, axis=0)).max() <= TOLERANCE
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("sky", "surface"),
     [
@@ -162,6 +163,7 @@ CASES = list(itertools.product(WATERS, TURNS, (1e-4, 200.0), (1e-3, 1.0, 1e3), (
 SOME, FEW = CASES[::7], CASES[3::41]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cases", [FEW, pytest.param(SOME, marks=pytest.mark.slow)])
 def test_extremes_are_as_numpy_has_them(tmp_path, cases, empty_blender):
     weights = np.random.default_rng(3).uniform(0.5, 1.5, size=(3, 3))

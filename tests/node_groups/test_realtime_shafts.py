@@ -55,6 +55,7 @@ def _black_world(*_: object) -> bpy.types.World:
     return world
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("c", [0.15, pytest.param(0.6, marks=pytest.mark.slow)])
 def test_shadow_of_a_slab(tmp_path, c, empty_blender, monkeypatch):
     # Nothing but the volume shines.

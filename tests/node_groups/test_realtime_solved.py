@@ -20,6 +20,7 @@ MEDIAN, MOST = 0.01, 0.05
 SEAM = 3 * 2.0**-10  # second differences of half floats whose digits are cut
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("n", "surface", "sky", "floor", "turns", "square"),
     [
@@ -67,6 +68,7 @@ def _deeper(a, b, wavelengths, kind):
     }[kind]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "surface", "sky", "floor"),
     [
@@ -97,6 +99,7 @@ def test_pixels_in_layers_are_those_of_the_solution(tmp_path, kind, surface, sky
             assert errors.max() <= MOST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [pytest.param("open water", marks=pytest.mark.slow), "square"])
 def test_gradients_have_no_seams(tmp_path, part):
     """Slices and texels of the tables leave no lines; second differences show the smallest."""

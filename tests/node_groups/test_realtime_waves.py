@@ -153,6 +153,7 @@ def pictures(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depths", LEVEL)
 def test_caustics_on_a_floor(pictures, depths):
     seen, now, contrast = pictures[f"floor {depths[1]:g}"]
@@ -167,6 +168,7 @@ def test_caustics_on_a_floor(pictures, depths):
     assert spread > 0.1
 
 
+@pytest.mark.slow
 def test_places_are_looked_up_no_farther_than_that_from_the_eye(
     tmp_path, empty_blender, monkeypatch
 ):
@@ -275,6 +277,7 @@ def test_surface_with_heights_from_below(tmp_path, empty_blender):
     assert np.median(np.abs(level - wanted) / wanted) > 0.1
 
 
+@pytest.mark.slow
 def test_surface_with_heights_from_above(tmp_path, empty_blender):
     """The sky that its crests mirror, and what comes through, where numpy's rays meet it."""
     sea = dataclasses.replace(SEA, raised=True, swell=Swell(0.6, 8.0, 60.0))

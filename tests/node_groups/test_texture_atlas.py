@@ -38,6 +38,7 @@ def _drawn(engine, look_up, path):
     return read_exr(path)[0].astype(np.float64)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("size", [(4, 4), (7, 5), (1, 9), (640, 1), (1301, 3000)])
 @pytest.mark.parametrize("engine", ["CYCLES", "BLENDER_EEVEE"])
 def test_tables_are_looked_up_linearly(engine, size, tmp_path):
@@ -71,6 +72,7 @@ def test_tables_are_looked_up_linearly(engine, size, tmp_path):
         assert np.abs(seen - wanted).max() < 2e-3 + 1e-3 * max(columns, rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tiled", [False, True])
 def test_tiles_begin_anew_beyond_their_edges(tiled, tmp_path):
     image = texture_atlas.number_image("Tile", 4, 2)

@@ -176,6 +176,7 @@ def test_cycles_lights_objects_in_the_air_by_the_sun_and_sky_of_the_air(empty_bl
     np.testing.assert_allclose(image.mean(axis=(0, 1)), wanted, rtol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [1.0, 0.3])
 def test_eevee_lights_objects_in_the_air_by_the_sun_and_sky_of_the_air(empty_blender, height):
     """A wall that faces the sun and the camera; the sun is drawn from elsewhere.
@@ -201,6 +202,7 @@ def test_eevee_lights_objects_in_the_air_by_the_sun_and_sky_of_the_air(empty_ble
     np.testing.assert_allclose(image[6, 6], wanted, rtol=0.02)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("in_air", [True, False])
 def test_undersides_are_lit_from_the_water_as_cycles_does_it(empty_blender, in_air):
     """A small board level over the water, seen from right below it."""

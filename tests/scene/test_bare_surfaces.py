@@ -40,6 +40,7 @@ def _wall(*materials):
     return item
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slots", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_without_a_material_objects_are_blenders_grey_in_water(empty_blender, slots):
     scene = empty_blender
@@ -132,6 +133,7 @@ def _made_by_nodes(item, *, instances):
     item.modifiers.new("made", "NODES").node_group = tree
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("instances", [False, True])
 def test_what_nodes_make_of_nothing_gets_a_material(registered, instances):
     scene = registered

@@ -73,6 +73,7 @@ def _record(blend, out, *arguments):
     return json.loads((out / "0001.json").read_text())
 
 
+@pytest.mark.slow
 def test_the_record_holds_nothing_that_plays_no_part(blend, tmp_path):
     unused = ["--second-water", "jerlov:9C", "--wind", 9]
     record = _record(blend, tmp_path / "plain", "--no-scene-floor", *unused)
@@ -176,6 +177,7 @@ def test_sensor_is_changed_without_rendering(blend, tmp_path):
     assert not np.allclose(read_exr(out / "0001.exr")[0], first)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("damage", [b"", b"not an image", None])
 def test_damaged_pass_is_rendered_again(blend, tmp_path, damage):
     out = tmp_path / "out"
@@ -239,6 +241,7 @@ _TABLES = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("option", _TABLES)
 def test_resume_with_an_edited_table_is_refused(blend, tmp_path, capsys, option):
     out = tmp_path / "out"
@@ -254,6 +257,7 @@ def test_resume_with_an_edited_table_is_refused(blend, tmp_path, capsys, option)
     assert wanted in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_water_of_seabass_counts_by_its_content_and_a_sensor_only_where_it_is_used(
     blend, tmp_path, capsys
 ):
@@ -312,6 +316,7 @@ def test_this_machine_has_memory():
     assert 1e8 < picture_size.physical_memory() < 1e15
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -409,6 +414,7 @@ def test_lists(capsys):
     assert len(capsys.readouterr().out.splitlines()) >= 54
 
 
+@pytest.mark.slow
 def test_a_picture_of_a_part_of_the_size_is_whole(blend, tmp_path, capsys):
     """100 × 50 at 29 % are 29 × 14 pixels; 28 were waited for, so a resume never ended."""
     bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 100, 50
@@ -425,6 +431,7 @@ def test_a_picture_of_a_part_of_the_size_is_whole(blend, tmp_path, capsys):
     assert _run("--from", out / "job.json", "--develop") == 0
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("exposure", ["auto", "auto-picture", "1.5"])
 def test_the_record_tells_the_exposure_that_was_used(blend, tmp_path, exposure):
     """It said +0.00 stops whatever was used."""

@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.phase_functions import EinsteinSmoluchowski
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
 def test_cycles_does_not_run_out_of_closures(tmp_path, pytestconfig):
     bpy.ops.wm.read_factory_settings()

@@ -118,6 +118,7 @@ def test_what_a_cloud_lets_through_of_a_wall_is_its_transmittance(tmp_path):
     assert veiled / clear == pytest.approx(wanted, rel=0.02)
 
 
+@pytest.mark.slow
 def test_nodes_do_what_numpy_does(tmp_path):
     camera = _camera()
     plan = _plan()
@@ -182,6 +183,7 @@ def test_a_grid_is_what_a_blob_of_its_density_is(tmp_path):
     assert other[middle].mean((0, 1))[:2] == pytest.approx(one[middle].mean((0, 1))[:2], rel=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["bands", pytest.param("realtime", marks=pytest.mark.slow)])
 def test_eevee_draws_a_grid_as_a_blob_of_its_density(engine, tmp_path):
     _camera(16, 12)
@@ -264,6 +266,7 @@ def test_what_a_grid_lets_through_of_a_wall_is_its_transmittance(tmp_path):
     assert veiled / clear == pytest.approx(wanted, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_volume_that_is_no_cloud_and_has_no_material_is_left_out(tmp_path):
     """EEVEE draws a fog of its own for it, in which there is no water."""
     _camera(8, 6)
@@ -276,6 +279,7 @@ def test_a_volume_that_is_no_cloud_and_has_no_material_is_left_out(tmp_path):
     assert [x.name for x in item.modifiers] == ["Volume"]
 
 
+@pytest.mark.slow
 def test_a_grid_without_density_is_said(tmp_path):
     _camera(8, 6)
     plan = _plan()
@@ -340,6 +344,7 @@ def test_files_and_sequences_are_read_as_they_stand_at_a_frame(tmp_path):
     assert masses[1] == pytest.approx(masses[0] * 0.841**3, rel=0.05)
 
 
+@pytest.mark.slow
 def test_live_water_follows_a_grid():
     scene, _ = bpy.context.scene, _camera()
     group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
@@ -420,6 +425,7 @@ def test_a_scene_without_clouds_has_no_nodes_for_them():
     scene_water.remove(bpy.context.scene)
 
 
+@pytest.mark.slow
 def test_live_water_follows_clouds():
     scene, _ = bpy.context.scene, _camera()
     group = getattr(scene, "underwater")  # noqa: B009 - added by the extension
@@ -461,6 +467,7 @@ def test_shafts_are_said_not_to_heed_clouds_and_lamps_light_them():
     assert "shafts of light are drawn as if it were not there" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [(0.0, 3.0, 2.0), (60.0, 0.0, -5.0)], ids=["air", "aside"])
 def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
     _camera(16, 10)
@@ -471,6 +478,7 @@ def test_a_cloud_that_is_not_in_view_changes_nothing(place, tmp_path):
     assert beside == pytest.approx(clear, rel=2e-3, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["bands", pytest.param("cycles", marks=pytest.mark.slow)])
 def test_a_keyframed_concentration_is_that_of_the_frame(engine, tmp_path):
     _camera(8, 6)

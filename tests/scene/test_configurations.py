@@ -146,6 +146,7 @@ JOBS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", ["cycles", *(pytest.param(k, marks=pytest.mark.slow) for k in ("bands", "realtime"))]
 )

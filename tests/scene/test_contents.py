@@ -111,6 +111,7 @@ def test_groups_that_name_one_another_end():
     assert item in contents.objects(bpy.context.scene)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("engine", "way"),
     [

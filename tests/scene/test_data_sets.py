@@ -270,6 +270,7 @@ def made(tmp_path_factory) -> Made:
     return Made(out, read_index(out / "dataset.json"), spec)
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_goes_on_with_the_same_bits(made, monkeypatch):
     monkeypatch.setattr(surroundings, "PROBES", 6000)  # as the set was made
     monkeypatch.setattr(surroundings, "_COARSE", 120_000)
@@ -741,6 +742,7 @@ def test_the_way_of_a_camera_of_the_scene_is_planned(tmp_path, capsys):
 # --- What cannot be used ----------------------------------------------------------------------
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

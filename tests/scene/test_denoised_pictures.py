@@ -60,6 +60,7 @@ def test_noise_goes_and_negative_colours_stay(tmp_path):
         assert found[..., channel].mean() == pytest.approx(truth[..., channel].mean(), rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_picture_is_denoised_and_what_is_measured_is_not(blend, tmp_path, capsys):
     raw, out = tmp_path / "raw", tmp_path / "out"
     options = [blend, *FAST, "--bands", 4, "--layers", "I"]

@@ -75,6 +75,7 @@ def _said(build, at, turn=(1.5, 0.0, 0.0)):
     return enclosed_places.notes(scene, camera, table, around)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("opening", "thick"), [(1.0, 0.05), (0.0, 0.2)])
 def test_a_camera_in_a_house_is_named(opening, thick):
     (note,) = _said(lambda: _hut(opening, thick), (1.0, 0.6, -7.6))
@@ -87,6 +88,7 @@ def test_a_camera_before_a_window_is_named():
     assert note.startswith("camera 'Camera' sees into a closed room")
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("build", "at"),
     [
@@ -102,6 +104,7 @@ def test_wide_places_are_not(build, at):
     assert _said(build, at) == []
 
 
+@pytest.mark.slow
 def test_live_water_says_it_too():
     _hut()
     bpy.ops.mesh.primitive_plane_add(size=200.0, location=(0.0, 0.0, -9.0))

@@ -153,6 +153,7 @@ def _errors(scene, plan, folder, name, E, *, by_band):
     return np.abs(added - wanted)[..., shown] / most
 
 
+@pytest.mark.slow
 def test_by_daylight_a_picture_has_the_bispectral_sum(scene, tmp_path):
     plan = render_plan.make_plan(DAY)
     errors = _errors(scene, plan, tmp_path, "coral-red", _by_day(plan), by_band=False)

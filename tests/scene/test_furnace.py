@@ -115,6 +115,7 @@ def test_white_objects_vanish_in_a_white_furnace(empty_blender, tmp_path, kinds)
     assert not off
 
 
+@pytest.mark.slow
 def test_two_walls_of_coloured_glass_filter_by_its_colour(empty_blender, tmp_path):
     """As one of them does by its root: EEVEE itself lets through but means of channels."""
     scene, colour, thickness, scattering = empty_blender, (0.3, 0.8, 0.4), 0.02, 0.2

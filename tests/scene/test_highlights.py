@@ -66,6 +66,7 @@ def _in_air(scene, path):
     return read_exr(path)[0][..., 0]
 
 
+@pytest.mark.slow
 def test_highlights_are_those_of_cycles(empty_blender, tmp_path, monkeypatch):
     scene = empty_blender
     camera = _balls(scene)

@@ -226,6 +226,7 @@ def test_a_port_needs_a_perspective_camera_under_water(properties, tmp_path, cap
     assert why in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_file_decides_port_lens_and_camera(balls, tmp_path):
     table = {
         "port": {"kind": "flat", "distance_mm": 40.0, "thickness_mm": 8.0},

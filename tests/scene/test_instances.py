@@ -261,6 +261,7 @@ def test_instances_that_come_and_go_between_frames_light_theirs(tmp_path):
     assert all_three[1].mean() < 0.7 * all_three[0].mean()
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_none_is_named():
     """A lamp as the active camera ended in a traceback."""
     scene = bpy.context.scene

@@ -194,6 +194,7 @@ def test_records_and_plans_hold_the_lamps_of_their_frame(night):
     assert manifest.lamps_of(1)[1]["position"][0] == pytest.approx(0.5)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("layers", [pytest.param("none", id="picture"), "range"])
 def test_the_record_of_a_picture_lists_its_lamps(night, layers):
     out = night.with_name("out")

@@ -81,6 +81,7 @@ def _by(engine, scene, chosen=NIGHT, **arguments):
     return plan, out
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("engine", ["eevee", "cycles"])
 def test_a_lamp_has_the_intensity_of_its_watts(scene, tmp_path, engine):
     """W → radiant intensity: P/4π over 4π sr, in water that only absorbs, within 1 %."""
@@ -111,6 +112,7 @@ def test_light_in_the_water_is_the_formula(scene, tmp_path):
     assert np.quantile(np.abs(picture / wanted - 1.0), 0.95) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sunlight", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_shadows_of_two_lamps_are_told_apart(scene, tmp_path, sunlight):
     """A screen keeps the red lamp from the wall's middle, and not the blue one.
@@ -420,6 +422,7 @@ def test_a_strobe_follows_its_keyframes_and_its_parent(scene):
     assert found == pytest.approx([0.0, 0.0, 3.0, 3.0], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_lamps_light_nothing_by_themselves_and_get_their_factors_back(scene):
     item = _lamp((0.0, 1.0, -DEPTH))
     item.data.diffuse_factor = 0.5

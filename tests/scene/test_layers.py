@@ -86,6 +86,7 @@ def _inside(frame, name):
     return inner
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("suffix", ["", "_bands"])
 def test_layers_add_up_to_the_image(eevee, suffix):
     frame, _ = eevee
@@ -113,6 +114,7 @@ def test_transmittance_is_exact_and_is_what_is_left(eevee):
     assert frame["shadow"][grey].min() > 0.99
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("engine", ["eevee", "cycles"])
 def test_places_are_those_of_the_objects(engine, request, blend):
     frame, truth = request.getfixturevalue(engine)
@@ -243,6 +245,7 @@ def test_a_pass_depends_on_what_is_drawn_with_it(blend, tmp_path):
     assert len(set(keys.values())) == 3
 
 
+@pytest.mark.slow
 def test_resuming_renders_passes_without_their_layers_again(blend, tmp_path):
     options = [str(blend), *PLAIN, "--samples", "1", "--resolution", "8", "6", "--resume"]
     options += ["--out", str(tmp_path), "--layers", "D,range"]

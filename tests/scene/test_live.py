@@ -80,6 +80,7 @@ def _assert_shows(scene, depth):
     assert _shown() == pytest.approx(depth)
 
 
+@pytest.mark.slow
 def test_haste_takes_few_bands_and_rest_takes_all():
     scene = _scene()
     live.add(scene)
@@ -118,6 +119,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow
 def test_every_link_of_the_water_is_valid():
     scene = _scene()
     lamp = bpy.data.objects.new("torch", bpy.data.lights.new("torch", "SPOT"))
@@ -164,6 +166,7 @@ def test_what_was_drawn_in_haste_is_packed_at_rest():
     assert not image.is_dirty
 
 
+@pytest.mark.slow
 def test_what_begins_to_glow_gets_other_nodes():
     scene = _scene()
     live.add(scene)
@@ -244,6 +247,7 @@ def test_water_survives_save_and_reload(tmp_path):
     assert not marks.has_water(scene)
 
 
+@pytest.mark.slow
 def test_camera_above_the_water_is_shown_from_there():
     scene = _scene()
     scene.camera.location.z = 3.0
@@ -279,6 +283,7 @@ def test_bad_settings_are_a_message_and_leave_the_water():
     assert live.problem(scene) == ""
 
 
+@pytest.mark.slow
 def test_two_scenes_show_their_own_water():
     scene = _scene()
     other = bpy.data.scenes.new("other")
@@ -297,6 +302,7 @@ def test_two_scenes_show_their_own_water():
     assert not bpy.data.node_groups
 
 
+@pytest.mark.slow
 def test_scenes_that_share_materials_are_dry_while_one_renders():
     scene = _scene()
     live.add(scene)
@@ -313,6 +319,7 @@ def test_scenes_that_share_materials_are_dry_while_one_renders():
     assert len(tree.nodes) > 2
 
 
+@pytest.mark.slow
 def test_materials_of_two_scenes_stay_wet_when_one_gives_its_water_up():
     scene = _scene()
     other = bpy.data.scenes.new("other")
@@ -379,6 +386,7 @@ QUICK = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("surface", "settings", "others"),
     [
@@ -403,6 +411,7 @@ def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, sett
     assert {bands for bands, *_ in solved} == {drawn, min(drawn, occlusion.MOST_BANDS), *others}
 
 
+@pytest.mark.slow
 def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
     scene = _scene()
     live.add(scene)
@@ -422,6 +431,7 @@ def test_a_preset_solves_the_light_field_once(solved, monkeypatch):
     assert _groups() == built
 
 
+@pytest.mark.slow
 def test_an_edited_file_counts_once_the_water_is_built_anew(tmp_path):
     path = tmp_path / "water.csv"
 
@@ -489,6 +499,7 @@ def test_a_render_sees_values_that_were_written_quickly_and_keyframes(tmp_path):
         assert pixels == pytest.approx(still, abs=2 / 255)
 
 
+@pytest.mark.slow
 def test_the_number_of_bands_changes_no_nodes():
     scene = _scene()
     scene.underwater.bands = 6
@@ -500,6 +511,7 @@ def test_the_number_of_bands_changes_no_nodes():
     assert _groups() == before
 
 
+@pytest.mark.slow
 def test_the_water_goes_along_with_a_camera_that_travels():
     """Shafts ended where the scene did when the water was put in."""
     scene = _scene()
@@ -557,6 +569,7 @@ def test_what_is_linked_in_a_material_and_what_has_no_shader_gets_wet_while_live
     assert len(made["black"].node_tree.nodes) == 1
 
 
+@pytest.mark.slow
 def test_water_of_another_build_is_said_until_it_is_built_anew(monkeypatch):
     scene = _scene()
     live.add(scene)

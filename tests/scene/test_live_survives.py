@@ -193,6 +193,7 @@ THEIRS = {
 """Edits of the user's own objects: the outcome is the same without water."""
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("edit", THEIRS)
 def test_the_user_edits_as_if_there_were_no_water(scene, edit):
     add(scene)
@@ -270,6 +271,7 @@ OURS = {
 """Edits of the water's objects: the user's are as before."""
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("edit", OURS)
 def test_what_happens_to_the_water_leaves_everything_else(scene, edit):
     before = snapshot.snapshot()

@@ -93,6 +93,7 @@ def _drawn(tree, colour, alpha, path):
     return mean[:3] / mean[3], mean[3]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_mean_of_what_a_mesh_shows_is_that_of_its_picture(kind, tmp_path):
     drawn_in = _plane(kind, tmp_path)

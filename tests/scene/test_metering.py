@@ -125,6 +125,7 @@ def _texels(scene):
     return found
 
 
+@pytest.mark.slow
 def test_live_water_and_a_job_expose_alike():
     scene = bpy.context.scene
     for name in ("exposure", "phase", "bands"):

@@ -70,6 +70,7 @@ def _plan(samples):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("turn", "tilt"),
     [

@@ -202,6 +202,7 @@ def test_python_that_may_not_run_is_named_and_a_switch_trusts_it(driven, tmp_pat
     assert bpy.data.objects["driven1"].matrix_world.translation.z == -6.0
 
 
+@pytest.mark.slow
 def test_workers_let_python_run_where_the_plan_did(driven, tmp_path, capfd):
     plan, bundle = tmp_path / "plan.json", tmp_path / "bundle"
     assert _run(driven, *SMALL, scripts.TRUST, "--plan", plan, "--out", tmp_path / "out") == 0

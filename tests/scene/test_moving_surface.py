@@ -60,6 +60,7 @@ def test_removal_restores_every_value():
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
+@pytest.mark.slow
 def test_nothing_is_built_for_a_flat_surface():
     scene = _scene()
     _add(scene, _water(scene, surface="flat"))
@@ -84,6 +85,7 @@ def test_the_pattern_follows_the_frame_and_only_the_frame():
     assert nodes == [n.as_pointer() for n in bpy.data.node_groups[realtime_values.NAME].nodes]
 
 
+@pytest.mark.slow
 def test_images_are_saved_with_the_file(tmp_path):
     scene = _scene()
     _add(scene, _water(scene))

@@ -38,6 +38,7 @@ def _files(out: Path) -> dict[Path, int]:
     return {path: path.stat().st_mtime_ns for path in (out / "passes").rglob("*_part_*.exr")}
 
 
+@pytest.mark.slow
 def test_the_noise_is_what_is_said_and_heavy_bands_have_more_samples(blend, tmp_path, capsys):
     out, truth = tmp_path / "out", tmp_path / "truth"
     assert _run(blend, *FAST, "--noise", 4, "--samples", 256, "--out", out) == 0
@@ -56,6 +57,7 @@ def test_the_noise_is_what_is_said_and_heavy_bands_have_more_samples(blend, tmp_
     assert [sum(part["samples"]) for part in record["parts"]] == samples
 
 
+@pytest.mark.slow
 def test_a_job_that_was_stopped_ends_as_if_it_had_not_been(blend, tmp_path):
     whole, out = tmp_path / "whole", tmp_path / "out"
     options = [blend, *FAST, "--noise", 6, "--samples", 128]

@@ -81,6 +81,7 @@ def _moved(scene, step):
     bpy.context.view_layer.update()
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("size", [7.0, 20.0])
 def test_occlusion_is_steady_while_the_camera_moves(size):
     """With cells that follow the camera it changes by a tenth and more."""
@@ -97,6 +98,7 @@ def test_occlusion_is_steady_while_the_camera_moves(size):
         np.testing.assert_allclose(one, other, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_view_keeps_the_cells_of_a_lattice():
     scene, plan = _under_a_slab(20.0), _plan()
     grids = []
@@ -214,6 +216,7 @@ def test_a_small_overhang_close_to_the_camera_is_found():
     assert grid.lower[2] > -9.6
 
 
+@pytest.mark.slow
 def test_between_tall_walls_there_is_occlusion_without_a_roof_and_it_is_steady():
     scene, plan, read = bpy.context.scene, _plan(), []
     _block("sand", (0.0, 0.0, -8.3), (60.0, 60.0, 0.4))
@@ -246,6 +249,7 @@ def test_occlusion_reaches_down_to_a_camera_below_an_object():
     assert -8.5 < grids[1].lower[2] < -7.0
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("cuts", [1, 64])
 def test_a_larger_seabed_changes_nothing(cuts):
     """From 3 km on, the ground below a roof had holes."""
@@ -264,6 +268,7 @@ def test_a_larger_seabed_changes_nothing(cuts):
         np.testing.assert_array_equal(larger.number, voxels.number)
 
 
+@pytest.mark.slow
 def test_removal_leaves_no_trace_of_occlusion():
     scene = _under_a_slab()
     before = snapshot.snapshot()
@@ -289,6 +294,7 @@ def test_undo_takes_the_occlusion_out():
     assert marks.part(bpy.context.scene, "uw_shade").size[0] > 24
 
 
+@pytest.mark.slow
 def test_a_hasty_update_does_not_look_around(monkeypatch):
     """A slider that is dragged keeps the occlusion, and the ground that belongs to it."""
     scene = _under_a_slab()
@@ -334,6 +340,7 @@ def _floors(monkeypatch):
     return found
 
 
+@pytest.mark.slow
 def test_what_is_kept_does_not_grow():
     scene, plan, cache = _under_a_slab(), _plan(), occlusion.Cache()
     fish, sizes = bpy.data.objects["fish"], []

@@ -90,6 +90,7 @@ def test_it_is_hidden_in_a_job_that_is_asked_to(tmp_path):
     assert ["left out" in note and "'Plane'" in note for note in notes] == [True, False, False]
 
 
+@pytest.mark.slow
 def test_it_is_hidden_while_there_is_live_water_and_comes_back():
     scene = bpy.context.scene
     scenes.add_camera((0.0, 0.0, -5.0))

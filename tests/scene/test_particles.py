@@ -66,6 +66,7 @@ def camera():
     return item
 
 
+@pytest.mark.slow
 def test_without_density_nothing_is_added():
     scene = scenes.varied_scene()
     _add(scene, _plan(particle_seed=7, drift_speed=1.0, particle_slope=3.5))
@@ -116,6 +117,7 @@ def test_numbers_and_sizes_are_those_of_the_cloud(camera):
     assert np.median(drawn) == pytest.approx(middle, rel=0.03)
 
 
+@pytest.mark.slow
 def test_only_what_the_camera_sees_is_there(camera):
     scene = bpy.context.scene
     _add(scene, _plan(snow=50.0))
@@ -175,6 +177,7 @@ def test_seeds_differ(camera):
     assert not {tuple(p) for p in one.round(4)} & {tuple(p) for p in other.round(4)}
 
 
+@pytest.mark.slow
 def test_live_density_follows_its_keys(camera):
     scene = bpy.context.scene
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):

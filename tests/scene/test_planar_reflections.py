@@ -98,6 +98,7 @@ def _seen(scene: bpy.types.Scene, camera: bpy.types.Object, glow: float, mode: s
         return read_exr(path)[0].astype(np.float64)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mode", "ball"),
     [

@@ -127,6 +127,7 @@ class _Rays:
         return (1.0 - R) * N**2 * np.exp(-c * self.P)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["bands", pytest.param("realtime", marks=pytest.mark.slow)])
 def test_a_glowing_ball_is_seen_where_and_as_bright_as_it_should(empty_blender, mode):
     scene, plan = empty_blender, _plan()

@@ -74,6 +74,7 @@ def test_the_waves_decide_in_which_medium_a_camera_is(camera):
     assert Eye(camera, 5.0).from_air(scene, plan) is None
 
 
+@pytest.mark.slow
 def test_meshes_of_cycles_follow_the_waves_and_leave(camera):
     scene, plan = bpy.context.scene, render_plan.make_plan(CHOSEN)
     _put(camera, -2.0)
@@ -122,6 +123,7 @@ def _trough(waves) -> tuple[float, float]:
     return float(x.flat[at]), float(y.flat[at])
 
 
+@pytest.mark.slow
 def test_what_floats_in_a_trough_and_nothing_from_the_deep_is_seen_in_the_air(camera):
     """Everything is red; light from below has lost its red."""
     scene = bpy.context.scene
@@ -154,6 +156,7 @@ def test_what_floats_in_a_trough_and_nothing_from_the_deep_is_seen_in_the_air(ca
     assert red.use_transparent_shadow
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("properties")
 def test_the_viewport_says_what_it_does_not_show(camera):
     scene = bpy.context.scene

@@ -43,6 +43,7 @@ def _pair(out):
     return [file.read_image("uint16").astype(np.float64) for file in files]
 
 
+@pytest.mark.slow
 def test_noise_of_a_rendered_raw_file_is_the_detectors(blend, tmp_path):
     """By pairs of pictures of the same scene, as EMVA 1288 takes them."""
     out = tmp_path / "light"
@@ -68,6 +69,7 @@ def test_noise_of_a_rendered_raw_file_is_the_detectors(blend, tmp_path):
     assert means[inside].mean() == pytest.approx(K * (electrons + dark)[inside].mean(), rel=0.005)
 
 
+@pytest.mark.slow
 def test_a_dark_frame_is_the_read_noise(blend, tmp_path):
     _raw(blend, tmp_path, "--raw", "tiff", "--frames", "1-2", "--sunlight", 0, "--exposure", 0)
     one, two = _pair(tmp_path)

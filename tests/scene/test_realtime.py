@@ -40,6 +40,7 @@ def _add(scene, water):
     return realtime.add_realtime(scene, water, extent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shafts", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_removal_restores_every_value(shafts):
     scene = scenes.varied_scene()
@@ -80,6 +81,7 @@ def test_water_twice_is_refused():
         _add(scene, _water())
 
 
+@pytest.mark.slow
 def test_new_values_build_nothing():
     scene = scenes.varied_scene()
     _add(scene, _water(shafts=True))

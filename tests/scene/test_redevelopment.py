@@ -58,6 +58,7 @@ def _contents(folder: Path) -> dict[str, bytes]:
 JOB = [*FAST, "--water", "constituents", "--frames", "1-2", "--cameras", "near,far"]
 
 
+@pytest.mark.slow
 def test_it_is_the_picture_that_another_sensor_would_have_made(torch, capsys):
     """Pixels, layers and records are those of a render with these options; the job stays whole."""
     job, again, direct = (torch.with_name(name) for name in ("job", "again", "direct"))
@@ -92,6 +93,7 @@ def test_it_is_the_picture_that_another_sensor_would_have_made(torch, capsys):
     assert (torch.with_name("third") / "far" / "0001.png").exists()
 
 
+@pytest.mark.slow
 def test_exposure_by_the_picture_stays_what_the_scene_asked_for(torch):
     """Both by the stops that the job metered, to which a compensation is added."""
     job, again = torch.with_name("job"), torch.with_name("again")
@@ -103,6 +105,7 @@ def test_exposure_by_the_picture_stays_what_the_scene_asked_for(torch):
     assert np.array(found[1]) == pytest.approx(2.0 * np.array(found[0]), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_what_cannot_be_developed_again(torch, capsys):
     job, out = torch.with_name("job"), torch.with_name("again")
     assert _run(torch, *FAST, "--out", job) == 0
@@ -142,6 +145,7 @@ def test_a_picture_of_real_time_keeps_its_sensor_and_takes_another_tone(tmp_path
     assert files_of(made, view).picture == tmp_path / "again" / "0001.exr"
 
 
+@pytest.mark.slow
 def test_the_header_of_a_picture_names_the_camera_and_nothing_of_ours(torch):
     out = torch.with_name("job")
     assert _run(torch, *FAST, "--camera", "far", "--out", out) == 0

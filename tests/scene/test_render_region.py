@@ -84,6 +84,7 @@ def test_the_region_shows_what_the_whole_picture_shows_there(options, tmp_path):
         _near(bands[inside], read_spectral_exr(whole / "0001_spectral.exr")[0][inside])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", [[], ["--layers", "range"]], ids=["traced", "moved"])
 def test_a_region_behind_a_port_is_that_of_the_picture_that_it_shows(layers, tmp_path):
     """Not of the pinhole picture that is moved; rays of the port are traced in it alone."""
@@ -105,6 +106,7 @@ def _record(out: Path) -> dict:
     return json.loads((out / "0001.json").read_text())
 
 
+@pytest.mark.slow
 def test_a_crop_is_the_region_alone_with_its_own_camera_and_layers(tmp_path):
     _scene()
     options = [*CYCLES, "--layers", "range,albedo,position", "--raw", "tiff"]

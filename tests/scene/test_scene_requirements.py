@@ -207,6 +207,7 @@ def _picture(scene, camera, options):
         return np.clip(read_exr(path)[0].astype(np.float64), 0.0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grey", [pytest.param(0.0, marks=pytest.mark.slow), 0.4])
 def test_what_objects_block_is_worth_what_renders_say(grey):
     scenes._cube("block", (0.0, 4.0, -5.6)).data.materials.append(
@@ -299,6 +300,7 @@ LAYERS = """depth_m,wavelength_nm,a,b
 """
 
 
+@pytest.mark.slow
 def test_layered_water_is_weighed_in_equal_bands_and_without_shafts(tmp_path):
     scene, camera = _scene()
     (tmp_path / "water.csv").write_text(LAYERS)
@@ -313,6 +315,7 @@ def test_layered_water_is_weighed_in_equal_bands_and_without_shafts(tmp_path):
     assert max(worth["floor"], worth["surface with Snell's window"]) < 0.5
 
 
+@pytest.mark.slow
 def test_clouds_change_what_terms_are_worth(registered):
     scene, camera = _scene()
     options = ["--engine", "eevee", "--mode", "realtime", "--surface", "flat", "--floor-depth", "8"]
@@ -408,6 +411,7 @@ def test_from_above_what_is_seen_in_the_water_counts():
     assert seen.pixels == pytest.approx((1.0 - R) / (1.0 - R).sum(), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_auto_from_above_meets_its_target_and_leaves_the_surface_as_it_is():
     scene, _ = _scene()
     camera = scenes.add_camera((0.0, 3.0, 4.0), (math.radians(50.0), 0.0, 0.0))

@@ -171,6 +171,7 @@ def _blocks(name):
     return [b for b in found if isinstance(b, bpy.types.ID)] if listed else []
 
 
+@pytest.mark.slow_but_first
 @FILLINGS
 @pytest.mark.parametrize("kind", ["LINK_COPY", "FULL_COPY"])
 @pytest.mark.parametrize("copy_first", [False, True])

@@ -84,6 +84,7 @@ def _in_modes(quick, *rows):
     ]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("mode", "height"),
     _in_modes(

@@ -360,6 +360,7 @@ def _shown(name):
     return realtime_materials.Surfaces(group)
 
 
+@pytest.mark.slow
 def test_real_time_is_told_of_materials_what_eevee_draws(empty_blender, tmp_path):
     limits = [
         (lambda t, n=name, v=value: _principled(t, (n, v), **_TINT))
@@ -413,6 +414,7 @@ def test_cycles_draws_what_zones_hand_on(empty_blender, tmp_path):
 _MANY = {"red": (0.6, 0.1, 0.1), "green": (0.1, 0.5, 0.1)}
 
 
+@pytest.mark.slow
 def test_each_shader_of_a_group_is_read(empty_blender, tmp_path):
     group = _group(
         *(
@@ -491,6 +493,7 @@ def test_opaque_objects_are_as_bright_however_they_are_expressed(empty_blender, 
     assert found["told of half"] == pytest.approx(found["half"], rel=0.02)
 
 
+@pytest.mark.slow
 def test_what_gets_no_shader_is_black_in_the_water_and_stays_so(empty_blender, tmp_path):
     """Dry, EEVEE draws it black; without a shader there is nothing to put water before."""
     scene = empty_blender
@@ -520,6 +523,7 @@ def _changed_in_a_group(tree):
     return _glow(tree, 1.0, _in_group(tree, _group(lit)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "said"), [(_told_of_light, False), (_changed_in_a_group, True)], ids=["plain", "group"]
 )

@@ -311,6 +311,7 @@ def test_two_jobs_in_one_folder_do_not_mix(dive, capsys, monkeypatch):
     assert not (out / "0001.png").exists()
 
 
+@pytest.mark.slow
 def test_a_job_with_fewer_outputs_leaves_none_of_another(dive):
     out = dive.with_name("out")
     more = ["--layers", "range", "--raw", "dng", "--no-denoise", "--sensor", "Nikon D7000"]

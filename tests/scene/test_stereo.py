@@ -54,6 +54,7 @@ def _middle(path):
     return np.array([(x * light).sum(), (y * light).sum()]) / light.sum()
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("pivot", ["CENTER", "LEFT", "RIGHT"])
 @pytest.mark.parametrize("mode", ["OFFAXIS", "PARALLEL", "TOE"])
 def test_eyes_see_what_blenders_multiview_shows(rig, tmp_path, mode, pivot):

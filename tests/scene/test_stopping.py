@@ -75,6 +75,7 @@ def _cancel() -> None:
 
 
 # The third render develops the first frame, the fourth is the second frame's first pass.
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("stop", "at", "finished"), [(_interrupt, 3, 2), (_interrupt, 4, 3), (_cancel, 4, 2)]
 )

@@ -113,6 +113,7 @@ def test_a_pane_before_nothing_but_itself_keeps_its_share():
     np.testing.assert_allclose(image[..., 3], 0.25)
 
 
+@pytest.mark.slow
 def test_live_water_leaves_the_film_to_blender():
     scene = _scene()
     scene.render.film_transparent = True

@@ -162,6 +162,7 @@ def test_each_is_said_by_itself(words):
     assert [words for words in more if "volume of world" not in words] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
 def test_clip_distances_that_eevee_cannot_draw_are_kept_off_and_said(kind, tmp_path):
     """From 10⁻⁴ to 5000 m the light of the water was lost, in silence."""
@@ -265,6 +266,7 @@ def test_colours_that_would_stay_behind_are_named(tmp_path, capfd):
     assert "ACEScg" in colour_space.bring_to_rec709()
 
 
+@pytest.mark.slow
 def test_the_viewport_asks_for_it():
     scene = _scene()
     bpy.ops.wm.set_working_color_space(working_space="ACEScg", convert_colors=True)
@@ -274,6 +276,7 @@ def test_the_viewport_asks_for_it():
     live.add(scene)
 
 
+@pytest.mark.slow
 def test_the_aces_configuration_renders_the_same_picture(tmp_path):
     """It comes with OpenColorIO, and has other names for nearly everything."""
     _scene()

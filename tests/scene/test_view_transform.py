@@ -76,6 +76,7 @@ def _state(view):
     return values, points, levels
 
 
+@pytest.mark.slow
 def test_the_users_view_comes_back_even_with_a_curve_of_its_own():
     scene = bpy.context.scene
     scenes._cube("ball", (0.0, 6.0, -5.0))

@@ -52,6 +52,7 @@ def test_occlusion_takes_them_for_wet():
     np.testing.assert_allclose(mean_colour(paint), SAND, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_both_engines_draw_them_darker():
     """Two plates side by side, close to the camera, one of them porous."""
 

@@ -31,6 +31,7 @@ def _render(blend, picture):
     return read_exr(picture)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings(f"ignore::{DataWarning.__module__}.DataWarning")
 def test_groups_are_ordinary_nodes(tmp_path, empty_blender, monkeypatch):
     monkeypatch.setattr(surroundings, "_COARSE", 60_000)

@@ -175,6 +175,7 @@ def _column(**changes):
     return grey_column(0.05, 0.1, **({"floor_depth": 9.0, "floor_reflectance": 0.3} | changes))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", _some(SCENES, ALWAYS[1:]))
 def test_water_of_both_engines_leaves_no_trace(name):
     scene = _made(name)
@@ -254,6 +255,7 @@ def _copies(scene, count):
         scene.collection.objects.link(item)
 
 
+@pytest.mark.slow
 def test_thousands_of_instances(registered):
     scene = _made("orthographic")
     scene.underwater.phase = "hg:0.924"
@@ -264,6 +266,7 @@ def test_thousands_of_instances(registered):
     assert len(bpy.data.objects) == count
 
 
+@pytest.mark.slow
 def test_what_thousands_of_instances_require():
     scene = _made("orthographic")
     _copies(scene, 4000)
@@ -376,6 +379,7 @@ def _rays(scene, camera):
             yield (turn @ at).normalized()
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "data",
     [{"type": "ORTHO", "ortho_scale": 4.0}, {"angle": math.radians(179.0)}, {"type": "PANO"}],

@@ -29,6 +29,7 @@ def test_auto_writes_settings_and_says_why(scene):
     assert "waves and caustics: off" in panel.decisions
 
 
+@pytest.mark.slow
 def test_a_stricter_auto_brings_back_what_was_left_out(scene):
     water, panel = scene.underwater, scene.underwater_panel
     panel.quality, panel.target_delta_e = "REALTIME", 10.0
@@ -39,6 +40,7 @@ def test_a_stricter_auto_brings_back_what_was_left_out(scene):
     assert water.surface == "waves"
 
 
+@pytest.mark.slow
 def test_what_the_user_changes_since_is_the_users(scene):
     water, panel = scene.underwater, scene.underwater_panel
     panel.quality, panel.target_delta_e = "REALTIME", 10.0

@@ -14,6 +14,7 @@ def test_every_scene_of_the_examples_is_offered():
     assert set(example_scenes.EXAMPLES) == set(SCENES)
 
 
+@pytest.mark.slow
 def test_an_example_is_a_wet_scene_of_its_own_and_is_undone():
     bpy.context.preferences.edit.use_global_undo = True
     first = bpy.context.scene.name

@@ -50,6 +50,7 @@ def _batch(*arguments: object) -> None:
     subprocess.run(command, check=True)
 
 
+@pytest.mark.slow
 def test_the_button_writes_what_the_option_writes(tmp_path):
     scene = _scene(tmp_path)
     live.add(scene)

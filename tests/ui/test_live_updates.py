@@ -78,6 +78,7 @@ PRESETS = [
 ]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("kind", "which"), PRESETS)
 def test_a_preset_is_one_update(scene, work, kind, which):
     names = list(presets.names(kind))
@@ -98,6 +99,7 @@ def test_the_menu_of_presets_is_a_transaction():
         assert panel.preset_operator_defaults == {"menu_idname": panel.__name__}, kind
 
 
+@pytest.mark.slow
 def test_a_preset_that_fails_is_reported_and_followed(scene, work, tmp_path):
     path = tmp_path / "broken.py"
     path.write_text('import bpy\nbpy.context.scene.underwater.water = "jerlov:I"\n1 / 0\n')
@@ -108,6 +110,7 @@ def test_a_preset_that_fails_is_reported_and_followed(scene, work, tmp_path):
     assert not live_updates.is_waiting()
 
 
+@pytest.mark.slow
 def test_auto_is_one_update(scene, work):
     scene.underwater_panel.target_delta_e = 10.0
     water = scene.underwater
@@ -118,6 +121,7 @@ def test_auto_is_one_update(scene, work):
     assert len(work) == 1
 
 
+@pytest.mark.slow
 def test_undo_brings_the_water_back_without_work(scene, work):
     bpy.context.preferences.edit.use_global_undo = True
     bpy.ops.ed.undo_push(message="start")
@@ -134,6 +138,7 @@ def test_undo_brings_the_water_back_without_work(scene, work):
     assert work == []
 
 
+@pytest.mark.slow
 def test_undo_to_settings_that_the_water_had_not_followed_is_one_update(scene, work, window):
     bpy.context.preferences.edit.use_global_undo = True
     bpy.ops.ed.undo_push(message="start")
@@ -148,6 +153,7 @@ def test_undo_to_settings_that_the_water_had_not_followed_is_one_update(scene, w
     assert work == ["values"]
 
 
+@pytest.mark.slow
 def test_loading_an_old_file_is_one_update(scene, work):
     water = scene.underwater
     with live_updates.transaction():
@@ -167,6 +173,7 @@ def test_a_script_in_background_is_followed_at_once(scene, work):
     assert work == ["values", "nodes"]
 
 
+@pytest.mark.slow
 def test_a_block_inside_another_ends_with_it_and_errors_end_both(scene, work):
     with live_updates.transaction():
         with live_updates.transaction():
@@ -182,6 +189,7 @@ def test_a_block_inside_another_ends_with_it_and_errors_end_both(scene, work):
     assert len(work) == 3
 
 
+@pytest.mark.slow
 def test_a_window_updates_once_it_is_idle(scene, work, window):
     changes = {"water": "jerlov:II", "sun_zenith": 50.0}, {"water": "jerlov:I", "shafts": True}
     for changed, expected in zip(changes, ("values", "nodes"), strict=True):
@@ -201,6 +209,7 @@ def test_a_window_updates_once_it_is_idle(scene, work, window):
     assert not live.is_stale(scene)
 
 
+@pytest.mark.slow
 def test_a_render_takes_in_what_a_window_has_not(scene, work, window):
     scene.underwater.water = "jerlov:II"
     handlers._render_begins(scene)

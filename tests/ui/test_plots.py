@@ -40,12 +40,14 @@ def rows_of(picture, column, colour):
     return np.flatnonzero(np.abs(picture[:, column, :3] - colour).max(axis=1) < 0.1)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", JERLOV_TYPES)
 @pytest.mark.parametrize("size", [(320, 160), (640, 320), (200, 90)])
 def test_every_water_draws(name, size):
     valid(plot_coefficients(curves(Water.jerlov(name)), BANDS, size), size)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", list_sensors())
 def test_every_sensor_draws(name):
     valid(plot_sensor(parse_sensor(name), BANDS), (320, 160))

@@ -64,6 +64,7 @@ _REFUSED = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("name", "value"), list(_limits()))
 def test_every_limit(name, value):
     group = bpy.context.scene.underwater
@@ -81,6 +82,7 @@ def _choices():
         yield from ((setting.name, value) for value in setting.choices)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("name", "value"), list(_choices()))
 def test_every_choice(name, value):
     setattr(bpy.context.scene.underwater, name, value)
@@ -136,6 +138,7 @@ def test_suggestions_hold_what_is_written():
     assert dict(suggestions("emissions")(None, None, "led"))["led-warm"] == "Warm white LED"
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", ["jerlov:5C", "jerlov:IB", "constituents"])
 @pytest.mark.parametrize("metres", [5.0, 1.5])
 def test_visibility_is_reached_without_a_symbol(water, metres):

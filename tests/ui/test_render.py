@@ -149,6 +149,7 @@ def _live(tmp_path):
     return scene, snapshot.snapshot()
 
 
+@pytest.mark.slow
 def test_the_window_renders_a_pass_at_each_tick(tmp_path):
     scene, before = _live(tmp_path)
     modal = _Modal()
@@ -181,6 +182,7 @@ def test_the_window_renders_a_pass_at_each_tick(tmp_path):
     assert snapshot.differences(before, snapshot.snapshot()) == []
 
 
+@pytest.mark.slow
 def test_esc_within_a_pass_stops_as_between_passes(tmp_path):
     _, before = _live(tmp_path)
     modal = _Modal()
@@ -257,6 +259,7 @@ def test_an_open_image_editor_is_used_unless_it_is_for_something_else(tmp_path):
     assert painting.image is None
 
 
+@pytest.mark.slow
 def test_the_reference_is_rendered_beside_what_the_panel_renders(tmp_path):
     scene, before = _live(tmp_path)
     panel = scene.underwater_panel
@@ -307,6 +310,7 @@ def test_stopping_restores_the_scene_and_continue_goes_on(tmp_path, how):
     assert seconds[1] > 0
 
 
+@pytest.mark.slow
 def test_stopping_before_the_first_pass_changes_nothing(tmp_path):
     _, before = _live(tmp_path)
     modal = _Modal()

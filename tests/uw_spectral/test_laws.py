@@ -201,6 +201,7 @@ LAWS: tuple[Callable[[Case], None], ...] = (
 )
 
 
+@pytest.mark.slow_but_first
 @few_or_many(12, 300)
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__[1:])
 def test_law(law, cases_, record_property):

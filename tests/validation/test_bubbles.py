@@ -59,6 +59,7 @@ def test_all_colours_are_scattered_alike(plume):
         assert other.backscatter_ratio == pytest.approx(plume.backscatter_ratio, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_series_steps_where_reflection_ceases_to_be_total(plume):
     """Within 83° a disc's light is mirrored evenly; beyond, Fresnel's part of it and a little."""
     step = 180.0 - 2.0 * math.degrees(math.asin(1.0 / INDEX))

@@ -15,6 +15,7 @@ from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, s
 DEPTH = 3.0
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("particles", ["fournier-forand:1.1,0.0183", "petzold"])
 @pytest.mark.parametrize(("molecules", "tilt"), [(0.02, 90.0), (0.02, 0.0), (0.1, 90.0)])
 def test_radiance_is_that_of_the_exact_peak(particles, molecules, tilt, tmp_path):

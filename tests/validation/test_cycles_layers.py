@@ -94,6 +94,7 @@ def test_layers_against_the_solved_field(column, meters, tmp_path, record_proper
     assert np.all(np.abs(found) < 3.0)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("error", [0.9, 1.1])
 def test_another_scattering_of_one_layer_is_seen(error, tmp_path):
     """The light of the layer below is 10 % of b away from that of the column that is drawn."""
@@ -104,6 +105,7 @@ def test_another_scattering_of_one_layer_is_seen(error, tmp_path):
     assert np.abs(_deviations(CLEAR_OVER_TURBID, wanted, tmp_path)) > 3.0
 
 
+@pytest.mark.slow
 def test_one_water_cut_into_layers_is_the_same_picture(tmp_path):
     """In a camera at the depth where layers meet, too."""
     whole = columns.grey_column(0.1, 0.3, **FLOOR)

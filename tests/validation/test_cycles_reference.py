@@ -18,6 +18,7 @@ REFERENCE_ED = {0.5: 0.9730, 2.0: 0.8935, 5.0: 0.7463, 10.0: 0.5421, 20.0: 0.272
 ROUNDING = 0.5e-4
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("depth", REFERENCE_ED)
 def test_downwelling_irradiance_against_discrete_ordinates(empty_blender, tmp_path, depth):
     column = columns.grey_column(0.05, 0.1)
@@ -28,6 +29,7 @@ def test_downwelling_irradiance_against_discrete_ordinates(empty_blender, tmp_pa
     assert abs(found.mean - REFERENCE_ED[depth]) <= 3 * found.error + ROUNDING
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("surface", ["none", "flat"])
 @pytest.mark.parametrize("rotation", [0.0, 1.3, 2.3])
 def test_white_furnace(empty_blender, tmp_path, surface, rotation):

@@ -50,6 +50,7 @@ VIEWS = ((_towards(30.0, AZIMUTH + 165), 256), (_towards(30.0, AZIMUTH), 256),
 LEVEL = _towards(75.0, AZIMUTH + 100)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("sky", "surface"), [("overcast", "flat"), ("clear", "flat"), ("clear", "none")]
 )

@@ -87,6 +87,7 @@ def _expected(plan, time):
     return fine.reshape(HEIGHT, 4, WIDTH, 4).mean(axis=(1, 3))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("floor", [4.0, 9.0])
 def test_caustics_follow_depth_and_time(empty_blender, tmp_path, floor):
     scene, plan = empty_blender, _plan(floor)

@@ -180,6 +180,7 @@ def chandrasekhar_H(w0, cosines):
     return 1 / (root + w0 / 2 * (mu * H * weights / (mu + x[:, None])).sum(axis=1))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("w0", "engine"), [(0.5, "numpy"), (0.9, "numpy"), (0.9, "numba")])
 def test_reflection_of_isotropic_scattering(w0, engine):
     """Light that leaves a semi-infinite medium (Chandrasekhar 1950, III)."""

@@ -94,6 +94,7 @@ def test_the_sun_beneath_a_cloud_is_dimmed_by_what_does_not_go_forward():
     assert sky == pytest.approx(0.4 + 0.6 * wanted, rel=1e-3)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.05), (8.0, 0.09)])
 def test_light_of_a_beam_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration, sun=1.0)
@@ -103,6 +104,7 @@ def test_light_of_a_beam_is_that_of_photons(concentration, bound):
     assert found == pytest.approx(photons, rel=bound)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.04), (8.0, 0.04), (30.0, 0.06)])
 def test_light_of_all_sides_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration, ambient=1.0)

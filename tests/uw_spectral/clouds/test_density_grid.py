@@ -137,6 +137,7 @@ def test_ways_out_are_those_of_a_blob():
         assert found.max() > 0.9
 
 
+@pytest.mark.slow
 def test_what_escapes_is_a_mean_over_all_sides():
     density = np.zeros((21, 21, 21))
     density[5:16, 5:16, 5:16] = 1.0
@@ -160,6 +161,7 @@ def test_the_blob_that_is_most_like_it_is_its_own():
     assert blob.size == pytest.approx(BLOB.size, rel=0.02)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("concentration", [2.0, 8.0])
 @pytest.mark.parametrize(
     ("y", "P"), [(0.0, 3.2), (0.0, FAR), (2.8, FAR)], ids=["end in it", "past it", "from within"]

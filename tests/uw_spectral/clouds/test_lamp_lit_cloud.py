@@ -57,6 +57,7 @@ def _disc(view, radius=0.5):
     return list(np.array(places).T[..., None]), [np.full((36, 1), x) for x in v]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.05), (8.0, 0.09)])
 def test_light_of_a_lamp_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration)
@@ -73,6 +74,7 @@ def test_light_of_a_lamp_is_that_of_photons(concentration, bound):
     assert found == pytest.approx(photons, rel=bound)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", [IsotropicProfile(), SpotProfile(math.radians(50.0), 0.5)])
 def test_a_black_cloud_takes_light_of_the_water_along_both_ways(profile):
     cloud, matter = _numbers(12.0, albedo=0.0, at=(0.0, 0.0, 0.0))
@@ -160,6 +162,7 @@ def _gridded(found, torch, count=48):
     return Clouds(Several([replace(cloud, grid=grid)]), [matter.phase], tuple(SUN))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("concentration", "bound"), [(2.0, 0.05), (8.0, 0.09)])
 def test_light_of_a_lamp_in_a_grid_is_that_of_photons(concentration, bound):
     cloud, matter = _numbers(concentration)
@@ -176,6 +179,7 @@ def test_light_of_a_lamp_in_a_grid_is_that_of_photons(concentration, bound):
     assert found == pytest.approx(photons, rel=bound)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("place", [(0.2, 0.1, 0.0), (0.0, -2.2, 0.3)], ids=["in it", "outside"])
 def test_a_lamp_shines_in_a_grid_as_in_its_blob(place):
     torch = Lamp(place, (0.0, 1.0, 0.0), np.ones(3), IsotropicProfile(), 0.02)
@@ -187,6 +191,7 @@ def test_a_lamp_shines_in_a_grid_as_in_its_blob(place):
         assert other == pytest.approx(one, rel=0.05)
 
 
+@pytest.mark.slow
 def test_columns_to_a_lamp_are_those_of_the_blob():
     found = _numbers(6.0)
     for place in ((0.2, 0.1, 0.0), TORCH):

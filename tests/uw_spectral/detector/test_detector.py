@@ -45,6 +45,7 @@ def photon_transfer(detector: Detector, iso: float | None = None):
     return np.array(means), np.array(variances)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("detector", "iso"),
     [

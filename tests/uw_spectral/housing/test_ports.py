@@ -65,6 +65,7 @@ def _traced_focus(port, distance, nm):
     return float(np.mean(found))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", cases.PORTS)
 def test_rays_and_pixels_are_those_of_least_time(name):
     housing = Housing(cases.CAMERA, cases.PORTS[name], cases.WATER)

@@ -48,6 +48,7 @@ def _view_of_boards(view):
     return depth, which, origins + depth[..., None] * rays
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("name", "position"), [*((name, None) for name in HOUSINGS), ("flat", (0.0, 0.0, 0.038))]
 )

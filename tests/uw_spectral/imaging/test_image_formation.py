@@ -119,6 +119,7 @@ def test_no_direction_is_refused(direction):
         compute_image_formation(optics("jerlov:IB"), DEPTH, direction)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:II", "jerlov:1C", "jerlov:3C", "jerlov:9C"])
 @pytest.mark.parametrize("w", [(1.0, 0.0, 0.0), DOWN])
 def test_fitted_constants_follow_the_curves(water, w):
@@ -159,6 +160,7 @@ def synthetic(water: str, noise: float, seed: int = 0):
     return values, ranges, surfaces, z
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", PICTURES)
 def test_pictures_alone_return_the_coefficients(water):
     values, ranges, surfaces, z = synthetic(water, 0.0)
@@ -173,6 +175,7 @@ def test_pictures_alone_return_the_coefficients(water):
     assert np.abs(np.array(fit.B_inf) / truth.B_inf - 1).max() < 0.02
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", PICTURES)
 def test_noise_moves_the_model_little(water):
     values, ranges, surfaces, z = synthetic(water, 0.005)

@@ -163,6 +163,7 @@ def _rays(sensor, water):
 SENSORS = ("cie1931", "Nikon D700", "rec709")
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", WATERS)
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_light_on_surfaces(sensor, water):
@@ -171,6 +172,7 @@ def test_light_on_surfaces(sensor, water):
         _check(_Bound(0.004, 0.02, 0.15), pairs, channels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("water", ONE_OF_WATERS)
 @pytest.mark.parametrize(
     "sensor", [SENSORS[0], *(pytest.param(one, marks=pytest.mark.slow) for one in SENSORS[1:])]
@@ -181,6 +183,7 @@ def test_light_in_the_water(sensor, water, request):
     _check(_Bound(0.005, 0.04, 0.25), _rays(sensor, water), _channels(sensor))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("water", ONE_OF_WATERS)
 def test_representative_bands_are_what_they_are(water):
     channels = _channels("bands")
@@ -216,6 +219,7 @@ def test_what_excites_is_the_sum_over_all_bands(sensor):
     assert not project_lamps([lamp], water, _channels(sensor)).excites
 
 
+@pytest.mark.slow
 def test_lamps_add_up_and_each_has_its_spectrum():
     water, channels = _water("IB"), _channels("Nikon D700")
     lamps = [
@@ -236,6 +240,7 @@ def test_what_is_hidden_from_a_lamp_keeps_the_light_from_about():
     assert np.all((hidden > 0) & (hidden < 0.2 * lit))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("intensity", [0.0, 1.0])
 def test_extremes_are_finite(intensity):
     channels = _channels("cie1931")
@@ -258,6 +263,7 @@ def test_extremes_are_finite(intensity):
     assert not np.any(F)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", ["bands", "Nikon D700"])
 @pytest.mark.parametrize("away", [0.5, 3.0, 12.0])
 def test_a_lamp_that_is_seen_itself(name, away):

@@ -31,6 +31,7 @@ def test_round_an_even_lamp_in_even_water_it_is_the_known_integral():
         assert found[row] == pytest.approx(wanted, rel=0.015)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("position", "axis", "profile"),
     [

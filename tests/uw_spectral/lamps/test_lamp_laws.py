@@ -67,6 +67,7 @@ def water() -> LampWater:
     return lamp_water([0.06, 0.1, 0.4], [0.3, 0.25, 0.2], seawater_mixture([1.0] * 3, [0.02] * 3))
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("count", [2, 3, 5])
 def test_what_lamps_light_adds_up(count, water, monkeypatch):
     """Of lamps of other colours, powers and beams."""
@@ -106,6 +107,7 @@ WATERS = {
 BEAMS = [((0.0, 1.0, 0.0), IsotropicProfile()), ((0.0, 1.0, 0.0), SPOT), ((0.0, -1.0, 0.0), SPOT)]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("name", WATERS)
 def test_far_water_adds_no_light(name):
     """What lies far beyond lamp and camera, where tables end and go on: it was up to 1e15 too much.

@@ -75,6 +75,7 @@ IN_VIEW = [
 ]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("phase", PHASES)
 @pytest.mark.parametrize(("cases", "tolerance"), [(BESIDE, 1e-3), (IN_VIEW, 2e-3)])
 def test_it_is_the_integral_along_the_ray(phase, cases, tolerance):
@@ -160,6 +161,7 @@ EXTREMES = list(
 )  # fmt: skip
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_extremes_are_finite(dtype):
     for position, P, (b, c), profile, axis in EXTREMES:

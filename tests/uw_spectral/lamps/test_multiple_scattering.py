@@ -136,6 +136,7 @@ def test_more_nodes_change_little():
             assert more(None, lamp, ray) == pytest.approx(more(100, lamp, ray), rel=0.03)
 
 
+@pytest.mark.slow
 def test_some_of_the_bands_are_those_bands():
     phase = seawater_mixture([0.3, 0.6, 1.2], [0.02, 0.03, 0.04])
     water = lamp_water([0.1, 0.2, 0.3], [0.3, 0.6, 1.2], phase)
@@ -151,6 +152,7 @@ def _of_degrees(degrees, water):
     return replace(water, field=LampField(replace(water.field.harmonics, degrees=degrees)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_extremes_are_finite(dtype):
     z = dtype(0), dtype(0), dtype(1)

@@ -83,6 +83,7 @@ def _modelled(axis, height, depth, places, slopes=0.0):
     return np.array(found)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("tilt", "slopes", "beside", "near"),
     [

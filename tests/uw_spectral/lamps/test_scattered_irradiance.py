@@ -27,6 +27,7 @@ def _scattered(lamp, normal, water):
     return [float(E[0]) for E in surface_irradiance(lamp, patch, water)[1:]]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("phase", [Isotropic(), HenyeyGreenstein(0.8)])
 @pytest.mark.parametrize(
     ("position", "axis"),

@@ -88,6 +88,7 @@ _PLACES = [(0.0, 0.0, 2.0), (0.2, 0.0, 3.0), (1.2, 0.0, 2.0)]
 _PROFILES = [IsotropicProfile(), SpotProfile(math.radians(90.0), 0.4)]
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("profile", _PROFILES)
 @pytest.mark.parametrize("x", _PLACES)
 def test_once_scattered_it_is_what_points_of_all_water_bring(x, profile):
@@ -96,6 +97,7 @@ def test_once_scattered_it_is_what_points_of_all_water_bring(x, profile):
     assert found == pytest.approx(_drawn(np.array(x), profile), abs=0.07)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("profile", _PROFILES)
 @pytest.mark.parametrize("x", _PLACES)
 def test_more_often_scattered_it_is_what_photons_bring(x, profile):
@@ -153,6 +155,7 @@ def _seen(camera, w, g, count=400_000, reach=20.0):
     return arrived / whole
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("beside", [0.7, 1.0, 1.4])
 def test_there_is_a_glow_beside_a_disc_before_a_lamp(beside):
     """With hard shadows it is .16, .33 and .34 of what it is without the disc."""

@@ -85,6 +85,7 @@ def test_a_few_lamps_light_a_ceiling_as_many_do():
         )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("turn", [0.0, 0.02])
 def test_light_changes_steadily_past_a_ball(turn):
     """Of a vehicle's two lamps that come near a ball by 3 cm a frame, or turn by one degree."""
@@ -128,6 +129,7 @@ def _on_ceiling(lamps, point, water):
     )
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(("height", "near"), [(0.3, 0.25), (0.6, 0.06)])
 def test_what_is_near_a_lit_floor_gets_its_light(height, near):
     """Parts against many lamps; those that stand for all would not do."""

@@ -146,6 +146,7 @@ def _floor_pixels(water, adjacent, view, ways: np.ndarray, depth: float, colour:
     return ray.surface(-view.centre[2], y, w, P, SeenObject(leaving), around=around).total
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("size", [2.0, 1.0, 0.4])
 @pytest.mark.parametrize("above", [0.0, 2.0])
 def test_before_a_floor_it_does_not_matter_where_texels_lie(water, size, above):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 from underwater_spectral.tests.uw_spectral.occlusion.test_probe_irradiance import field, plate
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.probe_solution import WaterCache, probe_irradiance
@@ -58,6 +59,7 @@ def test_rays_that_serve_again_are_those_that_would_be_cast():
         assert changed.mean() < 0.5
 
 
+@pytest.mark.slow
 def test_light_that_starts_from_another_frame_is_what_it_would_be_by_itself():
     waters, first = WaterCache(), rays((0.0, 0.0, -4.0))
     before = light(first, waters)

@@ -80,6 +80,7 @@ def test_nothing_disturbs_nothing():
     assert (light.sunlit == 1).all()
 
 
+@pytest.mark.slow
 def test_a_seabed_of_voxels_is_the_floor_of_the_column():
     """What it sends up and the water scatters back, by the solver without any voxel.
 

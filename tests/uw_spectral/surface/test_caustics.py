@@ -228,6 +228,7 @@ def test_bad_layer_range():
         layer_depths(0.0, 3.0)
 
 
+@pytest.mark.slow
 def test_rays_of_a_choppy_wave_land_where_gerstners_send_them():
     """Sun overhead, one wave along x: rays counted by their own places, Snell by angles."""
     tile, k, steep, depth, bins = 2.0, 3 * math.pi, 0.2, 0.7, 64

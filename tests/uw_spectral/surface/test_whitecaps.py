@@ -25,6 +25,7 @@ GRID, FINE, APART, SEEDS = 64, 512, 13.0, (1, 2, 3)
 MOMENTS = {5.0: 600, 8.0: 250, 11.0: 150, 15.0: 100}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wind", MOMENTS)
 def test_cover_is_that_of_monahan_and_reflectance_that_of_koepke(wind):
     """3.84e-6 U^3.41 and .22, over places and moments of several seas, by area."""

@@ -102,6 +102,7 @@ def test_a_flattened_sun_keeps_shadows_where_they_seem_to_fall():
         np.testing.assert_allclose(shadow, sun[:2] / -sun[2], rtol=2e-3)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("zenith", [30.0, 60.0, 75.0])
 def test_glitter_is_what_thrown_facets_mirror(zenith):
     """Facets of Gaussian slopes, each mirroring the sun by itself, counted by direction."""

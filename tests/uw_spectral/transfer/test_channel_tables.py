@@ -146,6 +146,7 @@ def _assert_close(case: Case, most: float) -> None:
 WATERS = ("jerlov:I", "jerlov:IB", "jerlov:II", "jerlov:III", "jerlov:1C", "jerlov:5C", "jerlov:9C")
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("water", "zenith", "channels"),
     [
@@ -166,6 +167,7 @@ def test_pixels_are_those_of_the_bands(water, zenith, channels):
     _assert_close(_case(water, zenith, channels), 0.02 if turbid else 0.006)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     "table", ["scattered", "irradiance", "dimmed", "matte", "sunlit", "single"]
 )
@@ -174,6 +176,7 @@ def test_an_error_of_a_tenth_is_seen(table):
         _assert_close(_case("jerlov:IB", 30.0, "sensor", spoilt={table: 1.1}), 0.006)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", ["jerlov:IB", "jerlov:I", "jerlov:9C"])
 @pytest.mark.parametrize("sensor", ["cie1931", "Nikon D7000"])
 def test_more_bands_than_usual_change_nothing(water, sensor):
@@ -199,6 +202,7 @@ SPECTRUM = 1.5 * np.cos(np.linspace(0.0, math.pi, 30))
 OCCLUSION = (0.5, -0.15), (0.6, 0.2), 0.7, 0.5
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("water", ["layers", "jerlov:IB"])
 @pytest.mark.parametrize("channels", ["sensor", "bands"])
 @pytest.mark.parametrize("occluded", [False, True])
@@ -209,6 +213,7 @@ def test_pixels_in_layers_and_under_occlusion(water, channels, occluded, tmp_pat
     assert np.quantile(errors, 0.95) <= 0.005
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("table", ["occlusion_matrix", "matte", "peak", "single"])
 def test_an_error_of_a_tenth_is_seen_in_layers(table, tmp_path):
     found, exact = _dim_pixels("layers", "bands", tmp_path, occluded=True, spoilt=table)

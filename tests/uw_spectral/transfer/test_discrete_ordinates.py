@@ -63,6 +63,7 @@ def test_against_discrete_ordinates():
     assert max(np.median(Ed), np.median(Eu)) < 1e-3
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.skipif(not numba_available(), reason="without numba it takes minutes")
 @pytest.mark.parametrize(("phase", "sky"), [("hg:0.8", 0.0), ("hg:0.9", 0.1)])
 def test_surface_and_sky_against_monte_carlo(phase, sky):
@@ -170,6 +171,7 @@ def test_parts_of_the_radiance_add_up():
     np.testing.assert_allclose(field.surface_radiance(level), mirrored, rtol=1e-6)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize(
     ("a", "b"), list(itertools.product((0.0, 1e-6, 0.05, 50.0), (0.0, 1e-6, 0.5, 50.0)))
 )
@@ -279,6 +281,7 @@ _GRIDS = {
 }
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("ends", _GRIDS.values(), ids=_GRIDS)
 @pytest.mark.parametrize("index", [None, 1.34])
 def test_grid_is_the_integral_of_the_source_function(ends, index):

@@ -43,6 +43,7 @@ def test_scattered_light_is_that_of_the_field(case):
     assert table.radiance.shape[-1] == AZIMUTHS
 
 
+@pytest.mark.slow_but_first
 def test_light_on_patches_is_what_comes_from_all_sides(case):
     column, field, table = case.column, case.field, tabulate(case.field)
     y, errors = np.array([case.depth]), []

@@ -34,6 +34,7 @@ def test_light_comes_from_where_the_closure_of_facets_takes_it(roughness, sine):
     assert found == pytest.approx(wanted, rel=0.01, abs=0.001)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("normal", [(0.0, 0.0, -1.0), (0.6, 0.0, -0.8), (0.0, -1.0, 0.0)])
 def test_whatever_way_it_faces(normal):
     """Turned, the same facets throw on the same share within 15° of the mirrored ray."""

@@ -175,6 +175,7 @@ def test_internal_reflectance_of_Jin2011(variance):
     assert WaterSurface(N, variance).internal_reflectance == pytest.approx(theirs, abs=0.008)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("wind", [5, 10])
 def test_reflectances_of_traced_waves(wind):
     sea = TracedSea(VARIANCES[wind], np.random.default_rng(wind), N)

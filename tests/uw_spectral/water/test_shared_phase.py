@@ -27,6 +27,7 @@ def _water(name, bands):
     return water.a(bands.centres), b, seawater_mixture(b, b_w)
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 @pytest.mark.parametrize("name", ["IA", "IB", "3C", "9C"])
 @pytest.mark.parametrize("count", [8, 15, 30])
