@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..quality.methods import method_of
 from ..scene.engines import housed
 from ..scene.readers import cameras, clouds, lamps
 from ..scene.readers.pinhole import require_pinhole
@@ -20,7 +21,7 @@ from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layers import parse_layers
-from . import raw_pictures
+from . import raw_pictures, receptor_pictures
 from .job import Job
 
 
@@ -87,6 +88,7 @@ def _resolved(
                     chosen = fixed
         plan = plans[chosen]
         raw_pictures.require_raw(plan)
+        receptor_pictures.require_bands(plan, method_of(job.engine, job.mode))
         for camera, depth in zip(seen_by, depths, strict=True):
             housed.look_of(scene, camera, plan, depth)
         lit = tuple(lamps.lamplight(scene, camera, plan) for camera in seen_by)

@@ -35,7 +35,12 @@ _PASSES = "passes"
 # developed as it is rendered.
 DEVELOPMENT = frozenset({"sensor", "filter", "white_balance", "exposure", "exposure_compensation"})
 # How a picture is shown, and when it is good enough: no pass depends on it.
-SHOWN = frozenset({"tone", "contrast", "noise", "raw", "iso", "full_well", "read_noise"})
+SHOWN = frozenset(
+    {
+        *("tone", "contrast", "noise", "raw", "iso", "full_well", "read_noise"),
+        *("receptors", "false_colour"),
+    }
+)
 CHANGEABLE = (DEVELOPMENT | SHOWN) - {"noise"}
 """Settings by which finished passes can be developed again."""
 

@@ -43,6 +43,12 @@ class PictureFiles:
         """What its colours are made of."""
         return self._beside("truth.json")
 
+    @property
+    def receptors(self) -> tuple[Path, ...]:
+        """Responses of receptors as EXR and TIFF, and as PNG their false colours and the legend."""
+        ends = ("receptors.exr", "receptors.tiff", "receptors.png", "receptors_legend.png")
+        return tuple(map(self._beside, ends))
+
     def raw(self, kind: str) -> Path:
         """Return the raw file of a kind, of :data:`RAW`."""
         return self.picture.with_suffix(f".{kind}")
@@ -50,7 +56,7 @@ class PictureFiles:
     def all(self) -> list[Path]:
         """Return all that a view may have of some job, its record first."""
         others = (self.picture, self.shown, self.spectra, self.layers, self.truth)
-        return [self.record, *others, *map(self.raw, RAW)]
+        return [self.record, *others, *self.receptors, *map(self.raw, RAW)]
 
     def _beside(self, end: str) -> Path:
         return self.picture.with_name(f"{self.picture.stem}_{end}")

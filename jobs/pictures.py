@@ -23,7 +23,15 @@ from ..uw_spectral.spectra.spectral_image import (
     write_rgb_exr,
     write_spectral_exr,
 )
-from . import band_passes, development, picture_layers, raw_pictures, rounds, work
+from . import (
+    band_passes,
+    development,
+    picture_layers,
+    raw_pictures,
+    receptor_pictures,
+    rounds,
+    work,
+)
 from .band_passes import RenderedPass
 from .frame_plans import FramePlans
 from .guides import read_guides
@@ -62,7 +70,7 @@ def develop(
         with contextlib.suppress(OSError):  # of which writing tells
             path.unlink()
     whole, variances = _means(manifest, rendered)
-    denoised, said = "", []
+    denoised, said, receptors = "", [], {}
     noise = rounds.reached(manifest, view, rendered) if manifest.noise else None
     said += [str(noise)] if noise else []
     if manifest.method.draws_colours:
@@ -70,6 +78,7 @@ def develop(
     else:
         _write_spectra(manifest, view, whole, plan)
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
+        receptors = receptor_pictures.write_receptor_pictures(manifest, view, plan, paths, bands)
         denoise, weights = output.denoise, manifest.weights(view)
         guides = read_guides(manifest, view, rendered) if denoise else None
         linear = development.develop(
@@ -94,6 +103,8 @@ def develop(
         record["noise"] = noise.record()
     if raw:
         record["raw"] = raw
+    if receptors:
+        record["receptors"] = receptors
     if variances:
         record["parts"] = variances
     _require_own(manifest, rendered)  # still

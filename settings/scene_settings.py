@@ -12,6 +12,7 @@ from ..uw_spectral.imaging.layers import NAMES, NONE, parse_layers
 from ..uw_spectral.spectra.barrier_filter import CONTENT as FILTER_CONTENT
 from ..uw_spectral.spectra.barrier_filter import NO_FILTER
 from ..uw_spectral.spectra.colour_rendering import WhiteBalance
+from ..uw_spectral.spectra.receptors import RECEPTORS_CONTENT
 from ..uw_spectral.spectra.tone import AGX, CAMERA_CURVES, CONTRASTS, MEDIUM, STANDARD
 from .setting import ROW, Setting, stored
 from .water_settings import AUTO, WaterSettings
@@ -198,6 +199,18 @@ class SceneSettings(WaterSettings):
     read_noise: float = stored(
         3.0, "Read noise", "Noise without light, electrons",
         "sensor", limits=(0.0, 1e4), soft_limits=(0.0, 30.0), needs=_OF_RAW, who="researcher",
+    )
+    receptors: str = stored(
+        "", "Receptors",
+        f"Sensor of any number of channels, file:PATH, {RECEPTORS_CONTENT}: beside the picture, an "
+        "EXR and a TIFF have a channel for each, a PNG false colours; not in real time",
+        "sensor", who="researcher",
+    )
+    false_colour: str = stored(
+        "", "Shown as",
+        "Receptors that the PNG shows as red, green and blue, as NIR,GREEN,UV; + averages several; "
+        "empty for thirds of them by wavelength",
+        "sensor", needs={"receptors": ()}, who="researcher",
     )
     bands: int = stored(
         0, "Bands",

@@ -27,7 +27,10 @@ _SCENE = "bpy.context.scene.underwater"
 
 _WATER, _CAMERA = settings_of("water"), settings_of("sensor")
 # Of the camera that one dives with, whatever the look.
-_DEVICE = {"filter", "raw", "iso", "full_well", "read_noise", *settings_of("housing")}
+_DEVICE = {
+    *("filter", "raw", "iso", "full_well", "read_noise", "receptors", "false_colour"),
+    *settings_of("housing"),
+}
 _LOOK = tuple(
     name
     for name in settings_of(*(section for section in SECTIONS if section != "quality"))

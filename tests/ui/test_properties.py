@@ -334,7 +334,7 @@ def test_own_preset_round_trip(tmp_path, monkeypatch):
 def test_a_look_holds_every_setting_of_the_picture(tmp_path, monkeypatch):
     """All but how it is rendered; what has been changed since comes back."""
     held = set(presets.held_by("look"))
-    device = {"filter", "raw", "iso", "full_well", "read_noise"}
+    device = {"filter", "raw", "iso", "full_well", "read_noise", "receptors", "false_colour"}
     picture = {n for n, s in SETTINGS.items() if s.section not in ("quality", "housing")}
     assert held == picture - device
     monkeypatch.setattr(bpy.utils, "user_resource", lambda *_, path, **__: _made(tmp_path / path))

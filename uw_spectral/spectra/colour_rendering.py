@@ -145,7 +145,7 @@ def reduction(
         raise InputError(f"exposure must be a finite number of stops, got {exposure_stops}")
     if white_balance == "depth" and depth_white is None:
         raise InputError("white balance depth needs the light at depth (depth_white)")
-    _warn_coverage(sensor, bands)
+    warn_coverage(sensor.name, sensor.sensitivity, bands)
     # Where daylight is not balanced for, an observer's only serves to state delta_e.
     daylight = _in_daylight(sensor, bands, illuminant, white_balance == "daylight")
     response, surface_white = daylight.response, daylight.white
@@ -400,16 +400,16 @@ def _training_colours(
     return reflectances, colours @ _observer_matrix(white, _possible_adaptation(white)).T, white
 
 
-def _warn_coverage(sensor: Sensor, bands: Bands) -> None:
+def warn_coverage(name: str, table: Spectrum, bands: Bands) -> None:
     """Warn about sensitivity outside the bands and bands outside the sensitivity."""
-    low, high = sensor.sensitivity.range
+    low, high = table.range
     grid = np.arange(low, high + 0.5)
-    sensitivity = sensor.sensitivity.at(np.minimum(grid, high))
+    sensitivity = table.at(np.minimum(grid, high))
     inside = np.any(np.abs(grid[:, None] - bands.centres) <= bands.widths / 2 + 1e-9, axis=1)
     fraction = float((sensitivity[inside].sum(axis=0) / sensitivity.sum(axis=0)).min())
     if fraction < _COVERED_FRACTION:
         warnings.warn(
-            f"the bands cover {fraction:.1%} of the least covered channel of {sensor.name}; "
+            f"the bands cover {fraction:.1%} of the least covered channel of {name}; "
             "widen --range for its full response",
             DataWarning,
             stacklevel=3,
@@ -417,7 +417,7 @@ def _warn_coverage(sensor: Sensor, bands: Bands) -> None:
     blind = bands.centres[(bands.centres < low) | (bands.centres > high)]
     if blind.size:
         warnings.warn(
-            f"{sensor.name} is known from {low:g} to {high:g} nm; {blind.size} band(s) outside, "
+            f"{name} is known from {low:g} to {high:g} nm; {blind.size} band(s) outside, "
             f"the first at {blind[0]:g} nm, add nothing to the picture",
             DataWarning,
             stacklevel=3,

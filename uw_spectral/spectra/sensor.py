@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -12,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
-from ..errors import InputError, unknown_name
+from ..errors import DataWarning, InputError, unknown_name
 from ._colour import colour_science
 from .bands import Bands
 from .spectral_table import LARGEST_NUMBER, read_spectral_table
-from .spectrum import Spectrum, read_text, shipped_table, split_location
+from .spectrum import Spectrum, read_text, shipped_table, split_location, table_text
 
 if TYPE_CHECKING:
     from colour import MultiSpectralDistributions
@@ -211,6 +212,14 @@ def _file_sensor(
 
 def _read_csv(path: Path) -> Sensor:
     table = read_spectral_table(path, _CHANNELS)
+    names = table_text(read_text(path), str(path)).names
+    if others := [name for name in names if name not in ("wavelength_nm", *_CHANNELS)]:
+        warnings.warn(
+            f"sensor {path}: column {others[0]} is not read, a camera has R, G and B; "
+            f"--receptors file:{path} renders a channel for each column",
+            DataWarning,
+            stacklevel=2,
+        )
     values = np.stack([table.columns[channel] for channel in _CHANNELS], axis=1)
     return _file_sensor(path, path.stem, table.columns["wavelength_nm"], values)
 

@@ -1,0 +1,109 @@
+"""Pictures of a job for sensors of any number of channels, and what is shown of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..quality.methods import Method
+from ..settings.render_plan import RenderPlan
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.receptors import Receptors, parse_false_colour, parse_receptors
+from ..uw_spectral.spectra.spectral_image import write_exr, write_png
+from . import development
+from .manifest import Manifest, View
+from .picture_files import files_of
+
+_LEGEND = (24, 320)  # height and width, pixels
+_DARKEST = 1e-30  # of the white at the surface
+
+
+def require_bands(plan: RenderPlan, method: Method) -> None:
+    """Refuse receptors that the files, the bands or the method do not allow, before a render."""
+    chosen = plan.settings
+    if not chosen.receptors:
+        return
+    if method.draws_colours:
+        raise InputError(
+            "--receptors: real time draws the colours of the sensor alone; render --mode bands, or "
+            "with --engine cycles"
+        )
+    receptors = parse_receptors(chosen.receptors)
+    receptors.response_in(plan.bands)
+    receptors.warn_doubts(plan.bands)
+    parse_false_colour(chosen.false_colour, receptors)
+
+
+def write_receptor_pictures(
+    manifest: Manifest,
+    view: View,
+    plan: RenderPlan,
+    images: Sequence[Path],
+    passes: Sequence[tuple[int, ...]],
+) -> dict[str, Any]:
+    """Write what receptors see of a view, if there are some, and return what the files hold.
+
+    ``images`` are of the ``passes``, which are the bands of each. Responses are as rendered: not
+    denoised, neither balanced nor exposed, in units of radiance times nm.
+    """
+    chosen, output, files = plan.settings, manifest.output, files_of(manifest, view)
+    if not chosen.receptors:
+        return {}
+    receptors = parse_receptors(chosen.receptors)
+    false_colour = parse_false_colour(chosen.false_colour, receptors)
+    response = receptors.response_in(plan.bands)
+    # The compositor combines bands into three channels at a time.
+    triples = np.zeros((math.ceil(len(response) / 3), 3, response.shape[1]))
+    triples.reshape(-1, response.shape[1])[: len(response)] = response
+    found = [
+        development.develop(images, weights, passes, region=output.region) for weights in triples
+    ]
+    seen = np.concatenate(found, axis=-1)[..., : len(response)]
+    exr, tiff, shown, legend = files.receptors
+    white = _white(plan, view.depth, receptors, response)
+    stops = plan.reduction(view.depth, stops=0.0).stops_to(manifest.weights(view))
+    matrix = false_colour.matrix(receptors, white) * 2.0**stops
+    record = {
+        "name": receptors.name,
+        "channels": list(receptors.channels),
+        "units": f"{plan.radiance_units} nm",
+        "false_colour": {**false_colour.legend, "white": white.tolist(), "stops": stops},
+    }
+    header = {"ImageDescription": ", ".join(receptors.channels), "receptors": record}
+    for path in (exr, tiff):
+        write_exr(path, output.framed(seen), receptors.channels, header)
+    write_png(shown, output.framed(seen @ matrix.T))
+    write_png(legend, _legend(matrix, receptors, plan.bands))
+    return record
+
+
+def _white(
+    plan: RenderPlan, depth: float, receptors: Receptors, response: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the responses that false colours show as white, as the white balance is set."""
+    surface = response @ plan.illuminant.total_in(plan.bands) / math.pi
+    if plan.settings.white_balance == "none":
+        return np.full(len(response), surface.mean())
+    white = surface
+    if plan.settings.white_balance == "depth":
+        white = response @ plan.viewpoint(depth).light / math.pi
+    dark = ~(white > _DARKEST * surface.max())
+    if dark.any():
+        raise InputError(
+            f"receptors {receptors.name}: {receptors.channels[int(np.argmax(dark))]} sees no light "
+            "to balance for; take another --white-balance"
+        )
+    return white
+
+
+def _legend(matrix: NDArray[np.float64], receptors: Receptors, bands: Bands) -> NDArray[np.float64]:
+    """Return the false colours of single wavelengths, the shortest at the left."""
+    ends = bands.centres[0] - bands.widths[0] / 2, bands.centres[-1] + bands.widths[-1] / 2
+    colours = receptors.sensitivity.at_or_zero(np.linspace(*ends, _LEGEND[1])) @ matrix.T
+    return np.broadcast_to(colours / max(colours.max(), _DARKEST), (*_LEGEND, 3))
