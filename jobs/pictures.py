@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -78,12 +79,13 @@ def develop(
     else:
         _write_spectra(manifest, view, whole, plan)
         paths, bands = [item.path for item in whole], [item.bands for item in whole]
-        receptors = receptor_pictures.write_receptor_pictures(manifest, view, plan, paths, bands)
-        denoise, weights = output.denoise, manifest.weights(view)
+        denoise = output.denoise
         guides = read_guides(manifest, view, rendered) if denoise else None
-        linear = development.develop(
-            paths, weights, bands, denoise=denoise, guides=guides, region=output.region
+        developed = functools.partial(
+            development.develop, paths, passes=bands, guides=guides, region=output.region
         )
+        linear = developed(manifest.weights(view), denoise=denoise)
+        receptors = receptor_pictures.write_receptor_pictures(manifest, view, plan, developed)
         if denoise:
             denoised = _DENOISED[guides is not None]
             said += [_UNGUIDED] if guides is None else []

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +14,19 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.receptors import Receptors, parse_false_colour, parse_receptors
 from ..uw_spectral.spectra.spectral_image import write_exr, write_png
-from . import development
 from .manifest import Manifest, View
 from .picture_files import files_of
 
 _LEGEND = (24, 320)  # height and width, pixels
 _DARKEST = 1e-30  # of the white at the surface
+
+
+class Developed(Protocol):
+    """The bands of a view through weights."""
+
+    def __call__(self, weights: NDArray[np.float64], /, *, denoise: bool) -> NDArray[np.float32]:
+        """Shape (3, n) to (height, width, 3)."""
+        ...
 
 
 def require_bands(plan: RenderPlan, method: Method) -> None:
@@ -44,13 +49,12 @@ def write_receptor_pictures(
     manifest: Manifest,
     view: View,
     plan: RenderPlan,
-    images: Sequence[Path],
-    passes: Sequence[tuple[int, ...]],
+    developed: Developed,
 ) -> dict[str, Any]:
     """Write what receptors see of a view, if there are some, and return what the files hold.
 
-    ``images`` are of the ``passes``, which are the bands of each. Responses are as rendered: not
-    denoised, neither balanced nor exposed, in units of radiance times nm.
+    Responses are as rendered: not denoised, neither balanced nor exposed, in units of radiance
+    times nm; false colours are denoised where the picture is.
     """
     chosen, output, files = plan.settings, manifest.output, files_of(manifest, view)
     if not chosen.receptors:
@@ -61,9 +65,7 @@ def write_receptor_pictures(
     # The compositor combines bands into three channels at a time.
     triples = np.zeros((math.ceil(len(response) / 3), 3, response.shape[1]))
     triples.reshape(-1, response.shape[1])[: len(response)] = response
-    found = [
-        development.develop(images, weights, passes, region=output.region) for weights in triples
-    ]
+    found = [developed(weights, denoise=False) for weights in triples]
     seen = np.concatenate(found, axis=-1)[..., : len(response)]
     exr, tiff, shown, legend = files.receptors
     white = _white(plan, view.depth, receptors, response)
@@ -78,7 +80,8 @@ def write_receptor_pictures(
     header = {"ImageDescription": ", ".join(receptors.channels), "receptors": record}
     for path in (exr, tiff):
         write_exr(path, output.framed(seen), receptors.channels, header)
-    write_png(shown, output.framed(seen @ matrix.T))
+    colours = developed(matrix @ response, denoise=output.denoise)
+    write_png(shown, output.framed(colours))
     write_png(legend, _legend(matrix, receptors, plan.bands))
     return record
 

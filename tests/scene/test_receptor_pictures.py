@@ -47,7 +47,19 @@ def _run(*arguments):
 
 def test_twelve_channels_are_the_bands_through_twelve_sensitivities(blend, eye, tmp_path):
     out = tmp_path / "out"
-    size = ("--resolution", 32, 18, "--samples", 1, "--bands", 12, "--range", 370, 700)
+    size = (
+        "--resolution",
+        32,
+        18,
+        "--samples",
+        1,
+        "--bands",
+        12,
+        "--range",
+        370,
+        700,
+        "--no-denoise",
+    )
     shown = ("--receptors", eye, "--false-colour", "N640,N520+N540,N420", "--exposure", 0)
     assert _run(blend, *size, *shown, "--out", out) == 0
     radiance, bands, _ = read_spectral_exr(out / "0001_spectral.exr")
