@@ -36,7 +36,7 @@ from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_a
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
-from ..uw_spectral.imaging.optics import Excitation, make_viewpoint
+from ..uw_spectral.imaging.optics import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
@@ -48,6 +48,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.optical_properties import Water
+from ..validation.viewpoints import make_viewpoint
 from .runner import Ask, Page, Target, table
 
 COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, REALTIME.default_bands)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
-from ..uw_spectral.imaging.optics import make_viewpoint
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
@@ -22,6 +21,7 @@ from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
 from ..uw_spectral.spectra.reflectance import colorchecker_patches, colorchecker_reflectance, uplift
 from ..uw_spectral.spectra.sensor import Sensor, list_sensors, parse_sensor
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
+from ..validation.viewpoints import make_viewpoint
 from .runner import Ask, Page, table
 
 TUNED_WATERS = ("I", "IB", "II", "3C")

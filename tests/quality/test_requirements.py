@@ -37,7 +37,7 @@ from underwater_spectral.quality.terms import (
     with_and_without,
 )
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.optics import Excitation, make_viewpoint
+from underwater_spectral.uw_spectral.imaging.optics import Excitation
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
@@ -56,6 +56,7 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
 )
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.validation.sun_beam import sun_beam
+from underwater_spectral.validation.viewpoints import make_viewpoint
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"

@@ -15,7 +15,6 @@ from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_sca
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
-from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
 from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
     euphotic_depth,
@@ -59,6 +58,7 @@ from underwater_spectral.validation.inelastic_light import (
     solve_inelastic,
 )
 from underwater_spectral.validation.sun_beam import closed_beam
+from underwater_spectral.validation.viewpoints import make_viewpoint
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"

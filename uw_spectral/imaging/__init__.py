@@ -12,7 +12,7 @@ from .description import (
 )
 from .formation_fit import FormationFit, fit_formation
 from .image_formation import FormationCurves, ImageFormation, compute_image_formation
-from .optics import ResolvedOptics, make_viewpoint, resolve
+from .optics import ResolvedOptics, resolve
 from .restoration import Formation, remove_water
 from .summary import Readouts, readouts
 from .viewpoint import Viewpoint
@@ -35,7 +35,6 @@ __all__ = [
     "compute_image_formation",
     "fit_formation",
     "fitted_reduction",
-    "make_viewpoint",
     "optimised_bands",
     "readouts",
     "remove_water",

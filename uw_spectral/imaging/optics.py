@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,42 +13,28 @@ from ..content import ComparedByContent
 from ..errors import InputError
 from ..spectra.bands import Bands
 from ..spectra.barrier_filter import check as check_filter
-from ..spectra.colour_rendering import WhiteBalance
 from ..spectra.illuminant import Illuminant, parse_illuminant
 from ..spectra.reflectance import parse_reflectance
 from ..spectra.sensor import Sensor, parse_sensor, standard_observer
 from ..spectra.spectrum import Spectrum
-from ..surface.refraction import in_water_cosine, sun_travel_direction
 from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
-from ..transfer.rough_surface import WaterSurface
-from ..transfer.sky import UNIFORM
 from ..transfer.solved_field import SolvedField
-from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
-from ..water.bio_optics import Constituents
+from ..transfer.water_column import WaterColumn
 from ..water.inelastic_processes import (
     EXCITATION,
     InelasticProcess,
-    inelastic_processes,
     parse_processes,
 )
-from ..water.named import parse_uniform_water, parse_water
-from ..water.named_waters import constituents_of
 from ..water.optical_properties import Water
-from ..water.phase import BandPhase, PhaseModel
-from ..water.phase_functions import parse_phase
-from ..water.profile import DepthProfile, WaterProfile
-from ..water.pure_water import molecular_scattering
+from ..water.phase import BandPhase
+from ..water.profile import DepthProfile
 from .band_selection import FittedViewpoint, optimised_bands
+from .described_water import column_of, mixtures_of, processes_of
 from .description import (
     REFERENCE_BANDS,
     BandsDescription,
-    CameraDescription,
     Description,
-    FloorDescription,
-    SunAndSky,
-    SurfaceDescription,
-    WaterDescription,
 )
 from .viewpoint import Viewpoint
 
@@ -163,7 +148,7 @@ def resolve(description: Description) -> ResolvedOptics:
     >>> seen.colour.name
     'green'
     """
-    mixtures = _mixtures(description.water)
+    mixtures = mixtures_of(description.water)
     light = description.light
     illuminant = light.illuminant
     if isinstance(illuminant, str):
@@ -175,10 +160,7 @@ def resolve(description: Description) -> ResolvedOptics:
     def column_and_phase(
         bands: Bands, floor_reflectance: NDArray[np.float64]
     ) -> tuple[WaterColumn, BandPhase]:
-        phases = mixtures.map(lambda mixture: _phase(description.water, mixture, bands))
-        waters = mixtures.map(lambda mixture: mixture.water)
-        column = _column(description, waters, phases, illuminant, bands, floor_reflectance)
-        return column, phases.layers[0]
+        return column_of(description, mixtures, illuminant, bands, floor_reflectance)
 
     bands, reference = description.bands, None
     if isinstance(bands, BandsDescription):
@@ -203,7 +185,7 @@ def resolve(description: Description) -> ResolvedOptics:
         # A measured floor need not reach the ultraviolet, which only excites.
         known = np.clip(EXCITATION.centres, *floor.range)
         excitation = Excitation(
-            _processes(description.water, mixtures.layers[0], switched_on, bands),
+            processes_of(description.water, mixtures.layers[0], switched_on, bands),
             *column_and_phase(EXCITATION, floor.at(known)),
         )
     sensor = description.camera.sensor
@@ -217,179 +199,7 @@ def resolve(description: Description) -> ResolvedOptics:
     )  # fmt: skip
 
 
-def make_viewpoint(
-    water: Water | WaterProfile,
-    illuminant: Illuminant,
-    sensor: Sensor,
-    depth: float,
-    bands: Bands,
-    phase: PhaseModel | str | None = None,
-    *,
-    sun_zenith: float = 30.0,
-    sun_azimuth: float = 0.0,
-    floor_depth: float = math.inf,
-    floor_reflectance: Spectrum | str = "0.2",
-    surface: str = "none",
-    sky_radiance: float = 0.0,
-    sky: str = UNIFORM,
-    refractive_index: float = 1.34,
-    slope_variance: float = 0.0,
-    above_surface: bool | None = None,
-    white_balance: WhiteBalance = "daylight",
-    exposure_stops: float | None = None,
-) -> Viewpoint:
-    """Put a camera into a water: a :class:`.Description` in one call.
-
-    Parameters
-    ----------
-    water, phase
-        See :class:`.WaterDescription`.
-    illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface, sky
-        See :class:`.SunAndSky`.
-    sensor, white_balance, exposure_stops
-        See :class:`.CameraDescription`.
-    depth : float
-        Depth of the camera, m.
-    floor_depth, floor_reflectance
-        See :class:`.FloorDescription`.
-    surface, refractive_index, slope_variance
-        See :class:`.SurfaceDescription`.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of its domain or a table does not reach the bands.
-
-    Examples
-    --------
-    >>> from .visibility import euphotic_depth, horizontal_visibility
-    >>> camera = make_viewpoint(Water.jerlov("IB"), parse_illuminant("d65"),
-    ...                         parse_sensor("cie1931"), 5.0, Bands.uniform(60))
-    >>> round(horizontal_visibility(camera)), round(euphotic_depth(camera.column, camera.phase))
-    (39, 103)
-    """
-    description = Description(
-        WaterDescription(water, phase=phase),
-        SunAndSky(illuminant, sun_zenith, sun_azimuth, sky_radiance, above_surface, sky),
-        SurfaceDescription(surface, refractive_index, slope_variance),
-        FloorDescription(floor_depth, floor_reflectance),
-        CameraDescription(sensor, white_balance, exposure_stops),
-        bands,
-    )
-    return resolve(description).viewpoint(depth)
-
-
-@dataclass(frozen=True)
-class _Mixture:
-    """The water of a layer, and what it is made of if it is one bio-optical water."""
-
-    water: Water
-    constituents: Constituents | None
-
-
-def _mixtures(described: WaterDescription) -> DepthProfile[_Mixture]:
-    water, second, known = described.water, described.second, None
-    if isinstance(water, str):
-        water, known = parse_water(water, described.source), constituents_of(water)
-    if isinstance(second, str) and second:
-        second = parse_uniform_water(second, described.source)
-
-    def mixture(layer: Water | Constituents) -> _Mixture:
-        constituents = known
-        if isinstance(layer, Constituents):
-            layer, constituents = layer.water(), layer
-        if second:
-            layer, constituents = layer.mixed(second, described.second_fraction), None
-        layer = layer.concentrated(described.concentration)
-        scaled = layer.scaled(described.absorption_factor, described.scattering_factor)
-        return _Mixture(scaled, constituents)
-
-    return (water if isinstance(water, DepthProfile) else DepthProfile.uniform(water)).map(mixture)
-
-
-def _phase(described: WaterDescription, mixture: _Mixture, bands: Bands) -> BandPhase:
-    if described.phase is None and mixture.constituents is not None:
-        if mixture.constituents is described.water:
-            return mixture.constituents.phase_of_fixed_parts(bands.centres)
-        return mixture.constituents.phase(bands.centres)
-    model = mixture.water.phase_model if described.phase is None else described.phase
-    if isinstance(model, str):
-        model = parse_phase(model)
-    return model.for_bands(mixture.water.b(bands.centres), molecular_scattering(bands.centres))
-
-
-def _column(
-    description: Description,
-    waters: DepthProfile[Water],
-    phases: DepthProfile[BandPhase],
-    illuminant: Illuminant,
-    bands: Bands,
-    floor_reflectance: NDArray[np.float64],
-) -> WaterColumn:
-    light, surface = description.light, description.surface
-    index, zenith = surface.refractive_index, light.zenith
-    direct, diffuse = (
-        part(bands) * light.strength for part in (illuminant.direct_in, illuminant.diffuse_in)
-    )
-    transmitted = 1.0
-    above = illuminant.above_surface if light.above_surface is None else light.above_surface
-    waves = surface.slope_variance if surface.kind == WAVES else 0.0
-    sun_cosine, in_air = float(in_water_cosine(zenith, index)), None
-    sun = sun_travel_direction(zenith, light.azimuth, index)
-    if waves:
-        in_air = sun_travel_direction(zenith, light.azimuth, 1.0)
-        sun = WaterSurface(index, waves).beam_below(in_air.tolist())
-        sun_cosine = -float(sun[2])
-    if above:
-        cosine = math.cos(math.radians(zenith))
-        transmitted -= float(WaterSurface(index, waves).reflectance(cosine))
-    first, *deeper = (
-        DeeperWater(top, water.a(bands.centres), water.b(bands.centres), phase)
-        for top, water, phase in zip(waters.tops, waters.layers, phases.layers, strict=True)
-    )
-    return WaterColumn(
-        bands=bands,
-        absorption=first.absorption,
-        scattering=first.scattering,
-        sun_irradiance=direct * transmitted,
-        sun_cosine=sun_cosine,
-        sun_direction=sun,
-        sky_radiance=diffuse / math.pi + light.sky_radiance * direct,
-        floor_depth=description.floor.depth,
-        floor_reflectance=floor_reflectance,
-        surface=surface.kind,
-        refractive_index=index,
-        below=tuple(deeper),
-        sky=light.sky,
-        slope_variance=waves,
-        sun_in_air=in_air,
-    )
-
-
 def _listed_or_equal(described: BandsDescription) -> Bands:
     if described.wavelengths:
         return Bands.at_wavelengths(described.wavelengths)
     return Bands.uniform(described.count, described.start, described.end)
-
-
-def _processes(
-    described: WaterDescription, mixture: _Mixture, switched_on: tuple[str, ...], bands: Bands
-) -> tuple[InelasticProcess, ...]:
-    constituents = mixture.constituents
-    if constituents is None:
-        fluorescent = [name for name in switched_on if name != "raman"]
-        if fluorescent:
-            raise InputError(
-                f"inelastic light: {', '.join(fluorescent)} needs one water of known "
-                f"constituents, bio: or case: or its amounts, not {mixture.water.name}"
-                + ("; leave the second water out" if described.second else "")
-            )
-        constituents = Constituents()
-    factor = described.absorption_factor * described.concentration
-    found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
-    return tuple(
-        process
-        if process.name == "raman"
-        else dataclasses.replace(process, coefficient=process.coefficient * factor)
-        for process in found
-    )

@@ -17,7 +17,6 @@ from underwater_spectral.uw_spectral.imaging.band_selection import (
     fitted_reduction,
     optimised_bands,
 )
-from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,
@@ -30,6 +29,7 @@ from underwater_spectral.uw_spectral.spectra.reflectance import (
 )
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.water.optical_properties import Water
+from underwater_spectral.validation.viewpoints import make_viewpoint
 
 FINE = Bands.uniform(60)
 D65 = parse_illuminant("d65")

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import PATCHES, colour_error
-from underwater_spectral.uw_spectral.imaging.optics import make_viewpoint
 from underwater_spectral.uw_spectral.imaging.summary import readouts
 from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
@@ -34,6 +33,7 @@ from underwater_spectral.uw_spectral.spectra.colour_rendering import (
 from underwater_spectral.uw_spectral.spectra.illuminant import parse_illuminant
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
 from underwater_spectral.uw_spectral.water.optical_properties import JERLOV_TYPES, Water
+from underwater_spectral.validation.viewpoints import make_viewpoint
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
