@@ -36,6 +36,22 @@ kd = Water.jerlov("IB").Kd([450.0, 550.0]).tolist()
 print(json.dumps([len(names), sorted(heavy), kd, underwater_spectral.__file__]))
 """
 
+SHORT_NAME = """
+import importlib, pkgutil, uw_spectral.water.named
+from uw_spectral.water import Water
+import underwater_spectral.uw_spectral as optics
+from underwater_spectral.uw_spectral import water
+assert uw_spectral is optics and Water is water.Water
+for name in [m.name for m in pkgutil.walk_packages(uw_spectral.__path__, "uw_spectral.")]:
+    module = importlib.import_module(name)
+    assert module is importlib.import_module("underwater_spectral." + name), name
+    assert module.__spec__.name == module.__name__ == "underwater_spectral." + name
+try:
+    import uw_spectral.air
+except ModuleNotFoundError as error:
+    assert error.name == "uw_spectral.air"
+"""
+
 
 @pytest.fixture(scope="module")
 def tool():
@@ -81,7 +97,9 @@ def _files(*folders: str) -> set[str]:
 
 def test_the_wheel_holds_optics_data_sets_and_their_data_alone(wheel):
     names = zipfile.ZipFile(wheel).namelist()
-    held = {n.removeprefix("underwater_spectral/") for n in names if ".dist-info/" not in n}
+    files = {n for n in names if ".dist-info/" not in n} - {"uw_spectral/__init__.py"}
+    assert all(n.startswith("underwater_spectral/") for n in files)
+    held = {n.removeprefix("underwater_spectral/") for n in files}
     of_rendering = {"data/costs.csv", "data/cycles_noise.csv"}
     assert held == (_files("uw_spectral", "datasets", "data") - of_rendering) | {"__init__.py"}
     assert {"uw_spectral/py.typed", "data/SOURCES.md"} <= held
@@ -112,6 +130,12 @@ def test_the_wheel_works_without_blender(unpacked, tmp_path):
     assert count > 150
     assert heavy == []
     assert kd == Water.jerlov("IB").Kd([450.0, 550.0]).tolist()
+
+
+def test_the_short_name_is_the_same_package(unpacked, tmp_path):
+    command = [sys.executable, "-P", "-W", "error", "-c", SHORT_NAME]
+    env = {**os.environ, "PYTHONPATH": str(unpacked)}
+    subprocess.run(command, cwd=tmp_path, env=env, check=True)
 
 
 @pytest.mark.slow
