@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.water.phase_functions import (
     PetzoldAverage,
     Rayleigh,
 )
-from underwater_spectral.validation import constituent_seas, raman_at_sea, tyler
+from underwater_spectral.validation import constituent_seas, ecolight, raman_at_sea, tyler
 from underwater_spectral.validation import measured_waters as waters
 from underwater_spectral.validation.canonical_problems import (
     PROBLEMS,
@@ -72,6 +72,21 @@ def test_canonical_problem_under_waves():
     for row in canonical_values(5, 2):
         bound = 0.05 if row.quantity == "Lu" else 0.02
         assert row.found(field) == pytest.approx(row.mean, rel=max(2 * row.scatter, bound)), row
+
+
+# As far as EcoLight's directions, 10° wide, and its printed digits let it be known.
+ECOLIGHT = {"Kd": 0.02, "E0": 0.01, "R": 0.03, "Lu": 0.05, "Ed": 0.02, "Ed_2m": 0.05}
+
+
+@pytest.mark.slow
+def test_light_is_that_of_ecolight():
+    """24 waters at five wavelengths, 1 m deep; a tenth more absorption or scattering is seen."""
+    found = ecolight.differences()
+    assert {len(off) for off in found.values()} == {120}
+    assert {name for name in found if np.abs(found[name]).max() > ECOLIGHT[name]} == set()
+    for planted in ({"a_factor": 1.1}, {"b_factor": 1.1}):
+        wrong = ecolight.differences(**planted)
+        assert any(np.median(np.abs(wrong[name])) > bound for name, bound in ECOLIGHT.items())
 
 
 def test_raman_light_of_the_canonical_problem():
