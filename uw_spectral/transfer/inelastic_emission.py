@@ -30,8 +30,8 @@ def inelastic_emission(
 
     The scalar irradiance is a sum of very many exponentials. A few stand for them: each is
     the one of many rates that takes most off the squared relative error which those before
-    it left. Neglected: the small anisotropy of Raman scattering, light that changes its
-    wavelength twice, and what the events take from the excitation.
+    it left. Neglected: the small anisotropy of Raman scattering, and what the events take from
+    the excitation.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from underwater_spectral.uw_spectral.imaging.description import (
     SurfaceDescription,
     WaterDescription,
 )
-from underwater_spectral.uw_spectral.imaging.optics import resolve
+from underwater_spectral.uw_spectral.imaging.optics import Excitation, resolve
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Emission,
@@ -119,6 +119,30 @@ def test_changed_light_against_monte_carlo():
     error = 4 * truth.L.error[:, 1] + 0.01 * truth.L.mean[:, 1]
     assert np.all(np.abs(found - truth.L.mean[:, 1]) < error)
     assert column.solved_field(phase, emission=emission) is field
+
+
+@pytest.mark.skipif(not numba_available(), reason="without numba it takes minutes")
+def test_light_that_changes_its_wavelength_twice_against_monte_carlo():
+    """From blue to green to red; red light starts nowhere else."""
+    bands, to_next = Bands([450.0, 525.0, 600.0], [20.0] * 3), 0.7 * np.eye(3, k=1)
+    a, b, rate = np.array([0.15, 0.2, 0.3]), np.array([0.4, 0.5, 0.6]), np.array([0.1, 0.12, 0.0])
+    column = WaterColumn(bands, a, b, [1.0, 0.0, 0.0], 0.8, (0.6, 0.0, -0.8), [0.1, 0.0, 0.0], 5.0,
+                         0.3, "flat", 1.34)  # fmt: skip
+    phase, depths = parse_phase("hg:0.8").for_bands(b), [0.0, 1.0, 4.0]
+    line = InelasticInteraction("line", rate, to_next, Isotropic(), absorber="water")
+    truth = simulate(column, phase, depths, inelastic=[line], photons=1_000_000,
+                     threads=2).parts["line"]  # fmt: skip
+    process = (InelasticProcess("line", rate, to_next, Isotropic()),)
+    field = column.solved_field(
+        phase, emission=Excitation(process, column, phase, process).emission(bands)
+    )
+    alone = Excitation(process, column, phase).emission(bands)
+    assert column.solved_field(phase, emission=alone).Ed(1.0)[2] == pytest.approx(0.0, abs=1e-12)
+    for name in ("Ed", "Eu"):
+        found, wanted = getattr(field, name)(depths)[:, 1:], getattr(truth, name)
+        error = 4 * wanted.error[:, 1:] + 0.006 * wanted.mean[:, 1:]
+        assert np.all(np.abs(found - wanted.mean[:, 1:]) < error), name
+        assert np.all(4 * wanted.error[:, 1:] < 0.08 * wanted.mean[:, 1:])
 
 
 def _described(water, floor, zenith, surface="flat"):
