@@ -20,7 +20,7 @@ import bpy
 
 from .. import registration
 from ..scene import stored_settings
-from ..scene.viewport import live
+from ..scene.viewport import live, problems
 from ..ui import live_updates
 from ..uw_spectral.errors import DataWarning
 
@@ -67,7 +67,7 @@ def main(arguments: Sequence[str]) -> None:
         )
         _print_row(name, hasty[1:], whole[1:])
     built = sum(len(group.nodes) for group in bpy.data.node_groups) - nodes
-    print(f"\nnodes built: {built}; problem: {live.problem(scene) or 'none'}")
+    print(f"\nnodes built: {built}; problem: {problems.problem(scene) or 'none'}")
 
 
 def _milliseconds(scene: bpy.types.Scene, name: str, value: object, *, hasty: bool) -> float:

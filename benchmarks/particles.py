@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ..scene.engines import engines
 from ..scene.engines.band_engine import BandEngine
 from ..scene.readers import lamps
+from ..scene.terms.particles import particles_of
 from ..scene.water import lamp_rigs, water_body
-from ..scene.water.particles import particles_of
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops, srgb_encode

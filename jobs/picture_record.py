@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 
 from ..datasets.files import relative
-from ..scene.water import particles
+from ..scene.terms import particles
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.spectra.spectral_image import replacing
 from .manifest import Manifest, View

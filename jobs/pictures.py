@@ -14,7 +14,7 @@ from ..datasets.files import relative
 from ..datasets.layer_file import read_layers
 from ..scene import view_transform
 from ..scene.engines import transparent_film
-from ..scene.water import particles
+from ..scene.terms import particles
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.matte import without_open_water

@@ -15,11 +15,11 @@ from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
-from ..scene.readers import clouds
+from ..scene.readers import clouds, moving_surface
 from ..scene.readers.picture_size import rendered_size
 from ..scene.readers.volume_grids import GridCache
-from ..scene.water import moving_surface
-from ..scene.water.eevee_water import Eye, eevee_water
+from ..scene.terms.eevee_water import eevee_water
+from ..scene.water.scene_frame import Eye
 from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
 from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
 from ..uw_spectral.errors import InputError

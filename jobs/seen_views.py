@@ -12,9 +12,11 @@ from ..quality.combinations import RAYS
 from ..quality.seen_points import SeenPoints
 from ..scene.readers.cameras import camera_depth
 from ..scene.readers.view_tracing import trace_from_above, trace_view
-from ..scene.water.eevee_water import Eye, eevee_water
+from ..scene.terms.eevee_water import eevee_water
+from ..scene.terms.occlusion import OcclusionTerm
 from ..scene.water.frame_water import RealtimeWater
 from ..scene.water.occlusion import Cache
+from ..scene.water.scene_frame import Eye
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.water_column import WaterColumn
@@ -66,9 +68,10 @@ def seen_views(
 
 def _with_occlusion(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
     """What is seen, with what objects keep of the light as EEVEE draws it."""
-    table, buffer = water.inputs.occlusion, water.inputs.buffer
-    if table is None or buffer is None:
+    occlusion = water.term(OcclusionTerm)
+    if occlusion is None or occlusion.buffer is None:
         return seen
+    table, buffer = occlusion.table, occlusion.buffer
     hit, rate = np.isfinite(seen.distance), float(water.field.extinction.mean())
     P = np.where(hit, seen.distance, table.box.reach)
     points = seen.origin + seen.direction * P[:, None]

@@ -9,7 +9,7 @@ of how far it shines into the water. All light is in three channels.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -39,6 +39,7 @@ from . import lamp_sources
 from .texture_atlas import number_image
 
 NAME = "UW Lamps"
+_NUMBERS_PART, _SOURCES_PART = "uw_lamps", "uw_lamp_sources"
 # Custom properties of the image.
 _PARTS, MEASURED_KEY, FROM_AIR_KEY = "uw_parts", "uw_measured", "uw_from_air"
 VIRTUAL_KEY, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
@@ -83,6 +84,17 @@ class LampImages:
 
     numbers: bpy.types.Image
     sources: bpy.types.Image
+
+    @property
+    def parts(self) -> dict[str, bpy.types.ID]:
+        """Both, by the names of :func:`images_in`."""
+        return {_NUMBERS_PART: self.numbers, _SOURCES_PART: self.sources}
+
+
+def images_in(parts: Mapping[str, bpy.types.ID]) -> LampImages | None:
+    """Return the images of a water, if lamps shine in it."""
+    numbers, sources = parts.get(_NUMBERS_PART), parts.get(_SOURCES_PART)
+    return LampImages(numbers, sources) if numbers is not None else None
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import override
 
 import bpy
 import numpy as np
@@ -12,13 +13,24 @@ from ..uw_spectral.occlusion.view_map import SIZE, ViewMap
 from ..uw_spectral.transfer.pixel_parts import Around
 from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
+from .shape import Shape, TermShape
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields
 
-NAME = "UW Cover"
+NAME, PART = "UW Cover", "uw_cover"
 FIELDS = ValueFields(ViewMap, "view", dict.fromkeys(("centre", "right", "up", "ahead"), 3))
 """Numbers of a view."""
 _TILES = 3  # what is blocked, what of it has the pixel's light, and what comes from beside
+
+
+class AdjacencyShape(TermShape):
+    """It is known which part of the view objects fill."""
+
+    singles = FIELDS.names
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return {PART: new_image()}
 
 
 def new_image() -> bpy.types.Image:

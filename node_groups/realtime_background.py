@@ -10,16 +10,18 @@ from ..uw_spectral.clouds.veiled_pixel import veiled
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel_parts import SurfaceAbove
 from ..uw_spectral.transfer.radiance_field import distance_in_water
-from . import realtime_clouds, realtime_lamps, realtime_layers
+from . import lamp_images, realtime_clouds, realtime_lamps, realtime_layers
 from .data_blocks import new_world
 from .group_sockets import COLOUR, OpenGroup
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_raised import crossing
 from .realtime_rays import camera_place, view_direction
+from .realtime_refraction import AirShape
 from .realtime_surface import shaft
-from .realtime_values import FLOOR_DEPTH, FRAME, IN_AIR, SHAFT_END, Shape
-from .realtime_water import PixelWater, Sources, in_group, pixel_layers
-from .realtime_waves import FOAM, SLOPE, slope_ahead
+from .realtime_values import FLOOR_DEPTH, FRAME, IN_AIR, SHAFT_END
+from .realtime_water import PixelWater, in_group, pixel_layers
+from .realtime_waves import FOAM, SLOPE, RaisedShape, images_in, slope_ahead
+from .shape import Shape, Sources
 
 NAME = "UW Background"
 
@@ -31,12 +33,13 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     water = PixelWater(graph, shape, sources)
     w, eye = view_direction(graph), camera_place(graph, water.values.of(*FRAME))
     y_o = NODES.maximum(-eye[2], 0.0)
-    if shape.raised:
-        y_o = _depth_below(graph, sources, eye, w, y_o, above=shape.above)
+    if RaisedShape in shape:
+        y_o = _depth_below(graph, sources, eye, w, y_o, above=AirShape in shape)
         eye = (*eye[:2], -y_o)
     ahead = {}
-    if sources.waves is not None:
-        ahead = slope_ahead(graph, sources.values, sources.waves, eye, w)
+    waves = images_in(sources.parts)
+    if waves is not None:
+        ahead = slope_ahead(graph, sources.values, waves, eye, w)
     P = distance_in_water(y_o, -w[2], water.values[FLOOR_DEPTH], NODES)
     found = {}
     occlusion = water.occlusion()
@@ -45,7 +48,7 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
     ray, y_e = water.along(w), NODES.maximum(y_o - w[2] * P, 0.0)
     path_occlusion = water.path_occlusion(found, ray.falling_off(y_e, w), P)
     floating = {}
-    if shape.floating:
+    if realtime_clouds.CloudShape in shape:
         clouds = realtime_clouds.build(shape, sources, ahead=True)
         rate = ray.falling_off(y_e, w)[1]
         floating = in_group(graph, clouds, {realtime_clouds.RATE: rate})
@@ -56,9 +59,10 @@ def build(shape: Shape, sources: Sources) -> bpy.types.ShaderNodeTree:
         water.picture(end), water.window(end, w), water.foam(ahead.get(FOAM)),
     )  # fmt: skip
     pixel = ray.open_water(y_o, w, surface, path_occlusion)
-    if sources.lamps is not None:
+    lamps = lamp_images.images_in(sources.parts)
+    if lamps is not None:
         path = realtime_lamps.build_path(
-            sources.lamps, shape.lamp_components, ahead=True, rays=sources.rays,
+            lamps, shape.of(realtime_lamps.LampShape).components, ahead=True, rays=sources.rays,
             clouds=realtime_clouds.for_lamps(sources, shape),
         )  # fmt: skip
         lit = in_group(graph, path, {FLOOR_DEPTH: water.values[FLOOR_DEPTH]})
@@ -87,8 +91,9 @@ def _depth_below(
     above: bool,
 ) -> NodeValue:
     """Depth of the eye below where its ray up meets waves with heights; else below the mean."""
-    assert sources.waves is not None, "only waves have heights"
-    found, away = crossing(graph, sources.values, sources.waves, eye, w, in_air=False)
+    waves = images_in(sources.parts)
+    assert waves is not None, "only waves have heights"
+    found, away = crossing(graph, sources.values, waves, eye, w, in_air=False)
     risen = found * NODES.less(0.0, w[2])
     if above:
         # Rays from the air begin at the surface.

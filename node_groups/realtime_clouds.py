@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, override
 
 import bpy
 import numpy as np
@@ -25,13 +25,15 @@ from .data_blocks import write_pixels
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
-from .realtime_lamps import CloudsOf
+from .realtime_lamps import CloudsOf, LampShape
 from .realtime_rays import camera_place, place_here, view_direction, view_distance
-from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Shape, Values
-from .realtime_water import Sources
+from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Values
+from .shape import Shape, Sources, TermShape
 from .texture_atlas import closest, number_image
 
-NAME = "UW Clouds"
+NAME, PART = "UW Clouds", "uw_clouds"
+GRIDS, GRID_LAMPS = "uw_cloud_grids", "uw_cloud_lamps"
+"""Parts of clouds with grids, and of what is between these and lamps."""
 UNSCATTERED, PASSED, LIGHT, MIDDLE, FORWARD = (
     "Unscattered", "Passed", "Light", "Middle", "Forward",
 )  # fmt: skip
@@ -49,6 +51,32 @@ _TRIPLES = {
 _FIRST = -(-len(_SINGLE) // 3)  # texels of single numbers
 _ESCAPES = _FIRST + sum(_TRIPLES.values())
 _WIDTH = _ESCAPES + ESCAPES
+
+
+@dataclass(frozen=True)
+class CloudShape(TermShape):
+    """Clouds float in the water: the phase functions of those of blobs, and of those of grids."""
+
+    blobs: tuple[PhaseFunction, ...] = ()
+    grids: tuple[PhaseFunction, ...] = ()
+
+    @property
+    def all(self) -> tuple[PhaseFunction, ...]:
+        """Of all clouds."""
+        return self.blobs + self.grids
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        found: dict[str, bpy.types.ID] = {}
+        if self.blobs:
+            found[PART] = new_image(len(self.blobs))
+        if self.grids:
+            found[GRIDS] = cloud_grids.new_image(len(self.grids))
+            if LampShape in shape:
+                lamps = shape.of(LampShape)
+                count = lamps.count - lamps.virtual
+                found[GRID_LAMPS] = cloud_grids.new_lamp_image(len(self.grids), count)
+        return found
 
 
 def build(shape: Shape, sources: Sources, *, ahead: bool) -> bpy.types.ShaderNodeTree:
@@ -111,9 +139,9 @@ def shadowed(occlusion: OcclusionOnPath, found: dict[str, NodeValue]) -> Occlusi
     return OcclusionOnPath(scattered, occlusion.single * found[SUNLIT])
 
 
-def new_image(shape: Shape) -> bpy.types.Image:
+def new_image(count: int) -> bpy.types.Image:
     """Make the image of the numbers of so many clouds."""
-    image = number_image(NAME, _WIDTH, len(shape.clouds))
+    image = number_image(NAME, _WIDTH, count)
     image.use_half_precision = False  # numbers keep their digits
     return image
 
@@ -229,12 +257,14 @@ class CloudTable:
 def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
     """Return the clouds in a node tree."""
     sun = Values(graph, sources.values, shape).of(*SUN)
-    group = None if sources.clouds is None else CloudTable(graph, sources.clouds)
-    if sources.grids is not None:
-        lamps = shape.lamps - shape.virtual
-        group = Together(group, grids_in(graph, sources.grids, sources.grid_lamps, lamps))
+    blobs, grids = (sources.parts.get(name) for name in (PART, GRIDS))
+    group = None if blobs is None else CloudTable(graph, blobs)
+    if grids is not None:
+        lamps = shape.of(LampShape)
+        count = lamps.count - lamps.virtual
+        group = Together(group, grids_in(graph, grids, sources.parts.get(GRID_LAMPS), count))
     assert group is not None, "there are clouds"
-    return Clouds(group, kinds(shape.floating), sun, NODES)
+    return Clouds(group, kinds(shape.of(CloudShape).all), sun, NODES)
 
 
 def grids_in(
@@ -251,7 +281,7 @@ def grids_in(
 
 def for_lamps(sources: Sources, shape: Shape) -> CloudsOf | None:
     """Return what makes the clouds that lamps shine on; None where there are none."""
-    if not shape.floating:
+    if CloudShape not in shape:
         return None
     return functools.partial(clouds_in, sources=sources, shape=shape)
 
@@ -261,7 +291,7 @@ def options(shape: Shape, sources: Sources) -> dict[str, Any]:
 
     Clouds and lamps together need most of the constants that a shader holds: they have to be few.
     """
-    slim = bool(shape.floating and shape.lamps)
+    slim = CloudShape in shape and LampShape in shape
     return {"part_size": PART_SIZE, "slim": slim, "slim_numbers": slim, "rays": sources.rays}
 
 

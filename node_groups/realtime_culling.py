@@ -8,8 +8,11 @@ from ..uw_spectral.surface.refraction import is_in_window
 from .group_sockets import OpenGroup
 from .node_mathematics import NODES
 from .realtime_rays import drawn_place, eye_place, straight_direction
-from .realtime_values import IN_AIR, INDEX, THROUGH, Shape
+from .realtime_refracted_view import WindowShape
+from .realtime_refraction import AirShape
+from .realtime_values import IN_AIR, INDEX, THROUGH
 from .realtime_waves import WaveImages, numbers_of, water_level
+from .shape import Shape
 
 NAME = "UW Above the Water"
 _UNDER = 1e-4  # m
@@ -34,11 +37,11 @@ def build(
     dry = NODES.less(-_UNDER, z)
     out_of_window = 1.0 - is_in_window(w[2], index, NODES)
     seen = 1.0 - graph.term(graph.node("ShaderNodeLightPath").outputs["Is Shadow Ray"])
-    if shape.window:
+    if WindowShape in shape:
         through = number(THROUGH)
         unlike = NODES.maximum(NODES.less(z, -_OVERLAP), out_of_window)
         hidden = NODES.select(through, unlike, dry) * seen
-    elif shape.above:
+    elif AirShape in shape:
         hidden = (1.0 - number(IN_AIR)) * dry * out_of_window * seen
     else:
         mirrored = NODES.less(0.0, eye_place(graph)[2])

@@ -10,7 +10,8 @@ import bpy
 
 from . import uplift
 from .group_sockets import VECTOR, OpenGroup
-from .realtime_values import FILTERS, Shape, Values
+from .realtime_values import FILTERS, Values
+from .shape import Shape
 
 NAME = "UW Filter"
 

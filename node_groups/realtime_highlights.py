@@ -11,7 +11,9 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.highlights import stretched_highlight, toon_highlight
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .node_mathematics import NODES
-from .realtime_values import DRAWN_SUN, SUN, Shape, Values
+from .realtime_refraction import AirShape
+from .realtime_values import DRAWN_SUN, SUN, Values
+from .shape import Shape
 
 STRETCHED, TOON = "UW Stretched Highlight", "UW Toon"
 NORMAL, TANGENT = "Normal", "Tangent"
@@ -26,7 +28,7 @@ def build(kind: str, values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.type
     group = OpenGroup(kind, inputs)
     graph, given = group.graph, group.given
     n = graph.components(given[NORMAL])
-    sun = Values(graph, values, shape).of(*(DRAWN_SUN if shape.above else SUN))
+    sun = Values(graph, values, shape).of(*(DRAWN_SUN if AirShape in shape else SUN))
     to_sun = [-part for part in sun]
     numbers = [given[name] for name in NUMBERS[kind]]
     found: Operand

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from typing import override
 
 import bpy
 import numpy as np
@@ -27,10 +28,11 @@ from ..uw_spectral.occlusion.occlusion_table import (
 from .data_blocks import write_pixels
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
+from .shape import Shape, TermShape
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields
 
-NAME = "UW Occlusion"
+NAME, PART = "UW Occlusion", "uw_shade"
 ON_IT = "Occlusion on It"
 ON_PATH = tuple(f"Occlusion on the Way {k}" for k in range(STEPS))
 REACH = "occlusion reach"
@@ -38,6 +40,16 @@ _SMALLEST = 3
 _BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
 FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3, "weight": PATCHES})
 """Numbers of a box."""
+
+
+class OcclusionShape(TermShape):
+    """Objects keep all kinds of light away, and throw some back."""
+
+    singles = FIELDS.names
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return {PART: new_image()}
 
 
 def new_image() -> bpy.types.Image:

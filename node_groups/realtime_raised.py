@@ -11,8 +11,7 @@ from ..uw_spectral.surface.raised_waves import surface_ahead
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .loops import iterated
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
-from .realtime_values import WAVES_HIGHEST
-from .realtime_waves import WaveImages, numbers_of, raised_at
+from .realtime_waves import WAVES_HIGHEST, WaveImages, numbers_of, raised_at
 
 _HEIGHT_NAME, _CROSSING_NAME = "UW Surface Height", "UW Surface Crossing"
 _X, _Y, _HEIGHT = "X", "Y", "Height"

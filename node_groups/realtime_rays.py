@@ -7,17 +7,30 @@ begins where the surface bends the ray, or mirrors it, or at the port.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import override
 
 import bpy
 
 from ..uw_spectral.mathematics import Operand, dot
 from .group_sockets import OpenGroup
 from .node_mathematics import NODES, Graph, NodeValue
+from .shape import Sources, TermShape
 
 _LEAST_COSINE = 1e-4
 _UNMOVED = 1e-3  # m
 _PORT_NAME, _MIRRORED_NAME = "UW Port Rays", "UW Mirrored Rays"
 DIRECTION, ORIGIN, DISTANCE, PLACE = "Direction", "Origin", "Distance", "Place"
+PORT = "port before the camera"
+
+
+class PortShape(TermShape):
+    """The camera looks through a port, where the water begins."""
+
+    singles = (PORT,)
+
+    @override
+    def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree:
+        return build_port(sources.values, PORT)
 
 
 def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import override
 
 import bpy
 import numpy as np
@@ -12,16 +13,32 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.reflected_view import ReflectedView
 from ..uw_spectral.transfer.pixel_parts import ReflectedRadiance
 from .node_mathematics import NODES, Graph, NodeValue
+from .realtime_rays import build_mirrored
+from .shape import Shape, Sources, TermShape
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields
 
-NAME = "UW Mirrored"
+NAME, PART = "UW Mirrored", "uw_mirrored"
 FIELDS = ValueFields(ReflectedView, "mirror", dict.fromkeys(("eye", "right", "up", "ahead"), 3))
 """Numbers of the picture; all are 0 where there is none."""
 _NOWHERE = 0.0, 0.0, 0.0
 NO_VIEW = ReflectedView(_NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, 0.0, 0.0)
 _SMALLEST = 4  # texels along a side
 _TILES = 2  # the picture, and how near what it shows is to the surface
+
+
+class ReflectionShape(TermShape):
+    """A picture shows the objects that the surface mirrors."""
+
+    singles = FIELDS.names
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return {PART: new_image()}
+
+    @override
+    def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree:
+        return build_mirrored()
 
 
 def new_image(name: str = NAME) -> bpy.types.Image:

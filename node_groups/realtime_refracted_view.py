@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import override
 
 import bpy
 
@@ -11,12 +12,25 @@ from ..uw_spectral.surface.reflected_view import ReflectedView
 from ..uw_spectral.surface.refracted_view import RefractedView
 from ..uw_spectral.transfer.pixel_parts import RefractedRadiance
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_reflected_view import looks
+from .realtime_reflected_view import looks, new_image
+from .realtime_values import CAMERA, MIRRORED_FRACTION, MIRRORED_SUN, OF_AIR, THROUGH
+from .shape import Shape, TermShape
 from .value_fields import ValueFields
 
-NAME = "UW Window"
+NAME, PART = "UW Window", "uw_window"
 FIELDS = ValueFields(ReflectedView, "window", dict.fromkeys(("eye", "right", "up", "ahead"), 3))
 """Numbers of the picture; all are 0 where there is none."""
+
+
+class WindowShape(TermShape):
+    """A picture shows the objects in the air that are seen through the surface."""
+
+    channels = OF_AIR
+    singles = (THROUGH, *CAMERA, MIRRORED_FRACTION, MIRRORED_SUN, *FIELDS.names)
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return {PART: new_image(NAME)}
 
 
 def seen_in(

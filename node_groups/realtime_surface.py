@@ -30,11 +30,12 @@ from ..uw_spectral.transfer.pixel_parts import (
     SurfaceMaterial,
 )
 from ..uw_spectral.transfer.rough_mirror import mirrored_by_chance
-from . import realtime_clouds, realtime_lamps, realtime_layers
+from . import lamp_images, realtime_clouds, realtime_lamps, realtime_layers
 from .chance import chance
 from .group_sockets import COLOUR, FLOAT, SHADER, VECTOR, OpenGroup, Socket
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_occlusion import ON_IT
+from .realtime_fluorescence import FluorescenceShape
+from .realtime_occlusion import ON_IT, OcclusionShape
 from .realtime_rays import (
     camera_depth_behind,
     depth_here,
@@ -42,13 +43,12 @@ from .realtime_rays import (
     view_direction,
     view_distance,
 )
-from .realtime_refraction import DRY, LEAVING
+from .realtime_refracted_view import WindowShape
+from .realtime_refraction import DRY, LEAVING, AirShape
 from .realtime_shadows import sun_visibility
 from .realtime_values import (
-    CAUSTIC_STRENGTH,
     DRAWN_SUN,
     GLOW_ABOVE,
-    LEAST_PATTERN,
     MIRRORED_FRACTION,
     MIRRORED_SUN,
     REFLECTANCE,
@@ -59,10 +59,10 @@ from .realtime_values import (
     SUN_IN_AIR,
     THROUGH,
     WATER_ABOVE,
-    Shape,
 )
-from .realtime_water import PixelWater, Sources, in_group, pixel_layers
-from .realtime_waves import caustics_here
+from .realtime_water import PixelWater, in_group, pixel_layers
+from .realtime_waves import CAUSTIC_STRENGTH, LEAST_PATTERN, caustics_here, images_in
+from .shape import Shape, Sources
 from .uplift import COLUMNS, FRACTION
 
 NAME, NATIVE = "UW Surface in Water", "UW Water before Surface"
@@ -98,6 +98,7 @@ def build(
     ``Column``, where that of the material is found if it is not 0, and ``Measured``, its channels.
     With ``fluoresces`` there is ``Fluorescence``, the absorptance of up to three fluorophores.
     """
+    lamps = shape.of(realtime_lamps.LampShape)
     inputs: dict[str, Socket | str] = {} if keeps else {LIT: COLOUR}
     for wanted, sockets in (
         (True, {COLOR: COLOUR}),
@@ -109,7 +110,7 @@ def build(
         (shape.translucent or shape.filters, {CLOSED: FLOAT}),
         (shape.measured, {COLUMN: FLOAT, MEASURED: VECTOR}),
         (fluoresces, {FLUORESCENCE: VECTOR}),
-        *((True, facets) for facets in realtime_lamps.FACETS[: shape.facets]),
+        *((True, facets) for facets in realtime_lamps.FACETS[: lamps.facets]),
     ):
         inputs |= sockets if wanted else {}
     name = FLUORESCENT if fluoresces else NATIVE if keeps else NAME
@@ -138,8 +139,9 @@ class _Surface:
         self._y_o = camera_depth_behind(self._y, self._w, self._P)
         self._ray = self._water.along(self._w)
         self._pattern: Operand | None = None
-        if sources.waves is not None:
-            pattern = caustics_here(graph, sources.values, sources.waves.caustics)
+        waves = images_in(sources.parts)
+        if waves is not None:
+            pattern = caustics_here(graph, sources.values, waves.caustics)
             self._pattern = NODES.maximum(pattern, self._values[LEAST_PATTERN])
         self._occlusion = {}
         occlusion, here = self._water.occlusion(), place_here(graph)
@@ -151,18 +153,19 @@ class _Surface:
                 self._occlusion[_BEHIND_IT] = back[ON_IT]
             self._occlusion |= occlusion.on_path(camera, self._w, self._P)
         self._around = self._water.around(here)
-        self._lamps = {} if sources.lamps is None else self._lit_by_lamps(sources)
+        lamps = lamp_images.images_in(sources.parts)
+        self._lamps = {} if lamps is None else self._lit_by_lamps(sources, lamps)
         self._clouds = {}
-        if shape.floating:
+        if realtime_clouds.CloudShape in shape:
             group = realtime_clouds.build(shape, sources, ahead=False)
             rate = self._ray.falling_off(self._y, self._w)[1]
             self._clouds = in_group(graph, group, {realtime_clouds.RATE: rate})
         self._material = self._made_material()
         self._pixel = self._made_pixel()
 
-    def _lit_by_lamps(self, sources: Sources) -> dict[str, Operand]:
+    def _lit_by_lamps(self, sources: Sources, images: lamp_images.LampImages) -> dict[str, Operand]:
         """Light of lamps: on the object, and in the water before it."""
-        graph, given, images = self._graph, self._given, sources.lamps
+        graph, given = self._graph, self._given
         layers, lamps = self._shape.layers, realtime_lamps
         outputs = [lamps.UNSCATTERED, lamps.FORWARD] if layers else [lamps.SEEN]
         outputs += [lamps.THERE] if "J" in layers else []
@@ -176,13 +179,14 @@ class _Surface:
         if self._shape.measured:
             # There measured reflectances count from 1, here columns go on after three colours.
             inputs[lamps.MEASURED] = NODES.maximum(given[COLUMN] - (len(COLOURS) - 1.0), 0.0)
-        for facets in lamps.FACETS[: self._shape.facets]:
+        shape = self._shape.of(lamps.LampShape)
+        for facets in lamps.FACETS[: shape.facets]:
             inputs |= {name: given[name] for name in facets}
         clouds = realtime_clouds.for_lamps(sources, self._shape)
-        patch = lamps.build_patch(images, outputs, sources.rays, self._shape.facets, clouds)
+        patch = lamps.build_patch(images, outputs, sources.rays, shape.facets, clouds)
         found = in_group(graph, patch, inputs)
         path = lamps.build_path(
-            images, self._shape.lamp_components, ahead=False, rays=sources.rays, clouds=clouds
+            images, shape.components, ahead=False, rays=sources.rays, clouds=clouds
         )
         return found | in_group(graph, path, {})
 
@@ -207,7 +211,7 @@ class _Surface:
         if self._shape.measured:
             wanted[MEASURED] = self._given[COLUMN]
         columns = [ray.sunlight(y, P, k, self._material.pattern) * factor for k in wanted.values()]
-        if self._shape.above:
+        if AirShape in self._shape:
             columns = [self._water.ray(LEAVING) * column for column in columns]
         pick = self._is_dry()
         if pick is not None:
@@ -286,7 +290,8 @@ class _Surface:
         E = self._irradiance(water.exciting(self._w), COLOURS[:1], sun, self._pattern)
         E = E + self._lamps.get(realtime_lamps.EXCITING, 0.0)
         absorbed = self._given[FLUORESCENCE] * self._given[COVERAGE]
-        return graph.components(E * absorbed * (1.0 / math.pi))[: self._shape.fluorophores]
+        count = self._shape.of(FluorescenceShape).fluorophores
+        return graph.components(E * absorbed * (1.0 / math.pi))[:count]
 
     def _sum(self, colour: NodeValue) -> Operand:
         x, y, z = self._graph.components(colour)
@@ -328,7 +333,7 @@ class _Surface:
     def _occlusion_factor(self) -> OcclusionFactor:
         """What objects leave of the light from all sides on this one."""
         clouds = self._clouds.get(realtime_clouds.SKYLIGHT, 1.0)
-        if not self._shape.occlusion:
+        if OcclusionShape not in self._shape:
             return OcclusionFactor(clouds) if self._clouds else NO_OCCLUSION
         mean, fraction, _ = self._graph.components(self._occlusion[ON_IT])
         return OcclusionFactor(clouds * mean, clouds * fraction)
@@ -343,13 +348,13 @@ class _Surface:
 
     def _is_dry(self) -> NodeValue | None:
         """Return whether what is drawn lies in the air, 0 or 1; None if nothing can."""
-        if self._shape.above:
+        if AirShape in self._shape:
             return self._water.ray(DRY)
-        return self._values[THROUGH] if self._shape.window else None
+        return self._values[THROUGH] if WindowShape in self._shape else None
 
     def _turned(self, sun: Sequence[Operand]) -> Operand:
         """Factor on the light of the sun as it is drawn, for a patch that another sun lights."""
-        if not self._shape.above:
+        if AirShape not in self._shape:
             return 1.0
         drawn = self._values.of(*DRAWN_SUN)
         return turned_sun(-dot(self._normal, sun), -dot(self._normal, drawn), NODES)

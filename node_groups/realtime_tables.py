@@ -8,7 +8,7 @@ tables of depth and distance, one above the other; and those of one dimension, w
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -27,9 +27,10 @@ from ..uw_spectral.transfer.depth_scale import DepthScale
 from ..uw_spectral.transfer.radiance_table import ANGLES, AZIMUTHS, ELEVATIONS, TILTS, TURNS
 from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
+from .shape import Shape
 from .texture_atlas import number_image, texel
 
-NAME = "UW Light"
+NAME, PART = "UW Light", "uw_table"
 _LARGEST = 1e30
 _MARGIN = 1
 _SIDES = 2 * _MARGIN
@@ -97,6 +98,19 @@ class Layout:
     def height(self) -> int:
         """Rows in all."""
         return self.row("")
+
+
+def layout_of(shape: Shape) -> Layout:
+    """Return the layout of the tables of a shape."""
+    return Layout(
+        shape.slices, _COLOURS + shape.measured, len(shape.components), shape.layered,
+        any(term.caustics for term in shape.terms), sum(term.emissions for term in shape.terms),
+    )  # fmt: skip
+
+
+def exciting_layout(shape: Shape) -> Layout:
+    """Return that of the light that excites other light."""
+    return replace(layout_of(shape), columns=_COLOURS, emissions=0)
 
 
 def new_image(layout: Layout) -> bpy.types.Image:

@@ -7,7 +7,7 @@ writes numbers here and reaches every material; no node is added or removed.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import bpy
 import numpy as np
@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 from ..uw_spectral.transfer.channel_tables import RATES, ChannelNumbers, ChannelTables, LengthScale
 from ..uw_spectral.transfer.depth_scale import DepthScale, Zone
 from ..uw_spectral.transfer.radiance_field import FARTHEST
-from ..uw_spectral.transfer.sky import UNIFORM
-from ..uw_spectral.water.phase import PhaseFunction
-from . import (
-    realtime_adjacency,
-    realtime_lamps,
-    realtime_occlusion,
-    realtime_reflected_view,
-    realtime_refracted_view,
-)
 from .node_mathematics import Graph, NodeValue, new_group
+from .shape import Shape
 
 NAME = "UW Values"
 SHAPE = "uw_shape"
@@ -47,192 +39,49 @@ _ALWAYS = (
     *(CAMERA_DEPTH, *FRAME, INDEX, SUN_GAIN, SHAFT_END, SHAFT_SCALE),
 )
 IN_AIR, RAY_INDEX = "camera in air", "index of rays"
-PORT = "port before the camera"
 CAMERA = ("camera x", "camera y", "camera z")
 DRAWN_SUN = ("drawn sun x", "drawn sun y", "drawn sun z")
 MIRRORED_FRACTION, MIRRORED_SUN = "mirrored sky", "mirrored sun"
-_ABOVE = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_FRACTION, MIRRORED_SUN)
 THROUGH = "picture of the air"
 """1 while the picture is drawn that shows what lies above the water, else 0."""
-_WINDOW = (THROUGH, *CAMERA, MIRRORED_FRACTION, MIRRORED_SUN, *realtime_refracted_view.FIELDS.names)
-WAVES_PER_METRE = "waves per metre"
-WAVES_HALF_CELL = "waves half cell"
-WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL = "long waves per metre", "long waves half cell"
-WAVES_HIGHEST = "waves highest"
-WAVES_LOG_DEPTH = "waves log depth"
-WAVES_PER_LOG = "waves per log"
-GLITTER = "glitter"
-GLITTER_WIDTH = "glitter width"
-CAUSTIC_STRENGTH, LEAST_PATTERN = "caustic strength", "least caustic pattern"
-_WAVES = (
-    *(WAVES_PER_METRE, WAVES_HALF_CELL, WAVES_LOG_DEPTH, WAVES_PER_LOG),
-    *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH, LEAST_PATTERN),
-)
-
-_RAISED = (WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, WAVES_HIGHEST)
-FOAM_FIRST, FOAM_PER_CROWDING = "foam first", "foam per crowding"
-_FOAM = FOAM_FIRST, FOAM_PER_CROWDING
-FOAM_IN_SUN, FOAM_IN_SKY, FOAM_BELOW = "foam in sun", "foam in sky", "foam below"
-
-_OF_LIGHT = ("scale", "decay", *RATES, "single_decay")
+OF_LIGHT = ("scale", "decay", *RATES, "single_decay")
 SUN_ABOVE = tuple(f"sun above on {c}" for c in ("red", "green", "blue"))
 SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 WATER_ABOVE = tuple(f"light of water on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
+OF_AIR = (*SUN_ABOVE, *SKY_ABOVE, *WATER_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL)
+"""Numbers of the light in the air."""
 FILTERS = tuple(f"let through of {c}" for c in ("red", "green", "blue"))
-EXCITING = {name: f"exciting {name}" for name in _OF_LIGHT}
-"""Numbers of the light that excites fluorophores, by what they are of the light that is seen."""
 REFLECTANCE = tuple(f"reflectance {c}" for c in ("red", "green", "blue"))
-
-
-@dataclass(frozen=True)
-class Shape:
-    """What decides the nodes of the groups; everything else is a number in them.
-
-    Parameters
-    ----------
-    components : tuple of PhaseFunction
-        Parts of the phase function.
-    flat : bool
-        Whether the water has a surface that reflects.
-    zones, slices : int
-        Of the scale of depths.
-    shafts : bool
-        Whether single scattering comes from the volume.
-    waves : bool
-        Whether the surface moves and throws caustics.
-    raised : bool
-        Whether it has heights.
-    foam : bool
-        Whether waves with heights leave foam.
-    sky : str
-        Distribution of the sky's radiance.
-    layered : bool
-        Whether the water differs with depth.
-    occlusion : bool
-        Whether objects keep all kinds of light away, and throw some back.
-    adjacency : bool
-        Whether it is known which part of the view objects fill.
-    lamps, virtual : int
-        Lamps in the water, and how many of them stand for what lit objects throw back.
-    lamp_components : tuple of PhaseFunction
-        Parts of the phase function of the water that they shine in.
-    lamps_in_air : bool
-        Whether some of them may shine into it from above.
-    facets : int
-        How many of :data:`.realtime_lamps.FACETS` the light of lamps may meet on an object.
-    layers : tuple of str
-        What is written beside the picture, of :mod:`.realtime_layers`.
-    above : bool
-        Whether the camera may be above the water.
-    mirrors : bool
-        Whether objects mirror the water.
-    translucent : bool
-        Whether light from behind objects shines through them.
-    highlights : tuple of str
-        Groups of :mod:`.realtime_highlights` that there are.
-    filters : bool
-        Whether objects let through more of one colour than of another.
-    glows : bool
-        Whether objects emit light.
-    measured : int
-        Measured reflectances.
-    clouds, grids : tuple of PhaseFunction
-        Of the matter of each cloud: of blobs, and of grids.
-    port : bool
-        Whether the camera looks through a port, where the water begins.
-    planar_reflections : bool
-        Whether a picture shows the objects that the surface mirrors.
-    window : bool
-        Whether a picture shows the objects in the air that are seen through the surface.
-    fluorophores : int
-        Of objects.
-    fluorescent : tuple of str
-        Names of the materials that have them.
-    """
-
-    components: tuple[PhaseFunction, ...]
-    flat: bool
-    zones: int = 1
-    slices: int = 0
-    shafts: bool = False
-    waves: bool = False
-    sky: str = UNIFORM
-    layered: bool = False
-    occlusion: bool = False
-    adjacency: bool = False
-    lamps: int = 0
-    virtual: int = 0
-    lamp_components: tuple[PhaseFunction, ...] = ()
-    lamps_in_air: bool = False
-    facets: int = 0
-    layers: tuple[str, ...] = ()
-    above: bool = False
-    mirrors: bool = False
-    translucent: bool = False
-    highlights: tuple[str, ...] = ()
-    filters: bool = False
-    glows: bool = False
-    measured: int = 0
-    clouds: tuple[PhaseFunction, ...] = ()
-    grids: tuple[PhaseFunction, ...] = ()
-    port: bool = False
-    planar_reflections: bool = False
-    fluorophores: int = 0
-    fluorescent: tuple[str, ...] = ()
-    raised: bool = False
-    foam: bool = False
-    window: bool = False
-
-    @property
-    def floating(self) -> tuple[PhaseFunction, ...]:
-        """Of the matter of all clouds."""
-        return self.clouds + self.grids
 
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """The contents of UW Values.
+    """The contents of UW Values, or part of them."""
 
-    Parameters
-    ----------
-    channels : mapping of str to array, shape (3,)
-        Quantities of which each channel has its own.
-    single : mapping of str to float
-        The others.
-    """
+    #: Quantities of which each channel has its own, (3,).
+    channels: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    single: Mapping[str, float] = field(default_factory=dict)  #: The others.
 
-    channels: Mapping[str, NDArray[np.float64]]
-    single: Mapping[str, float]
+    def __or__(self, more: Numbers) -> Numbers:
+        return Numbers({**self.channels, **more.channels}, {**self.single, **more.single})
 
 
 def channel_names(shape: Shape) -> list[str]:
     """Names of the quantities that each channel has its own of."""
-    names: list[str] = [*_OF_LIGHT, *FILTERS]
+    names: list[str] = [*OF_LIGHT, *FILTERS]
     names += REFLECTANCE if "reflectance" in shape.layers else ()
-    names += EXCITING.values() if shape.fluorophores else ()
-    if shape.foam:
-        names += [FOAM_BELOW, FOAM_IN_SUN, FOAM_IN_SKY]
-    if shape.above or shape.window:
-        names += [*SUN_ABOVE, *SKY_ABOVE, *WATER_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL]
-    return names
+    names += (name for term in shape.terms for name in term.channels)
+    return list(dict.fromkeys(names))
 
 
 def single_names(shape: Shape) -> list[str]:
     """Names of the quantities that are the same in every channel."""
     names = list(_ALWAYS)
-    names += _WAVES if shape.waves else ()
-    names += _RAISED if shape.raised else ()
-    names += _FOAM if shape.foam else ()
-    names += realtime_occlusion.FIELDS.names if shape.occlusion else ()
-    names += realtime_adjacency.FIELDS.names if shape.adjacency else ()
-    names += _ABOVE if shape.above else ()
-    names += _WINDOW if shape.window else ()
-    names += (PORT,) if shape.port else ()
-    names += realtime_reflected_view.FIELDS.names if shape.planar_reflections else ()
-    names += realtime_lamps.NUMBERS if shape.lamps else ()
-    return names + [_of_zone(field, i) for i in range(shape.zones) for field in ZONE]
+    names += (name for term in shape.terms for name in term.singles)
+    names += (_of_zone(field, i) for i in range(shape.zones) for field in ZONE)
+    return list(dict.fromkeys(names))
 
 
 def _of_zone(field: str, place: int) -> str:
@@ -255,7 +104,7 @@ def of_light(light: ChannelTables, sun: tuple[float, ...]) -> Numbers:
         for place, zone in enumerate(light.depth_scale.zones)
         for field in ZONE
     }
-    return Numbers({name: getattr(numbers, name) for name in _OF_LIGHT}, single)
+    return Numbers({name: getattr(numbers, name) for name in OF_LIGHT}, single)
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,14 +153,11 @@ class Values:
     @property
     def numbers(self) -> ChannelNumbers:
         """The numbers of the channel tables."""
-        return self._numbers({name: self[name] for name in _OF_LIGHT})
+        return self.light({name: name for name in OF_LIGHT})
 
-    @property
-    def exciting(self) -> ChannelNumbers:
-        """Those of the light that excites fluorophores."""
-        return self._numbers({name: self[EXCITING[name]] for name in _OF_LIGHT})
-
-    def _numbers(self, light: dict[str, NodeValue]) -> ChannelNumbers:
+    def light(self, names: Mapping[str, str]) -> ChannelNumbers:
+        """Return those of a light whose own numbers have other names."""
+        light = {name: self[names[name]] for name in OF_LIGHT}
         return ChannelNumbers(**light, lengths=self.lengths, mu_s=self[MU_S], y_f=self[FLOOR_DEPTH])
 
 

@@ -16,9 +16,10 @@ from ..uw_spectral.water.phase_functions import henyey_greenstein
 from .data_blocks import new_material
 from .node_mathematics import NODES
 from .realtime_rays import depth_here, view_direction, view_distance
-from .realtime_values import CAUSTIC_STRENGTH, SHAFT_END, SHAFT_SCALE, Shape
-from .realtime_water import PixelWater, Sources
-from .realtime_waves import caustics_here
+from .realtime_values import SHAFT_END, SHAFT_SCALE
+from .realtime_water import PixelWater
+from .realtime_waves import CAUSTIC_STRENGTH, caustics_here, images_in
+from .shape import Shape, Sources
 
 NAME = "UW Shafts"
 ANISOTROPY = 0.8
@@ -39,9 +40,10 @@ def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])
     phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * cosine, NODES)
     strength = water.values[SHAFT_SCALE] * inside / phase
-    if sources.waves is not None:
+    waves = images_in(sources.parts)
+    if waves is not None:
         # The unscattered sun carries the whole pattern, whatever the channel.
-        pattern = caustics_here(graph, sources.values, sources.waves.caustics)
+        pattern = caustics_here(graph, sources.values, waves.caustics)
         strength = strength * sunlight_factor(pattern, water.values[CAUSTIC_STRENGTH], NODES)
     scatter = graph.node("ShaderNodeVolumeScatter")
     graph.assign(NODES.maximum(per_metre * strength, 0.0), scatter.inputs["Color"])

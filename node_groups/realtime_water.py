@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import bpy
 
@@ -27,82 +27,34 @@ from ..uw_spectral.transfer.pixel_parts import (
 from ..uw_spectral.transfer.radiance_field import Ripples, surface_normal
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
-from . import realtime_adjacency, realtime_reflected_view, realtime_refracted_view
-from .lamp_images import LampImages
+from . import (
+    realtime_adjacency,
+    realtime_fluorescence,
+    realtime_occlusion,
+    realtime_reflected_view,
+    realtime_refracted_view,
+)
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_occlusion import ON_PATH, REACH, Occlusion
+from .realtime_fluorescence import EXCITING
+from .realtime_occlusion import ON_PATH, REACH, Occlusion, OcclusionShape
 from .realtime_rays import straight_direction
-from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE
-from .realtime_tables import ImageTables, Layout
-from .realtime_values import (
-    FASTEST,
+from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE, AirShape
+from .realtime_tables import PART, ImageTables, exciting_layout, layout_of
+from .realtime_values import FASTEST, INDEX, SKY_LEVEL, SUN, SUN_IN_AIR, SUN_LEVEL, Values
+from .realtime_waves import (
+    FOAM,
     FOAM_BELOW,
     FOAM_IN_SKY,
     FOAM_IN_SUN,
     GLITTER,
     GLITTER_WIDTH,
-    INDEX,
-    SKY_LEVEL,
-    SUN,
-    SUN_IN_AIR,
-    SUN_LEVEL,
-    Shape,
-    Values,
+    SLOPE,
+    FoamShape,
+    WaveShape,
 )
-from .realtime_waves import FOAM, SLOPE, WaveImages
+from .shape import Shape, Sources
 
 SEEN = "Seen"
-
-
-@dataclass(frozen=True)
-class Sources:
-    """What the groups of a water read.
-
-    Attributes
-    ----------
-    values : ShaderNodeTree
-        Of :func:`.realtime_values.build`.
-    light : Image
-        Of :mod:`.realtime_tables`.
-    rays : ShaderNodeTree, optional
-        Of :mod:`.realtime_refraction`, if the camera may be in the air, or of
-        :mod:`.realtime_rays`.
-    mirrored, window : Image, optional
-        Of objects that the surface mirrors, and of those in the air that are seen through it.
-    exciting : Image, optional
-        Of :mod:`.realtime_tables`, where objects fluoresce: of the light that excites them.
-    clouds : Image, optional
-        Of :mod:`.realtime_clouds`.
-    grids, grid_lamps : Image, optional
-        Of :mod:`.cloud_grids`: grids, and what is between them and lamps.
-    """
-
-    values: bpy.types.ShaderNodeTree
-    light: bpy.types.Image
-    occlusion: bpy.types.Image | None = None
-    buffer: bpy.types.Image | None = None
-    lamps: LampImages | None = None
-    waves: WaveImages | None = None
-    rays: bpy.types.ShaderNodeTree | None = None
-    mirrored: bpy.types.Image | None = None
-    exciting: bpy.types.Image | None = None
-    window: bpy.types.Image | None = None
-    clouds: bpy.types.Image | None = None
-    grids: bpy.types.Image | None = None
-    grid_lamps: bpy.types.Image | None = None
-
-
-def layout_of(shape: Shape) -> Layout:
-    """Return the layout of the tables of a shape."""
-    return Layout(
-        shape.slices, 3 + shape.measured, len(shape.components), shape.layered, shape.waves,
-        shape.fluorophores,
-    )  # fmt: skip
-
-
-def exciting_layout(shape: Shape) -> Layout:
-    """Return the layout of the tables of the light that excites fluorophores."""
-    return replace(layout_of(shape), columns=3, emissions=0)
 
 
 class PixelWater:
@@ -117,9 +69,8 @@ class PixelWater:
     def __init__(self, graph: Graph, shape: Shape, sources: Sources) -> None:
         self.graph, self.shape, self._sources = graph, shape, sources
         self.values = Values(graph, sources.values, shape)
-        self._tables = ImageTables(
-            graph, sources.light, layout_of(shape), self.values.depth_scale, self.values.lengths
-        )
+        scales = self.values.depth_scale, self.values.lengths
+        self._tables = ImageTables(graph, sources.parts[PART], layout_of(shape), *scales)
 
     @property
     def sun(self) -> tuple[NodeValue, ...]:
@@ -137,11 +88,10 @@ class PixelWater:
 
     def exciting(self, w: Sequence[NodeValue]) -> ChannelWater:
         """Return the same of the light that excites fluorophores, each a channel."""
-        image, values = self._sources.exciting, self.values
-        assert image is not None, "objects fluoresce"
+        image, values = self._sources.parts[realtime_fluorescence.PART], self.values
         layout = exciting_layout(self.shape)
         tables = ImageTables(self.graph, image, layout, values.depth_scale, values.lengths)
-        return replace(self.along(w), tables=tables, numbers=values.exciting)
+        return replace(self.along(w), tables=tables, numbers=values.light(EXCITING))
 
     @property
     def sky(self) -> Sky:
@@ -169,26 +119,24 @@ class PixelWater:
 
     def occlusion(self) -> Occlusion | None:
         """Return the look-ups of the occlusion, if there is any."""
-        if self._sources.occlusion is None:
-            return None
-        return Occlusion(self.graph, self.values.outputs, self._sources.occlusion)
+        image = self._sources.parts.get(realtime_occlusion.PART)
+        return None if image is None else Occlusion(self.graph, self.values.outputs, image)
 
     def around(self, point: Sequence[NodeValue]) -> Around | None:
         """Look up what objects about a point in view do to light that is scattered forward."""
-        if self._sources.buffer is None:
+        image = self._sources.parts.get(realtime_adjacency.PART)
+        if image is None:
             return None
-        return realtime_adjacency.around(
-            self.graph, self.values.outputs, self._sources.buffer, point
-        )
+        return realtime_adjacency.around(self.graph, self.values.outputs, image, point)
 
     def picture(self, place: Sequence[NodeValue]) -> ReflectionPicture | None:
         """Return the look-up of objects that the surface mirrors at a place, if there is any."""
-        image = self._sources.mirrored
+        image = self._sources.parts.get(realtime_reflected_view.PART)
         if image is None:
             return None
 
         def seen(down: Sequence[Operand]) -> ReflectedRadiance:
-            values, waves = self.values.outputs, self.shape.waves
+            values, waves = self.values.outputs, WaveShape in self.shape
             return realtime_reflected_view.seen_in(
                 self.graph, values, image, place, down, waves=waves
             )
@@ -199,12 +147,12 @@ class PixelWater:
         self, place: Sequence[NodeValue], w: Sequence[NodeValue]
     ) -> RefractionPicture | None:
         """Return the look-up of objects in the air, for a ray that leaves the water at a place."""
-        image, index = self._sources.window, self.index
+        image, index = self._sources.parts.get(realtime_refracted_view.PART), self.index
         if image is None or index is None:
             return None
 
         def seen(up: Sequence[Operand]) -> RefractedRadiance:
-            values, waves = self.values.outputs, self.shape.waves
+            values, waves = self.values.outputs, WaveShape in self.shape
             return realtime_refracted_view.seen_in(
                 self.graph, values, image, place, w, up, index=index, waves=waves
             )
@@ -221,7 +169,7 @@ class PixelWater:
 
         ``rates`` are those of :meth:`.ChannelWater.falling_off`.
         """
-        if not self.shape.occlusion:
+        if OcclusionShape not in self.shape:
             return UNOCCLUDED
         steps = [self.graph.components(found[name]) for name in ON_PATH]
         often, single = rates
@@ -235,7 +183,7 @@ class PixelWater:
 
     def seen(self, pixel: Operand, coverage: Operand = 1.0) -> Operand:
         """Return what is seen of the light of a pixel in the water, the sky mirrored besides."""
-        if not self.shape.above:
+        if AirShape not in self.shape:
             return pixel
         return self.ray(LEAVING) * pixel + coverage * self._mirrored_from_above()
 
@@ -249,14 +197,14 @@ class PixelWater:
         v = self.graph.components(self.ray(MIRRORED_SKY))
         R = self.ray(REFLECTANCE)
         seen = (R * self.sky.radiance(v, NODES)) * self.values[SKY_LEVEL]
-        if not self.shape.waves:
+        if WaveShape not in self.shape:
             return seen
         ripples = self.ripples(self.ray(SLOPE))
         assert ripples is not None
         view = straight_direction(self.graph)
         glitter = glitter_from_above(1.0, view, ripples, self.values[INDEX], SUN_RADIUS**2, NODES)
         glitter = NODES.less(0.0, self.ray(LEAVING)) * glitter * self.values[SUN_LEVEL]
-        if not self.shape.foam:
+        if FoamShape not in self.shape:
             return seen + glitter
         sun, sky = self.values.of(FOAM_IN_SUN, FOAM_IN_SKY)
         normal, foam = surface_normal(*ripples.slopes, NODES), self.ray(FOAM)

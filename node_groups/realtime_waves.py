@@ -8,12 +8,15 @@ long waves. Where waves leave foam, two more hold how much either crowd the wate
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import override
 
 import bpy
 
 from ..uw_spectral.surface.wave_patterns import (
+    LAYERS,
     WavePatterns,
     layer_position,
     pattern_at,
@@ -23,25 +26,52 @@ from ..uw_spectral.surface.whitecaps import foam_fraction
 from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
 from .realtime_rays import eye_place, place_here
-from .realtime_values import (
-    FOAM_FIRST,
-    FOAM_PER_CROWDING,
-    SUN,
-    WAVES_FAR_HALF_CELL,
-    WAVES_FAR_PER_METRE,
-    WAVES_HALF_CELL,
-    WAVES_LOG_DEPTH,
-    WAVES_PER_LOG,
-    WAVES_PER_METRE,
-)
+from .realtime_values import SUN
+from .shape import Shape, TermShape
 from .texture_atlas import number_image, take_as_given, texel
 
 SLOPE, FOAM = "Slope", "Foam"
+WAVES_PER_METRE, WAVES_HALF_CELL = "waves per metre", "waves half cell"
+WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL = "long waves per metre", "long waves half cell"
+WAVES_HIGHEST = "waves highest"
+WAVES_LOG_DEPTH, WAVES_PER_LOG = "waves log depth", "waves per log"
+GLITTER, GLITTER_WIDTH = "glitter", "glitter width"
+CAUSTIC_STRENGTH, LEAST_PATTERN = "caustic strength", "least caustic pattern"
+FOAM_FIRST, FOAM_PER_CROWDING = "foam first", "foam per crowding"
+FOAM_IN_SUN, FOAM_IN_SKY, FOAM_BELOW = "foam in sun", "foam in sky", "foam below"
+_PARTS = "uw_caustics", "uw_slopes", "uw_long_waves", "uw_crowding", "uw_long_crowding"
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
 _CALM = 4  # pixels
 # m from the eye. Beside a face seen edge-on a place may lie anywhere; the anisotropic filter of a
 # software rasteriser then sums all texels between the two.
 _FARTHEST, _FARTHEST_PER_HEIGHT = 100.0, 4.0
+
+
+class WaveShape(TermShape):
+    """The surface moves and throws caustics."""
+
+    caustics = True
+    singles = (
+        *(WAVES_PER_METRE, WAVES_HALF_CELL, WAVES_LOG_DEPTH, WAVES_PER_LOG),
+        *(GLITTER, GLITTER_WIDTH, CAUSTIC_STRENGTH, LEAST_PATTERN),
+    )
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return new_images(raised=RaisedShape in shape, foam=FoamShape in shape).parts
+
+
+class RaisedShape(TermShape):
+    """Waves have heights."""
+
+    singles = WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, WAVES_HIGHEST
+
+
+class FoamShape(TermShape):
+    """Waves with heights leave foam."""
+
+    channels = FOAM_BELOW, FOAM_IN_SUN, FOAM_IN_SKY
+    singles = FOAM_FIRST, FOAM_PER_CROWDING
 
 
 @dataclass(frozen=True)
@@ -56,6 +86,18 @@ class WaveImages:
     far: bpy.types.Image | None = None
     crowding: bpy.types.Image | None = None
     far_crowding: bpy.types.Image | None = None
+
+    @property
+    def parts(self) -> dict[str, bpy.types.ID]:
+        """Those that there are, by the names of :func:`images_in`."""
+        found = zip(_PARTS, vars(self).values(), strict=True)
+        return {name: image for name, image in found if image is not None}
+
+
+def images_in(parts: Mapping[str, bpy.types.ID]) -> WaveImages | None:
+    """Return the images of a water, if its surface moves."""
+    found = [parts.get(name) for name in _PARTS]
+    return WaveImages(*found) if found[0] is not None else None
 
 
 def new_images(*, raised: bool = False, foam: bool = False) -> WaveImages:
@@ -82,6 +124,30 @@ def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = Fal
     if images.crowding is not None and images.far_crowding is not None and waves.raised is not None:
         write_pixels(images.crowding, waves.raised.near.crowding_image(), fresh=fresh)
         write_pixels(images.far_crowding, waves.raised.far.crowding_image(), fresh=fresh)
+
+
+def numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
+    """Return what the nodes need to look up the images of waves, by name."""
+    depths, raised = waves.layers.depths, waves.raised
+    far = {}
+    if raised is not None:
+        far = {
+            WAVES_FAR_PER_METRE: 1 / raised.far.tile,
+            WAVES_FAR_HALF_CELL: 0.5 / len(raised.far.elevation),
+            WAVES_HIGHEST: raised.highest,
+        }
+        if raised.foam is not None:
+            far |= {
+                FOAM_FIRST: raised.foam.first,
+                FOAM_PER_CROWDING: raised.foam.per_crowding,
+            }
+    return far | {
+        WAVES_PER_METRE: 1 / waves.layers.tile,
+        WAVES_HALF_CELL: 0.5 / len(waves.slope_x),
+        WAVES_LOG_DEPTH: math.log(depths[0]),
+        WAVES_PER_LOG: (LAYERS - 1) / math.log(depths[-1] / depths[0]),
+        CAUSTIC_STRENGTH: strength,
+    }
 
 
 def sample(

@@ -23,7 +23,7 @@ from ..uw_spectral.transfer.radiance_field import surface_normal
 from . import attributes
 from .data_blocks import new_material, of_view_layer
 from .node_mathematics import NODES, Graph, NodeValue
-from .realtime_values import (
+from .realtime_waves import (
     CAUSTIC_STRENGTH,
     FOAM_FIRST,
     FOAM_PER_CROWDING,
@@ -33,8 +33,11 @@ from .realtime_values import (
     WAVES_LOG_DEPTH,
     WAVES_PER_LOG,
     WAVES_PER_METRE,
+    WaveImages,
+    foam_at,
+    layers_at,
+    surface_at,
 )
-from .realtime_waves import WaveImages, foam_at, layers_at, surface_at
 
 NAME = "UW Surface"
 _SUN_HEIGHT = "sun height"

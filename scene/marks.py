@@ -5,14 +5,16 @@ from __future__ import annotations
 import bpy
 
 from ..node_groups.node_mathematics import MARK
-from ..node_groups.realtime_waves import WaveImages
+from ..node_groups.realtime_waves import WaveImages, images_in
 from ..uw_spectral.errors import InputError
 from .rendered import is_hidden_by_animation
 
 IS_SUN = "uw_sun"
 """Mark of the lamp of the direct sun."""
+VALUES = "uw_values"
+"""Part that holds the numbers of the real-time water; see :func:`part`."""
 SURFACE, NATIVE, FLUORESCENT = "uw_surface", "uw_keeping", "uw_fluorescent"
-"""Part that lights the materials in real time; see :func:`part`."""
+"""Parts that light the materials in real time."""
 PARTICLES = "uw_particles"
 """Mark of objects that are particles: their kind."""
 CLOUD = "uw_cloud"
@@ -21,8 +23,6 @@ FLOOR = "uw_floor"
 """Part that is the material of the added floor."""
 FLOOR_DEPTH = "uw_floor_depth"
 """Mark of the added floor: its depth in m."""
-IMAGES = "uw_caustics", "uw_slopes", "uw_long_waves", "uw_crowding", "uw_long_crowding"
-"""Parts that are the images of the moving surface, as :class:`.WaveImages` has them."""
 FOLLOWS, FOLLOWERS = "uw_follows", "uw_followers"
 """Mark of a lamp that follows one of the scene's: its number; of the collection: how many do."""
 HIDDEN, UNSEEN = "uw_hidden", "uw_unseen"
@@ -60,7 +60,9 @@ def part(scene: bpy.types.Scene, name: str) -> bpy.types.ID | None:
 
 def images(scene: bpy.types.Scene) -> WaveImages:
     """Return the images of the moving surface of a scene."""
-    return WaveImages(*(part(scene, name) for name in IMAGES))
+    found = images_in(collection_of(scene) or {})
+    assert found is not None, "the surface moves"
+    return found
 
 
 def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:

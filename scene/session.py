@@ -10,6 +10,8 @@ SESSION = "uw_session"
 """Custom property of a scene with live water: what to restore, and what the water shows."""
 PROBLEM = "problem"
 """In it: what keeps the water from being drawn, for the panel."""
+STALE, KINDS, BUILD = "stale", "kinds", "build"
+"""Whether it was drawn in haste, what of materials it was built for, and by which code."""
 
 PICTURE = "underwater_picture"
 """Mark of an image that shows a picture of ours: what it is of."""

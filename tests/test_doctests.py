@@ -92,7 +92,7 @@ _ALLOWED = {
     "ui": {"uw_spectral", "quality", "settings", "scene", "jobs"},
 }
 # The rooms of the scene, each above those before it.
-_ROOMS = ("materials", "readers", "water", "engines", "viewport")
+_ROOMS = ("materials", "readers", "water", "terms", "engines", "viewport")
 
 
 @pytest.mark.parametrize("package", PACKAGES)

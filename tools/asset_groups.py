@@ -13,8 +13,9 @@ import bpy
 from ..node_groups import group_sockets, realtime_values, realtime_waves
 from ..node_groups.group_sockets import FLOAT, VECTOR, OpenGroup, Socket
 from ..node_groups.node_mathematics import NODES
-from ..node_groups.realtime_values import Numbers, Shape
+from ..node_groups.realtime_values import Numbers
 from ..node_groups.realtime_waves import WaveImages
+from ..node_groups.shape import Shape
 from ..uw_spectral.surface.wave_patterns import interp, sunlight_factor
 from ..uw_spectral.transfer.path_integral import transmittance
 

@@ -82,8 +82,8 @@ def looks() -> Iterable[Any]:
 def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
     from underwater_spectral.node_groups import realtime_waves
-    from underwater_spectral.scene.water import eevee_water as made
-    from underwater_spectral.scene.water import moving_surface
+    from underwater_spectral.scene.terms import eevee_water, waves
+    from underwater_spectral.scene.water.scene_frame import Eye
     from underwater_spectral.tools import asset_groups, closed_form_group
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 
@@ -108,15 +108,16 @@ def shaders() -> Iterable[Any]:
     yield mark(tree, "Shaders", tree.description, _columns(picture))
     yield closed_form()
     plan = representative_bands("jerlov:IB", **_WAVES)
-    water = made.eevee_water(plan, bpy.context.scene, made.Eye(None, _DEPTH), np.eye(3))
-    water = moving_surface.with_waves(bpy.context.scene, plan, water)
-    assert water.waves is not None
+    water = eevee_water.eevee_water(plan, bpy.context.scene, Eye(None, _DEPTH), np.eye(3))
+    water = waves.with_waves(bpy.context.scene, plan, water)
+    moving = water.term(waves.WaveTerm)
+    assert moving is not None
     images = realtime_waves.new_images()
     tree = asset_groups.build_caustics("Caustic Light", water.shape, water.numbers, images)
-    realtime_waves.write_patterns(images, water.waves)
+    realtime_waves.write_patterns(images, moving.patterns)
     # Writing may have put another image in the place of the first.
     next(n.image for n in tree.nodes if n.bl_idname == "ShaderNodeTexImage").pack()
-    pattern = water.waves.caustics_image()[: SIZE - 1, : SIZE - 1, 1]
+    pattern = moving.patterns.caustics_image()[: SIZE - 1, : SIZE - 1, 1]
     yield mark(tree, "Shaders", tree.description, _shown(_grey(pattern / pattern.max())))
 
 
@@ -217,7 +218,7 @@ def lamps() -> Iterable[Any]:
 def floating() -> Iterable[Any]:
     """Yield the particles as objects with geometry nodes, and the nodes of a size."""
     from underwater_spectral.node_groups import particles as geometry
-    from underwater_spectral.scene.water import particles
+    from underwater_spectral.scene.terms import particles
     from underwater_spectral.uw_spectral.water.particles import (
         BUBBLES,
         KINDS,

@@ -50,7 +50,7 @@ def build(path: Path) -> None:
     cameras = importlib.import_module(f"{package}.examples.parts.cameras")
     detail = importlib.import_module(f"{package}.examples.parts.detail").DETAILS["panel"]
     materials = importlib.import_module(f"{package}.examples.parts.materials").Materials(1, detail)
-    surface = importlib.import_module(f"{package}.scene.water.moving_surface")
+    surface = importlib.import_module(f"{package}.scene.readers.moving_surface")
     settings = importlib.import_module(f"{package}.settings.scene_settings").SceneSettings
     scene.render.fps, scene.frame_start, scene.frame_end = RATE, 1, FRAMES
     scene.camera = cameras.camera("Swimmer", (0.0, -0.6, 0.05), (0.5, 4.0, -0.35), 22.0)

@@ -20,24 +20,25 @@ def _edited(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
 
 
 def _follow_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
-    from ..scene.viewport import live
+    from ..scene.materials import wet_trees
+    from ..scene.viewport import changes, live
 
-    live.note_moves(scene, depsgraph)
+    changes.note_moves(scene, depsgraph)
     shaders = bpy.types.Material, bpy.types.NodeTree
     painted = any(isinstance(update.id, shaders) for update in depsgraph.updates)
     if painted:
-        live.refresh_materials()
+        wet_trees.refresh()
     hasty = not bpy.app.background
     if (
         not live_updates.is_waiting()
         and (
-            live.has_come(scene, depsgraph)
+            changes.has_come(scene, depsgraph)
             or not live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
         )
-    ) or (painted and live.has_new_kinds(scene)):
+    ) or (painted and changes.has_new_kinds(scene)):
         # Last: it adds and removes data, after which what the graph lists may be gone.
         live_updates.follow(scene)
-    if live.is_stale(scene):
+    if changes.is_stale(scene):
         live_updates.settle()
 
 
@@ -45,14 +46,15 @@ def _follow_edit(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None
 def _frame_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     if not is_live(scene):
         return
-    from ..scene.viewport import live
+    from ..scene.materials import wet_trees
+    from ..scene.viewport import changes, live
 
     # A picture that is rendered is worth the wait; one that is played is not.
     hasty = not (bpy.app.background or bpy.app.is_job_running("RENDER"))
     with live_updates.guarded(scene):
-        live.refresh_materials()
+        wet_trees.refresh()
         live.update(scene, depsgraph, may_rebuild=False, hasty=hasty)
-        if live.is_stale(scene):
+        if changes.is_stale(scene):
             live_updates.settle()
 
 

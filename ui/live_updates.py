@@ -103,9 +103,9 @@ def tidy() -> None:
 
 
 def _tidy() -> None:
-    from ..scene.viewport import live
+    from ..scene.water import giving_back
 
-    live.tidy()
+    giving_back.tidy()
 
 
 def settle() -> None:
@@ -128,10 +128,10 @@ def cancel() -> None:
 
 
 def _settle_all() -> None:
-    from ..scene.viewport import live
+    from ..scene.viewport import changes, live
 
     for scene in bpy.data.scenes:
-        if is_live(scene) and live.is_stale(scene):
+        if is_live(scene) and changes.is_stale(scene):
             with guarded(scene):
                 live.update(scene)
 
@@ -143,9 +143,9 @@ def _update_all() -> None:
 
 
 def _update(scene: bpy.types.Scene) -> None:
-    from ..scene.viewport import live
+    from ..scene.viewport import changes, live
 
     with guarded(scene):
         live.update(scene, hasty=not bpy.app.background)
-    if live.is_stale(scene):
+    if changes.is_stale(scene):
         settle()

@@ -55,7 +55,7 @@ class AddWater(ReportingOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene.viewport import first_settings, live
+        from ..scene.viewport import first_settings, live, problems
 
         first = self.start and not migration.is_used(context.scene)
         if first:
@@ -66,7 +66,7 @@ class AddWater(ReportingOperator):
                 panel.output, panel.quality = chosen.folder, chosen.quality
         self.tell(live.add(context.scene))
         migration.stamp(context.scene)
-        problem = live.problem(context.scene)
+        problem = problems.problem(context.scene)
         if problem:
             self.report({"WARNING"}, problem)
         elif first:

@@ -57,7 +57,7 @@ class MainPanel(Panel, bpy.types.Panel):
         from ..scene.engines import transparent_film
         from ..scene.materials import own_water
         from ..scene.readers.cameras import camera_of
-        from ..scene.viewport import live, preview_depths
+        from ..scene.viewport import preview_depths, problems
 
         layout, scene = self.layout, context.scene
         column = layout.column()
@@ -81,11 +81,11 @@ class MainPanel(Panel, bpy.types.Panel):
                 with contextlib.suppress(InputError):  # which a render tells
                     stored = optics.stored_settings(scene)
                     notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
-        for note in (*notes, *live.standing_notes(scene)):
+        for note in (*notes, *problems.standing_notes(scene)):
             say(layout, sentence(note), "ERROR")
         if any(own_water.ADVICE in note for note in notes):
             layout.prop(water_settings(context), "hide_own_water")
-        problem = live.problem(scene)
+        problem = problems.problem(scene)
         if problem:
             say(layout, problem, "ERROR")
         depth = preview_depths.camera_depth(scene)

@@ -78,13 +78,16 @@ class Opening:
     """What was seen already of the first frame."""
 
 
+Open = Callable[
+    [bpy.types.Scene, bpy.types.Object, Opening], contextlib.AbstractContextManager[BandEngine]
+]
+"""Puts water into a scene for a camera, and takes it out after the block."""
+
+
 @dataclass(frozen=True)
 class Engine:
     """What can render, and how."""
 
     method: Method
-    #: Puts water into a scene for a camera, and takes it out after the block.
-    open: Callable[
-        [bpy.types.Scene, bpy.types.Object, Opening], contextlib.AbstractContextManager[BandEngine]
-    ]
+    open: Open
     passes: Callable[[RenderPlan], list[tuple[int, ...]]]  #: Bands of each pass.

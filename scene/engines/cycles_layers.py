@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from ...datasets.layer_file import FrameLayers, LayerImage, bands_name, joined
 from ...settings.render_plan import RenderPlan
+from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layer_sums import drawn_for
-from ...uw_spectral.imaging.layers import layer
+from ...uw_spectral.imaging.layers import layer, parse_layers
 from ...uw_spectral.spectra.spectral_image import band_labels
+from ..readers import waterline
 from ..rendered import rendered_layer
 from . import denoising_guides, geometry_layers
 from .layer_passes import Passes, render_passes, switched_on
@@ -36,6 +38,14 @@ _NOTES = {
     "B_multiple": "exact but for noise; what is scattered forward from objects is in it",
     "albedo": "diffuse reflectance, without water",
 }
+
+
+def wanted_of(plan: RenderPlan, *, above: bool) -> tuple[str, ...]:
+    """Return the layers that are wanted; InputError if they are, from above the water."""
+    wanted = parse_layers(plan.settings.layers)
+    if above and wanted:
+        raise InputError(waterline.NO_LAYERS)
+    return wanted
 
 
 @dataclass(frozen=True)

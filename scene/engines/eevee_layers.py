@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from ...datasets.layer_file import SENSOR, FrameLayers, LayerImage, bands_name, joined
 from ...node_groups import realtime_layers
 from ...settings.render_plan import RenderPlan
+from ...uw_spectral.errors import InputError
 from ...uw_spectral.imaging.layer_sums import drawn_for, remaining_single, scattered_again
-from ...uw_spectral.imaging.layers import layer
+from ...uw_spectral.imaging.layers import layer, parse_layers
 from ...uw_spectral.spectra.spectral_image import band_labels
+from ..readers import lamps, moving_surface, waterline
 from ..rendered import rendered_layer
 from ..temporary import render_settings
 from . import geometry_layers
@@ -146,6 +148,24 @@ class EeveeLayers:
                 text = f"{layer(name).text}; {_BY_SHADER}"
                 found[name] = LayerImage(image, channels, layer(name).units, text)
         return FrameLayers(found)
+
+
+def layers_of(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    *,
+    by_band: bool,
+) -> EeveeLayers | None:
+    """Return what writes layers of a job, if any are wanted; InputError from above the water."""
+    wanted = parse_layers(plan.settings.layers)
+    if not wanted:
+        return None
+    if moving_surface.may_be_over(camera, plan.settings, eyes):
+        raise InputError(waterline.NO_LAYERS)
+    lit = bool(lamps.plan_lamps(scene, plan).lamps)
+    return EeveeLayers(wanted, plan, by_band, plan.draws_shafts, lit)
 
 
 def depth_map(scene: bpy.types.Scene, path: Path) -> NDArray[np.float64]:

@@ -50,7 +50,7 @@ def wanted_settings(
         (eevee, "direct_light_intensity", 1.0),
         (eevee, "use_volumetric_shadows", False),
     ]
-    if water is not None and (water.particles.clouds or water.shape.layers):
+    if water is not None and (water.layers or any(x.is_near for x in water.inputs.terms)):
         # Particles come closer than objects do, and depths are finer then; else what is nearer
         # stays cut away, as a housing about the camera is.
         start = min(start, _CLIP_START)

@@ -35,12 +35,11 @@ from ...uw_spectral.housing import (
 )
 from ...uw_spectral.imaging.layers import parse_layers
 from ...uw_spectral.spectra.spectral_image import band_labels, read_exr, write_rgb_exr
-from ..readers import port_eye
+from ..readers import moving_surface, port_eye
 from ..readers.pinhole import pose_of
-from ..water import moving_surface
 from . import traced_port
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
-from .cycles_engine import draw_apart
+from .split_passes import draw_apart
 
 _NEAREST = 0.05  # m before the port: to there the rendered field is wide enough
 

@@ -16,15 +16,16 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ...node_groups.realtime_waves import WaveShape
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.imaging.layers import parse_layers
-from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.spectra.spectral_image import read_exr
 from ...uw_spectral.transfer.water_column import WAVES
-from ..readers import cameras, mirrored_eye
-from ..readers.filled_view import filled_view
+from ..readers import cameras, mirrored_eye, moving_surface
 from ..readers.mirrored_eye import MirroredEye
-from ..water import moving_surface, planar_views, realtime
+from ..terms import planar_views
+from ..terms.planar_views import ReflectionTerm, WindowTerm
+from ..water import realtime
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
 from .eevee_layers import depth_map
@@ -70,9 +71,9 @@ class PlanarPictures:
 
         The numbers of the water are those of the last of them afterwards.
         """
-        if water.shape.window:
+        if water.term(WindowTerm):
             self._show_window(plan, water)
-        if water.shape.planar_reflections:
+        if water.term(ReflectionTerm):
             self._show_mirrored(plan, water)
 
     def _show_window(self, plan: RenderPlan, water: RealtimeWater) -> None:
@@ -94,7 +95,7 @@ class PlanarPictures:
             return
 
         def ready(camera: bpy.types.Object) -> None:
-            planar_views.look_from_mirror(self._scene, water, self._buffer(camera, water))
+            planar_views.look_from_mirror(self._scene, water, camera, self._cache.looked)
 
         picture, nearness = self._drawn(eye, water, ready, "RGB")
         planar_views.show_mirrored(self._scene, eye.view, picture, nearness)
@@ -117,20 +118,13 @@ class PlanarPictures:
             write_float_exr(self._scene, path, alpha="A" in channels)
             pixels, names = read_exr(path)
             picture = pixels[..., [names.index(name) for name in channels]]
-            return picture, self._nearness(eye, path) if water.shape.waves else None
+            return picture, self._nearness(eye, path) if WaveShape in water.shape else None
 
     def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
         kind = eye.index is None
         if kind not in self._near or self._near[kind][0] is not eye:
             self._near[kind] = eye, eye.nearness(depth_map(self._scene, path))
         return self._near[kind][1]
-
-    def _buffer(self, camera: bpy.types.Object, water: RealtimeWater) -> VisibilityBuffer | None:
-        if water.inputs.buffer is None:
-            return None
-        around = self._cache.looked
-        surfaces = None if around is None else around.surfaces
-        return filled_view(self._scene, camera, surfaces, water.field.floor_depth)
 
 
 def may_show(

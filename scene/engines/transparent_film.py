@@ -13,7 +13,7 @@ from ...datasets.layer_file import FrameLayers, LayerImage, joined
 from ...settings.descriptions import housing_of
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.spectra.spectral_image import read_exr
-from ..water import moving_surface
+from ..readers import moving_surface
 from .band_engine import RenderPass
 from .exr_output import write_exr
 from .geometry_layers import without_water

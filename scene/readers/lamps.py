@@ -24,7 +24,7 @@ from ...uw_spectral.lamps.emission import (
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_surface import lamplight as irradiance_seen
 from ...uw_spectral.lamps.layers import waters_of_lamps
-from ...uw_spectral.lamps.multiple_scattering import LampWater
+from ...uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ...uw_spectral.lamps.over_water import through_surface
 from ...uw_spectral.lamps.virtual_point_lights import LampRays, LitSurfaces, virtual_point_lights
 from ...uw_spectral.spectra.bands import Bands
@@ -100,6 +100,14 @@ class SceneLamps:
             return self
         around, waters = waters_of_lamps(column, phase, self.lamps, depth)
         return replace(self, waters=waters, around=around)
+
+    def water_around(self, column: WaterColumn, phase: BandPhase, depth: float) -> LampWater | None:
+        """Return the water at a depth, m, or of all layers, as their light meets it."""
+        if not self.lamps or self.around is not None:
+            return self.around
+        here = column.layer_at(depth, phase)
+        alike = here.phase.components == phase.components
+        return lamp_water(here.absorption, here.scattering, here.phase if alike else phase)
 
     def with_virtual_lights(
         self, water: LampWater, bands: Bands, camera: Sequence[float]

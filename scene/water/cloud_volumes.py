@@ -1,4 +1,4 @@
-"""Clouds in Cycles: volumes in the water, which add to it."""
+"""Clouds in Cycles: volumes in the water, which add to it; and those that EEVEE does not draw."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import attributes, cloud_volume
-from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.clouds.gaussian_blob import REACH
 from ...uw_spectral.clouds.matter import BUBBLES
+from ...uw_spectral.imaging.layers import parse_layers
 from .. import contents, marks
 from ..materials import bare_surfaces
 from ..readers.clouds import BLOB, BUBBLES_IN_CYCLES, GRID, SceneClouds, clouds_of, is_grid, outline
@@ -21,11 +21,10 @@ from .cycles_phase import CyclesPhase, cycles_phase
 from .water_body import mesh_object
 
 NAME = "UW Cloud"
-LAYERS = (
+_LAYERS = (
     "layers J, D, F and T of Cycles take clouds for part of the objects behind them: their "
     "extinction is the water's alone; layers of EEVEE have that of clouds too"
 )
-"""What layers of Cycles do not tell of clouds."""
 
 
 def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
@@ -51,7 +50,11 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
         if item.type == GRID:
             marks.hide(item)
     bubbles = any(stored_cloud(item).constituent == BUBBLES for item in found.objects)
-    return [*found.notes, *([f"clouds: {BUBBLES_IN_CYCLES}"] if bubbles else [])]
+    return [
+        *found.notes,
+        *([f"clouds: {BUBBLES_IN_CYCLES}"] if bubbles else []),
+        *([_LAYERS] if found.objects and parse_layers(plan.settings.layers) else []),
+    ]
 
 
 def values(scene: bpy.types.Scene, plan: RenderPlan) -> dict[str, NDArray[np.float64]]:
@@ -73,7 +76,7 @@ def clear(item: bpy.types.Object) -> str:
     if bare_surfaces.MODIFIER not in item.modifiers:
         material = bpy.data.materials.new(NAME)
         material.node_tree.nodes.clear()
-        material[MARK] = True
+        material[marks.MARK] = True
         bare_surfaces.give_material(item, material)
     return ""
 
@@ -85,7 +88,7 @@ def leave_out(scene: bpy.types.Scene) -> list[str]:
     """
     notes, depsgraph = [], bpy.context.evaluated_depsgraph_get()
     for item in contents.objects(scene):
-        if item.type != GRID or MARK in item or is_grid(item) or not item.is_editable:
+        if item.type != GRID or marks.MARK in item or is_grid(item) or not item.is_editable:
             continue
         geometry = item.evaluated_get(depsgraph).evaluated_geometry()
         if geometry.volume is not None and not any(geometry.volume.materials):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -11,33 +12,18 @@ from numpy.typing import NDArray
 
 from ...node_groups import (
     attributes,
-    realtime_waves,
     sea_floor,
     sky_world,
     sun_lamp,
     sun_lid,
-    uplift,
-    water_lamp,
-    water_surface,
     water_volume,
 )
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
-from ..materials import (
-    band_colors,
-    bare_colours,
-    bare_surfaces,
-    clear_shadows,
-    refractive_indices,
-    wet_colours,
-)
 from ..readers.lamps import SceneLamps
-from . import raised_surface, scene_water
+from . import cycles_lamps, cycles_surface, raised_surface, routed_materials, scene_water
 from .cycles_phase import CyclesPhase
 from .water_body import WaterExtent, box, plane
-
-INTERFACE = "uw_interface"
-"""Part that is the material of the water surface; see :func:`.marks.part`."""
 
 _LID = "uw_sun_lid"
 _LID_HEIGHT, _LID_REACH = 200.0, 6.0  # m above the water; heights that it is wider
@@ -51,19 +37,26 @@ _LARGEST_GAP = 0.01
 _OVERLAP = 0.1
 
 
+@dataclass(frozen=True)
+class Options:
+    """What Cycles draws of a water besides what is always there."""
+
+    above: bool = False  #: The camera may be in the air.
+    dry: bool = False  #: Objects may be, which have the sun of the air.
+    indices_in_water: bool = True
+    #: A floor may continue the scene's own, hidden until it is placed.
+    own_seabed: bool = False
+    raised: bool = False  #: Waves have heights,
+    foam: bool = False  #: and leave foam then.
+
+
 def add_water(
     scene: bpy.types.Scene,
     column: WaterColumn,
     phases: Sequence[CyclesPhase],
     extent: WaterExtent,
     lamps: SceneLamps | None = None,
-    *,
-    above: bool = False,
-    dry: bool = False,
-    indices_in_water: bool = True,
-    own_seabed: bool = False,
-    raised: bool = False,
-    foam: bool = False,
+    options: Options | None = None,
 ) -> list[str]:
     """Put water under z = 0 of a scene; returns what could not be treated, one line each.
 
@@ -71,35 +64,20 @@ def add_water(
     the world by the sky; hides the scene's own lamps; routes the colours of materials through the
     bands. :func:`.scene_water.remove` takes it out. InputError if the scene has water already, or
     is linked from another file.
-
-    ``above`` is whether the camera may be in the air, ``dry`` whether objects may, which have the
-    sun of the air; ``own_seabed``, whether a floor may continue the scene's own, hidden until it is
-    placed. Waves that are ``raised`` have heights, and may leave ``foam``.
     """
+    options = options or Options()
     scene_water.prepare(scene)
-    _, bare = bare_surfaces.dress(scene)
-    materials, notes = scene_water.own_materials(scene, routed=True)
-    notes += bare
-    bare_colours.insert(materials)
+    notes = routed_materials.insert(scene, column, indices_in_water=options.indices_in_water)
+    above, dry = options.above, options.dry
+    raised = options.raised and column.surface == "waves"
+    objects = _layers(column, phases, extent, raised=raised)
+    parts: dict[str, bpy.types.ID] = {}
     if column.reflects:
-        clear_shadows.insert(materials)
-    wet_colours.insert(materials)
-    uplift.set_wet_grains(column.refractive_index)
-    notes += band_colors.insert(materials)
-    if indices_in_water:
-        refractive_indices.insert(materials)
-        uplift.set_water_index(column.refractive_index)
-    raised = raised and column.surface == "waves"
-    objects, parts, images = _layers(column, phases, extent, raised=raised), {}, None
-    if column.reflects:
-        if column.surface == "waves":
-            images = realtime_waves.new_images(raised=raised, foam=raised and foam)
-        parts[INTERFACE] = water_surface.build(
-            column.refractive_index, images, from_air=above or not dry
-        )
-        make = raised_surface.surface if raised else plane
-        objects.append(make("UW Surface", 2.0 * extent.half_width))
-        objects[-1].data.materials.append(parts[INTERFACE])
+        item, parts = cycles_surface.build(
+            column, 2.0 * extent.half_width,
+            raised=raised, foam=raised and options.foam, from_air=above or not dry,
+        )  # fmt: skip
+        objects.append(item)
     gain = column.refractive_index**2 if above and column.reflects else 1.0
     world = sky_world.build(column.sky, gain)
     sky_world.turn(world, column.skylight.sun)
@@ -114,13 +92,9 @@ def add_water(
         suns.append(in_air)
         parts[_LID] = sun_lid.build(_LID_HEIGHT)
         objects.append(_lid(extent, parts[_LID]))
-    floor = sea_floor.build() if own_seabed or math.isfinite(column.floor_depth) else None
+    floor = sea_floor.build() if options.own_seabed or math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
-    lit = [
-        (water_lamp.build(index, lamp, one.light), one)
-        for index, (lamp, one) in enumerate(zip(lamps.lamps, lamps.shown, strict=True))
-    ]
-    filling = scene_water.Filling(world, suns, floor, objects, images, parts, lit)
+    filling = scene_water.Filling(world, suns, floor, objects, parts, cycles_lamps.followers(lamps))
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
     for item in marks.objects(scene):
         if marks.IS_SUN in item:
@@ -130,49 +104,9 @@ def add_water(
             item.visible_transmission = not column.reflects
             # Light that is left to rays that meet nothing would be lost.
             item.data.cycles.use_multiple_importance_sampling = not column.reflects
-    shape_lamps(scene, lamps)
-    _let_through(
-        [i for i, x in zip(marks.followers(scene), lamps.lamps, strict=True) if x.unblocked]
-    )
+    cycles_lamps.shape(scene, lamps)
+    cycles_lamps.let_through(scene, lamps)
     return notes
-
-
-def _let_through(unblocked: list[bpy.types.Object]) -> None:
-    """Let no object keep the light of lamps from others.
-
-    Without its shadow Cycles would leave out the water on the way too. So it has one, of what is
-    in a collection without any surface: the water is not asked.
-    """
-    if not unblocked:
-        return
-    nothing = bpy.data.collections.new("UW Nothing")
-    nothing[marks.MARK] = True
-    nothing.objects.link(unblocked[0])
-    for item in unblocked:
-        item.light_linking.blocker_collection = nothing
-
-
-def shape_lamps(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
-    """Give lamps whose cone, profile or size has changed since a frame the new ones.
-
-    Those in the air are put where they seem to be: their light goes straight through the surface.
-    """
-    found = zip(marks.followers(scene), lamps.lamps, lamps.shown, strict=True)
-    for index, (item, lamp, own) in enumerate(found):
-        before = item.data
-        if not water_lamp.fits(before, lamp, own.light):
-            item.data = water_lamp.build(index, lamp, own.light)
-            if marks.MARK in before:
-                item.data[marks.MARK] = before[marks.MARK]
-            bpy.data.lights.remove(before)
-        scene_water.follow(item, own)
-        for constraint in item.constraints:
-            constraint.mute = lamp.shines_in
-        if lamp.shines_in:
-            item.location = lamp.position
-            scene_water.turn(item, lamp.axis)
-            # Rays that are refracted must not find it too; shadow rays bring its light.
-            item.visible_transmission = False
 
 
 def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None = None) -> None:

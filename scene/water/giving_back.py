@@ -21,6 +21,7 @@ from ..materials import (
     inlined_shaders,
     wet_trees,
 )
+from ..session import has_strays
 from . import refraction_displacement
 
 
@@ -98,3 +99,9 @@ def _delete(others: bool) -> list[str]:
             )
     data.batch_remove(rest)
     return notes
+
+
+def tidy() -> None:
+    """Give back what water has hidden and changed for scenes that were deleted since."""
+    if has_strays():
+        let_go()

@@ -19,8 +19,9 @@ from ...uw_spectral.surface.plumes import (
     plume_depth,
     plume_middle,
 )
+from ..readers import moving_surface
 from ..stored_clouds import PROPERTY
-from . import moving_surface, new_clouds
+from . import new_clouds
 
 NAME = "Bubble Plume"
 _RADIUS = 15.0  # m about the camera

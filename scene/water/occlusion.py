@@ -24,7 +24,6 @@ from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.reflectance import uplift_basis
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
-from ..readers import unknown_colours
 from ..readers.lamp_shadows import LampShadowCache
 from ..readers.surface_samples import SampleCache
 from ..readers.surroundings import Ground, Surroundings, look_around
@@ -116,11 +115,6 @@ class Cache:
             self._looked = asked, around
             self.ground = around.ground
         return self._looked[1]
-
-    @property
-    def notes(self) -> list[str]:
-        """What to know of the objects of the last look around."""
-        return unknown_colours.notes(self.looked)
 
     @property
     def looked(self) -> Surroundings | None:

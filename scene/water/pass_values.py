@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import attributes
-from ...settings.descriptions import sea_of
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.reflectance import emission_basis, uplift_basis
-from ...uw_spectral.surface.whitecaps import foam_reflectance
 from ...uw_spectral.transfer.above_water import light_in_air
-from ...uw_spectral.transfer.foam_light import foam_light
-from ...uw_spectral.transfer.water_column import WAVES, WaterColumn
+from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents
 from ..materials import band_colors
-from ..readers.lamps import plan_lamps
 from .cycles_phase import CyclesPhase, cycles_phases
 
 
@@ -47,7 +43,7 @@ class PassValues:
 
     @classmethod
     def of_plan(cls, plan: RenderPlan, scene: bpy.types.Scene) -> PassValues:
-        """Return every value that differs by band, for the water and materials of a scene."""
+        """Return the values of the water itself, and of the materials of a scene."""
         values: dict[str, NDArray[np.float64]] = {}
         for names, basis in (
             (attributes.REFLECTANCE_BASIS, uplift_basis(plan.bands)),
@@ -58,16 +54,11 @@ class PassValues:
             name = band_colors.measured_attribute(material)
             if name is not None:
                 values[name] = reflectance.at(plan.bands.centres)
-        for index, lamp in enumerate(plan_lamps(scene, plan).lamps):
-            values[attributes.lamp(index)] = lamp.intensity
-        if plan.settings.surface == WAVES and sea_of(plan.settings).foam:
-            values[attributes.FOAM_REFLECTANCE] = foam_reflectance(plan.bands.centres)
-            values[attributes.FOAM_BELOW] = foam_light(plan.column).below
         return cls.of_column(plan.column, cycles_phases(plan)).with_values(values)
 
-    def with_values(self, values: dict[str, NDArray[np.float64]]) -> PassValues:
+    def with_values(self, values: Mapping[str, NDArray[np.float64]]) -> PassValues:
         """Return these values and more."""
-        return PassValues(self.values | values)
+        return PassValues({**self.values, **values})
 
     def apply(self, layer: bpy.types.ViewLayer, indices: tuple[int, ...]) -> None:
         """Give a view layer the values of the pass that carries these bands.

@@ -16,7 +16,6 @@ import bpy
 from mathutils import Matrix, Vector
 
 from ...node_groups.node_mathematics import MARK
-from ...node_groups.realtime_waves import WaveImages
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import contents, marks
@@ -37,7 +36,6 @@ class Filling:
     lamps: list[bpy.types.Light]
     floor: bpy.types.Material | None
     objects: list[bpy.types.Object]
-    images: WaveImages | None = None
     #: Data-blocks that :func:`.marks.part` returns.
     parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
     #: Lamps that are where lamps of the scene are.
@@ -102,9 +100,6 @@ def add(
     for number, (lamp, leader) in enumerate(filling.followers):
         items.append(_follower(lamp, leader, seen=filling.traced))
         items[-1][marks.FOLLOWS] = number
-    if filling.images is not None:
-        found = zip(marks.IMAGES, vars(filling.images).values(), strict=True)
-        parts |= {name: image for name, image in found if image is not None}
     if filling.floor is not None:
         parts[marks.FLOOR] = filling.floor
         items.append(water_body.floor_plane(extent, filling.floor))

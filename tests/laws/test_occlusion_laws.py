@@ -14,7 +14,9 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 from underwater_spectral.scene.readers import surroundings
-from underwater_spectral.scene.water import eevee_water, occlusion
+from underwater_spectral.scene.terms.scene_occlusion import table_of
+from underwater_spectral.scene.water import occlusion
+from underwater_spectral.scene.water.scene_frame import Eye, SceneFrame
 
 from . import scene as laws
 
@@ -57,8 +59,8 @@ def read(scene: bpy.types.Scene, azimuth: float = 0.0) -> tuple[np.ndarray, np.n
     bpy.context.view_layer.update()
     plan, cache = laws.plan(sun_azimuth=azimuth), occlusion.Cache(of_job=True)
     around = cache.look(scene, scene.camera, plan.column, ())
-    eye = eevee_water.Eye(scene.camera, laws.DEPTH)
-    table = eevee_water._occluded(plan, scene, around, eye, cache)
+    eye = Eye(scene.camera, laws.DEPTH)
+    table = table_of(SceneFrame(scene, plan, eye, cache, plan), around)
     origin, places, normals = _seen(scene)
     length = np.linalg.norm(places - origin, axis=1)
     ways = (places - origin) / length[:, None]

@@ -18,7 +18,6 @@ from underwater_spectral.node_groups import (
 )
 from underwater_spectral.node_groups.loops import followed, summed
 from underwater_spectral.node_groups.node_mathematics import NODES
-from underwater_spectral.node_groups.realtime_values import Shape
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
 from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, Together
 from underwater_spectral.uw_spectral.clouds.cloud_numbers import (
@@ -62,8 +61,7 @@ def _clouds(count):
         )  # fmt: skip
         found.append(with_escapes(cloud))
         phases.append(matter.phase)
-    shape = Shape((), flat=False, clouds=tuple(phases))
-    image = realtime_clouds.new_image(shape)
+    image = realtime_clouds.new_image(len(phases))
     realtime_clouds.write_clouds(image, found)
 
     def nodes(graph):
@@ -274,8 +272,7 @@ def test_lamps_on_objects_below_clouds(square, tmp_path):  # noqa: F811
 
 def test_numbers_of_clouds_keep_their_places_in_the_image():
     clouds, _ = _clouds(2)
-    shape = Shape((), flat=False, clouds=tuple(clouds.phases))
-    image = realtime_clouds.new_image(shape)
+    image = realtime_clouds.new_image(2)
     first, second = clouds.group.clouds
     realtime_clouds.write_clouds(
         image, [first, replace(second, transport=np.array([7.0, 8.0, 9.0]))]

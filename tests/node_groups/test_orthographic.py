@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene.readers import cameras
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays

@@ -6,8 +6,9 @@ from unittest import mock
 
 import numpy as np
 from scipy.ndimage import map_coordinates
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
+from underwater_spectral.scene.terms.occlusion import OcclusionTerm
 from underwater_spectral.scene.water import frame_water
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.occlusion.adjacency import Adjacency
@@ -15,6 +16,7 @@ from underwater_spectral.uw_spectral.occlusion.occlusion_table import without_oc
 from underwater_spectral.uw_spectral.occlusion.view_map import SIZE, view_map
 from underwater_spectral.uw_spectral.occlusion.visibility_buffer import visibility_buffer
 from underwater_spectral.uw_spectral.transfer.pixel_parts import Around
+from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 VIEW = probe.View(5.0, 88.0)
@@ -33,7 +35,9 @@ def test_a_square_is_drawn_as_numpy_has_it(tmp_path):
     column = _column(3, a, b, surface="none", sky="uniform", floor_depth=np.inf)
     turned = np.array(VIEW.matrix.to_3x3())
     view = view_map((0.0, 0.0, -VIEW.depth), turned, 1.2)
-    inputs = FrameInputs(occlusion=without_occlusion(3), buffer=visibility_buffer(view, []))
+    field = column.solved_field(lobes, OCCLUSION_STREAMS)
+    occlusion = OcclusionTerm(without_occlusion(3), field, visibility_buffer(view, []))
+    inputs = FrameInputs(terms=(occlusion,))
     water = frame_water.realtime_water(column, lobes, VIEW.depth, np.eye(3), inputs=inputs)
     level = float(water.field.scalar_irradiance(VIEW.depth).max())
     adjacency = Adjacency(
@@ -55,7 +59,7 @@ def test_a_square_is_drawn_as_numpy_has_it(tmp_path):
         )
         return np.abs(found / wanted - 1.0)[where == 1]
 
-    with mock.patch.object(frame_water.RealtimeWater, "adjacency", new=adjacency):
+    with mock.patch.object(OcclusionTerm, "adjacency", return_value=adjacency):
         found = probe.render(water, VIEW, tmp_path / "a.exr")
     right = errors(1.0, 1.0, 1.0)
     assert len(right) > 30

@@ -8,8 +8,11 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_values, realtime_waves
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs, ViewFromAir
+from underwater_spectral.scene.readers.moving_surface import ViewFromAir
+from underwater_spectral.scene.terms.view_from_air import AirTerm
+from underwater_spectral.scene.terms.waves import WaveTerm
 from underwater_spectral.scene.water import frame_water
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.raised_waves import surface_ahead
@@ -51,8 +54,8 @@ def _pictures(column, view, path, **seen):
         depth = max(view.depth, 0.0)
         water = frame_water.realtime_water(column, PHASE, depth, np.eye(3), **seen)
         contrast = waves.contrast(SunlitWater(column.solved_field(PHASE, TABLE_STREAMS)))
-        water = water.under_waves(waves, contrast, 1.0)
-        water.numbers.single[realtime_values.GLITTER] = 0.0
+        water = water.with_terms(WaveTerm(waves, contrast, 1.0))
+        water.numbers.single[realtime_waves.GLITTER] = 0.0
         found.append(probe.render(water, view, path))
     return *found, waves.raised
 
@@ -62,7 +65,7 @@ def test_from_above_it_is_a_matte_white_that_hides_the_water(tmp_path, empty_ble
     view = probe.View(-1.0, turn=50.0, angle=25.0, square=None)
     above = ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4))
     bare, foamy, raised = _pictures(
-        column, view, tmp_path / "a.exr", inputs=FrameInputs(above=above)
+        column, view, tmp_path / "a.exr", inputs=FrameInputs(terms=(AirTerm(above),))
     )
     v = tuple(np.moveaxis(view.rays(), -1, 0))
     found, away = surface_ahead((0.0, 0.0, 1.0), v, raised.elevation, raised.highest, 1.0, 0.1)
@@ -114,8 +117,8 @@ def test_without_foam_there_is_nothing_of_it(column):
     calm = dataclasses.replace(SEA, foam=False)
     now = calm.at(1.0, column.sun_direction, column.refractive_index)
     water = frame_water.realtime_water(column, PHASE, 1.0, np.eye(3))
-    shape = water.under_waves(now, np.ones((7, 3)), 1.0).shape
-    assert not shape.foam
+    shape = water.with_terms(WaveTerm(now, np.ones((7, 3)), 1.0)).shape
+    assert realtime_waves.FoamShape not in shape
     names = {*realtime_values.channel_names(shape), *realtime_values.single_names(shape)}
     assert not any(name.startswith("foam") for name in names)
     assert realtime_waves.WaveImages(None, None).crowding is None

@@ -6,8 +6,9 @@ import dataclasses
 
 import numpy as np
 from underwater_spectral.node_groups import realtime_occlusion
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
+from underwater_spectral.scene.terms.occlusion import OcclusionTerm
 from underwater_spectral.scene.water import frame_water
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.occlusion import occlusion_table as tables
@@ -56,12 +57,17 @@ def _along_rays(table, rate, up, camera, w, P, part):
     return tables.along_ray(found, rate(up), P[:, None], table.box.reach)
 
 
+def _inputs(column, lobes, table):
+    field = column.solved_field(lobes, OCCLUSION_STREAMS)
+    return FrameInputs(terms=(OcclusionTerm(table, field),))
+
+
 def test_open_water_is_occluded_as_the_table_says(tmp_path):
     column, lobes = _water()
     solved, table = column.solved_field(lobes), _table(column)
     view = probe.View(5.0, 88.0, square=None)
     water = frame_water.realtime_water(
-        column, lobes, 5.0, WEIGHTS, solved=solved, inputs=FrameInputs(occlusion=table)
+        column, lobes, 5.0, WEIGHTS, solved=solved, inputs=_inputs(column, lobes, table)
     )
     seen = probe.render(water, view, tmp_path / "a.exr")
     w = view.rays().reshape(-1, 3)
@@ -114,7 +120,7 @@ def test_patches_are_occluded_as_the_table_says(tmp_path):
                 5.0,
                 WEIGHTS * 50,
                 solved=solved,
-                inputs=FrameInputs(occlusion=occlusion),
+                inputs=_inputs(column, lobes, occlusion),
             ),
             view,
             tmp_path / "a.exr",

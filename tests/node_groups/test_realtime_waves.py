@@ -9,9 +9,12 @@ import warnings
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import realtime_values, realtime_waves
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs, ViewFromAir
+from underwater_spectral.node_groups import realtime_waves
+from underwater_spectral.scene.readers.moving_surface import ViewFromAir
+from underwater_spectral.scene.terms.view_from_air import AirTerm
+from underwater_spectral.scene.terms.waves import WaveTerm
 from underwater_spectral.scene.water import frame_water
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.raised_waves import Swell, surface_ahead
@@ -72,7 +75,7 @@ def _water(column, depth, *, sea=SEA, t=1.0, shafts=False, strength=1.0):
     now = sea.at(t, column.sun_direction, column.refractive_index)
     water = frame_water.realtime_water(column, PHASE, depth, WEIGHTS, shafts=shafts)
     contrast = strength * now.contrast(_lit(column))
-    return water.under_waves(now, contrast, strength), now, contrast
+    return water.with_terms(WaveTerm(now, contrast, strength)), now, contrast
 
 
 def _tiled(image, x, y, tile):
@@ -108,7 +111,7 @@ def _floor(now, contrast, column, view, reach=np.inf):
     points = np.array([0.0, 0.0, -view.depth]) + P * rays
     pattern = np.maximum(_pattern(now, column, points, reach), 1.0 - 1.0 / contrast.max())
     water = frame_water.realtime_water(column, PHASE, view.depth, WEIGHTS)
-    water = water.under_waves(now, contrast, 1.0)
+    water = water.with_terms(WaveTerm(now, contrast, 1.0))
     ray = along_rays(water.projected, water.field.sun, w)
     one = np.ones_like(P)
     lit = [one * c / math.pi * -column.sun_direction[2] for c in probe.COLOR]
@@ -141,7 +144,7 @@ def pictures(tmp_path_factory):
              for height in depths[1:]}  # fmt: skip
     found["up"] = render(UP)
     water, now, _ = _water(_column(), UP.depth, sea=CALM)
-    sun = {realtime_values.GLITTER: 1.0, realtime_values.GLITTER_WIDTH: SUN_WIDTH**2}
+    sun = {realtime_waves.GLITTER: 1.0, realtime_waves.GLITTER_WIDTH: SUN_WIDTH**2}
     water.numbers.single.update(sun)
     found["sun"] = probe.render(water, UP, path), now
     found["calm floor"] = render(_above(3.0, 2.0), sea=CALM)
@@ -284,10 +287,11 @@ def test_surface_with_heights_from_above(tmp_path, empty_blender):
     column, n = _column(60.0, sky=1.0), 1.34
     view = dataclasses.replace(UP, depth=-1.0, turn=50.0, angle=25.0)
     water, now, contrast = _water(column, 0.0, sea=sea)
-    seen_by = FrameInputs(above=ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4)))
+    above = AirTerm(ViewFromAir((0.0, 0.0, 1.0), True, (0.0, 0.9, -0.4)))
+    seen_by = FrameInputs(terms=(above,))
     water = frame_water.realtime_water(column, PHASE, 0.0, WEIGHTS, inputs=seen_by)
-    water = water.under_waves(now, contrast, 1.0)
-    water.numbers.single.update({realtime_values.GLITTER: 0.0})
+    water = water.with_terms(WaveTerm(now, contrast, 1.0))
+    water.numbers.single.update({realtime_waves.GLITTER: 0.0})
     seen, rays, raised = probe.render(water, view, tmp_path / "a.exr"), view.rays(), now.raised
     v = tuple(np.moveaxis(rays, -1, 0))
     found, away = surface_ahead((0.0, 0.0, 1.0), v, raised.elevation, raised.highest, 1.0, 0.1)

@@ -9,14 +9,17 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
+from underwater_spectral.node_groups.realtime_refraction import AirShape
 from underwater_spectral.scene.engines import engines
+from underwater_spectral.scene.terms.eevee_water import eevee_water
+from underwater_spectral.scene.terms.view_from_air import AirTerm
 from underwater_spectral.scene.water import (
     realtime,
     refraction_displacement,
     scene_water,
     water_body,
 )
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.surface.refraction import (
@@ -124,7 +127,7 @@ def test_large_faces_are_divided_while_the_water_is_there(empty_blender):
     ground.data.materials.append(bpy.data.materials.new("ground"))
     before = snapshot.snapshot()
     water = eevee_water(plan, scene, Eye(camera, 0.0), np.ones((3, 3)))
-    assert water.shape.above
+    assert AirShape in water.shape
     realtime.add_realtime(scene, water, water_body.water_extent(scene, plan.column, 0.0))
     (modifier,) = ground.modifiers
     assert 40.0 / 2**modifier.render_levels < 1.5
@@ -138,7 +141,7 @@ def test_a_camera_below_has_neither(empty_blender):
     camera = _camera(scene)
     camera.location.z = -1.0
     bpy.context.view_layer.update()
-    assert not eevee_water(plan, scene, Eye(camera, 1.0), np.ones((3, 3))).shape.above
+    assert not eevee_water(plan, scene, Eye(camera, 1.0), np.ones((3, 3))).term(AirTerm)
 
 
 @pytest.mark.parametrize("height", [0.01, pytest.param(-0.01, marks=pytest.mark.slow)])

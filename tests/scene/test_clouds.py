@@ -14,9 +14,11 @@ from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realti
 from underwater_spectral.scene import marks, stored_clouds
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.readers import clouds, volume_grids
+from underwater_spectral.scene.terms.clouds import CloudTerm
+from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import new_clouds, realtime, scene_water, water_body
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import snapshot
@@ -126,7 +128,7 @@ def test_nodes_do_what_numpy_does(tmp_path):
     _blob()
     seen, _ = _images("bands", plan, tmp_path / "readers.exr")
     water = eevee_water(plan, bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
-    ((cloud, away),) = water.inputs.clouds
+    ((cloud, away),) = water.term(CloudTerm).blobs
     assert away == pytest.approx(3.0)
     numbers = cloud_numbers(cloud, water.field, water.channels, away)
     for row, column in ((10, 16), (6, 12), (14, 20)):
@@ -416,7 +418,7 @@ def _volume_of_a_blob(place):
 def test_a_scene_without_clouds_has_no_nodes_for_them():
     camera = _camera()
     water = eevee_water(_plan(), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
-    assert water.shape.clouds == ()
+    assert realtime_clouds.CloudShape not in water.shape
     assert not any("cloud" in name for name in realtime_values.single_names(water.shape))
     realtime.add_realtime(
         bpy.context.scene, water, water_body.water_extent(bpy.context.scene, water.column, DEPTH)
@@ -462,7 +464,7 @@ def test_shafts_are_said_not_to_heed_clouds_and_lamps_light_them():
     bpy.context.scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
     water = eevee_water(_plan(shafts=True), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
-    said = " ".join(water.inputs.cloud_notes)
+    said = " ".join(water.term(CloudTerm).notes)
     assert "lamps" not in said
     assert "shafts of light are drawn as if it were not there" in said
 

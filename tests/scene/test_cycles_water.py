@@ -218,7 +218,8 @@ def _shine(surface, inputs, tmp_path, *, color=1.0, indices_in_water=False):
         column = columns.grey_column(1e-6, 0.0, surface=surface, refractive_index=index)
         phases = columns.layers_of(column, columns.henyey_greenstein(0.8))
         extent = water_body.water_extent(scene, column, 2.0)
-        cycles_water.add_water(scene, column, phases, extent, indices_in_water=indices_in_water)
+        options = cycles_water.Options(indices_in_water=indices_in_water)
+        cycles_water.add_water(scene, column, phases, extent, options=options)
         pass_values.PassValues.of_column(column, phases).apply(scene.view_layers[0], (0, 1, 2))
     with cycles_settings.reference_settings(scene, camera, samples=64, seed=1):
         exr_output.write_float_exr(scene, tmp_path / "a.exr")

@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.jobs import batch
-from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.water import moving_surface, water_body
+from underwater_spectral.scene.engines import eevee_frames, engines
+from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
@@ -54,7 +54,7 @@ def test_each_frame_is_computed_once(monkeypatch):
         asked.append(scene.frame_current)
         return water
 
-    monkeypatch.setattr(moving_surface, "with_waves", with_waves)
+    monkeypatch.setattr(eevee_frames, "with_waves", with_waves)
     extent = water_body.WaterExtent(50.0, 50.0)
     for engine_of in (engines.eevee_bands, engines.eevee_realtime):
         scene.frame_set(1)

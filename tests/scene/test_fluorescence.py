@@ -9,11 +9,13 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
+from underwater_spectral.node_groups.realtime_fluorescence import FluorescenceShape
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import fluorescence
 from underwater_spectral.scene.readers import lamps
+from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.water import realtime, scene_water, water_body
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -215,7 +217,7 @@ def _water(scene):
 
 def test_it_costs_nothing_where_nothing_glows(scene):
     plan, water = _water(scene)
-    assert water.shape.fluorophores == 0
+    assert FluorescenceShape not in water.shape
     assert len(water.projected.glowing) == 3
     realtime.add_realtime(scene, water, water_body.water_extent(scene, plan.column, DEPTH))
     assert not any("Fluorescent" in group.name for group in bpy.data.node_groups)

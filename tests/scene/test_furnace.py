@@ -10,12 +10,8 @@ import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import realtime_materials
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
-from underwater_spectral.scene.water import (
-    frame_water,
-    realtime,
-    water_body,
-)
+from underwater_spectral.scene.water import frame_water, realtime, water_body
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr

@@ -9,9 +9,9 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.terms import inelastic_layers
 from underwater_spectral.scene.water import (
     cycles_water,
-    inelastic_layers,
     pass_values,
     scene_water,
     volume_stack,

@@ -14,7 +14,7 @@ from underwater_spectral.scene.materials import bare_surfaces
 from underwater_spectral.scene.readers import cameras, lamps
 from underwater_spectral.scene.readers.shown_lamps import shown_lamps
 from underwater_spectral.scene.readers.visible_meshes import visible_instances
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import live, problems
 from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
@@ -270,7 +270,7 @@ def test_a_camera_that_is_none_is_named():
         scene.camera = other
         with pytest.raises(InputError, match=rf"'{other.name}' as its active.*set one of Camera"):
             cameras.find_camera(scene, None)
-        assert f"'{other.name}' as its active camera" in live.problem(scene)
+        assert f"'{other.name}' as its active camera" in problems.problem(scene)
     live.add(scene)
     live.remove(scene)
     scene.camera = None

@@ -12,9 +12,10 @@ from underwater_spectral.scene import marks, sources, stored_settings
 from underwater_spectral.scene.materials import wet_trees
 from underwater_spectral.scene.materials.inserted import has_inserted, own_input
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.viewport import live, submerging
+from underwater_spectral.scene.terms.eevee_water import eevee_water
+from underwater_spectral.scene.viewport import changes, live, problems, submerging
 from underwater_spectral.scene.water import occlusion
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import make_plan, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import live_updates
@@ -86,13 +87,13 @@ def test_haste_takes_few_bands_and_rest_takes_all():
     live.add(scene)
     scene.underwater.sun_zenith = 50.0
     whole = _texels()
-    assert not live.is_stale(scene)
+    assert not changes.is_stale(scene)
     with live_updates.transaction():
         scene.underwater.sun_zenith = 20.0
         live.update(scene, hasty=True)
         few = _texels()
-        assert live.is_stale(scene)
-    assert not live.is_stale(scene)
+        assert changes.is_stale(scene)
+    assert not changes.is_stale(scene)
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(_texels(), few)
     _assert_shows(scene, 5.0)
@@ -145,7 +146,7 @@ def test_changes_arrive_without_new_nodes():
     for name, value in CHANGES.items():
         before = _numbers()
         setattr(scene.underwater, name, value)
-        assert live.problem(scene) == ""
+        assert problems.problem(scene) == ""
         assert not np.array_equal(_numbers(), before), name
         _assert_shows(scene, 5.0)
     assert _groups() == built
@@ -161,8 +162,8 @@ def test_what_was_drawn_in_haste_is_packed_at_rest():
         scene.underwater.sun_zenith = 20.0
         live.update(scene, hasty=True)
         assert image.is_dirty
-        assert live.is_stale(scene)
-    assert not live.is_stale(scene)
+        assert changes.is_stale(scene)
+    assert not changes.is_stale(scene)
     assert not image.is_dirty
 
 
@@ -170,12 +171,12 @@ def test_what_was_drawn_in_haste_is_packed_at_rest():
 def test_what_begins_to_glow_gets_other_nodes():
     scene = _scene()
     live.add(scene)
-    assert not live.has_new_kinds(scene)
+    assert not changes.has_new_kinds(scene)
     shader = bpy.data.materials["paint"].node_tree.nodes["Principled BSDF"]
     shader.inputs["Emission Strength"].default_value = 2.0
-    assert live.has_new_kinds(scene)
+    assert changes.has_new_kinds(scene)
     live.update(scene)
-    assert not live.has_new_kinds(scene)
+    assert not changes.has_new_kinds(scene)
 
 
 def test_the_camera_is_followed():
@@ -253,11 +254,11 @@ def test_camera_above_the_water_is_shown_from_there():
     scene.camera.location.z = 3.0
     bpy.context.view_layer.update()
     live.add(scene)
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
     assert _shown() == 0.0
     submerging.lower(scene, 8.0)
     bpy.context.view_layer.update()
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
     assert _shown() == pytest.approx(5.0)
     assert bpy.data.objects["ball"].matrix_world.translation.z == pytest.approx(-13.0)
 
@@ -265,9 +266,9 @@ def test_camera_above_the_water_is_shown_from_there():
 def test_no_camera_and_a_floor_above_it_are_messages():
     scene = _scene()
     scene.underwater.floor_depth = 3.0
-    assert "below the floor" in live.problem(scene)
+    assert "below the floor" in problems.problem(scene)
     bpy.data.objects.remove(scene.camera)
-    assert "no active camera" in live.problem(scene)
+    assert "no active camera" in problems.problem(scene)
     live.add(scene)
     live.remove(scene)
 
@@ -277,10 +278,10 @@ def test_bad_settings_are_a_message_and_leave_the_water():
     live.add(scene)
     before = _numbers()
     scene.underwater.water = "jerlov:X"
-    assert "Jerlov type" in live.problem(scene)
+    assert "Jerlov type" in problems.problem(scene)
     assert np.array_equal(_numbers(), before)
     scene.underwater.water = "jerlov:I"
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
 
 
 @pytest.mark.slow
@@ -293,7 +294,7 @@ def test_two_scenes_show_their_own_water():
     live.add(other)
     other.underwater.absorption_factor = 2.0
     assert live.update(other)
-    assert live.problem(other).startswith("The scene has no active camera")
+    assert problems.problem(other).startswith("The scene has no active camera")
     assert np.array_equal(_numbers(), shown)
     live.remove(scene)
     assert is_live(other)
@@ -405,7 +406,7 @@ def test_a_change_solves_the_light_field_of_its_bands_once(solved, surface, sett
     live.add(scene)
     solved.clear()
     scene.underwater.scattering_factor = 1.0625
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
     drawn = stored_settings.stored_settings(scene).in_mode("realtime").bands
     assert len(set(solved)) == len(solved)
     assert {bands for bands, *_ in solved} == {drawn, min(drawn, occlusion.MOST_BANDS), *others}
@@ -507,7 +508,7 @@ def test_the_number_of_bands_changes_no_nodes():
     before = _groups()
     scene.underwater.bands = 80
     live.update(scene)
-    assert not live.problem(scene)
+    assert not problems.problem(scene)
     assert _groups() == before
 
 
@@ -573,11 +574,11 @@ def test_what_is_linked_in_a_material_and_what_has_no_shader_gets_wet_while_live
 def test_water_of_another_build_is_said_until_it_is_built_anew(monkeypatch):
     scene = _scene()
     live.add(scene)
-    assert live.standing_notes(scene) == []
+    assert problems.standing_notes(scene) == []
     monkeypatch.setattr(sources, "source_digest", lambda: "another")
-    (note,) = live.standing_notes(scene)
+    (note,) = problems.standing_notes(scene)
     assert "Refresh Water" in note
     live.rebuild(scene)
-    assert live.standing_notes(scene) == []
+    assert problems.standing_notes(scene) == []
     live.remove(scene)
-    assert live.standing_notes(scene) == []
+    assert problems.standing_notes(scene) == []

@@ -11,9 +11,10 @@ from underwater_spectral.jobs import command_line, planning
 from underwater_spectral.node_groups import realtime_tables
 from underwater_spectral.scene import marks, stored_settings
 from underwater_spectral.scene.readers import cameras, lamps
+from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import metering
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import plan_of
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes

@@ -12,9 +12,10 @@ from underwater_spectral.node_groups import realtime_surface
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import water_body
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes

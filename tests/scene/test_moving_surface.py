@@ -6,9 +6,12 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.jobs.command_line import merge, parse
-from underwater_spectral.node_groups import realtime_values
-from underwater_spectral.scene.water import moving_surface, realtime, scene_water, water_body
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.node_groups import realtime_values, realtime_waves
+from underwater_spectral.scene.readers import moving_surface
+from underwater_spectral.scene.terms import waves
+from underwater_spectral.scene.terms.eevee_water import eevee_water
+from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -28,7 +31,7 @@ OPTIONS = [
 def _water(scene, **changes):
     plan = make_plan(SceneSettings(**({"surface": "waves"} | QUICK | changes)))
     water = eevee_water(plan, scene, Eye(scene.camera, 5.0), np.ones((3, len(plan.bands))))
-    return moving_surface.with_waves(scene, plan, water)
+    return waves.with_waves(scene, plan, water)
 
 
 def _add(scene, water):
@@ -105,17 +108,18 @@ def test_bands_are_chosen_from_the_contrast():
     scene = _scene()
     water = _water(scene, bands=6)
     part = water.in_channels(channels_of_bands(water.column.bands, (3, 4, 5)))
-    assert part.shape.waves
+    assert realtime_waves.WaveShape in part.shape
     fraction = part.projected.caustics / part.projected.sunlit
     deepest = fraction[:, :, -1, 0]
-    assert deepest == pytest.approx(np.tile(water.contrast[-1, 3:], (len(deepest), 1)))
+    contrast = water.term(waves.WaveTerm).contrast
+    assert deepest == pytest.approx(np.tile(contrast[-1, 3:], (len(deepest), 1)))
 
 
 def test_strength_scales_the_contrast():
     scene = _scene()
     one, none = (_water(scene, caustics=x) for x in (1.0, 0.0))
     assert np.all(none.projected.caustics == 0.0)
-    assert none.numbers.single[realtime_values.CAUSTIC_STRENGTH] == 0.0
+    assert none.numbers.single[realtime_waves.CAUSTIC_STRENGTH] == 0.0
     assert np.abs(one.projected.caustics / one.projected.sunlit)[:3, :, 5, 0].min() > 0.2
 
 

@@ -12,8 +12,9 @@ from underwater_spectral.scene.readers import surroundings
 from underwater_spectral.scene.readers.cameras import eye_of
 from underwater_spectral.scene.readers.surroundings import look_around
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.viewport import live
-from underwater_spectral.scene.water import eevee_water, occlusion
+from underwater_spectral.scene.terms import eevee_water
+from underwater_spectral.scene.viewport import changes, live, problems
+from underwater_spectral.scene.water import occlusion
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -303,8 +304,8 @@ def test_a_hasty_update_does_not_look_around(monkeypatch):
     monkeypatch.setattr(occlusion, "look_around", None)
     scene.underwater.scattering_factor = 1.3
     assert live.update(scene, hasty=True)
-    assert not live.problem(scene)
-    assert live.is_stale(scene)
+    assert not problems.problem(scene)
+    assert changes.is_stale(scene)
     assert column
     assert np.isfinite(column).all()
 

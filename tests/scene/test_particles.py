@@ -11,10 +11,11 @@ import pytest
 from underwater_spectral.scene import contents, marks, stored_settings
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import bare_surfaces
+from underwater_spectral.scene.terms import particles
+from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
-from underwater_spectral.scene.water import eevee_water as eevee_water_module
-from underwater_spectral.scene.water import particles, realtime, scene_water, water_body
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -228,9 +229,8 @@ def test_they_are_as_bright_in_eevee_as_in_cycles_and_named_in_layers(
     plan = _plan(phase="hg:0.0", samples=16, sun_azimuth=90.0, layers="instance,material")
     kind = replace(KINDS["snow"], wander=0.0)
     part = SizeClass(0.2, 0.4, 6.0, 150, (0.0, 0.0))
-    clouds = particles.SceneParticles((ParticleCloud(kind, 1.0, 4.0, 1.0, (part,)),))
-    for module in (eevee_water_module, particles):
-        monkeypatch.setattr(module, "particles_of", lambda *_: clouds)
+    clouds = particles.ParticleTerm((ParticleCloud(kind, 1.0, 4.0, 1.0, (part,)),))
+    monkeypatch.setattr(particles, "particles_of", lambda *_: clouds)
     extent = water_body.water_extent(scene, plan.column, 5.0)
     pictures, masks = [], []
     for opened in (

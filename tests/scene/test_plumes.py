@@ -8,8 +8,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.scene.readers import clouds
-from underwater_spectral.scene.water import moving_surface, new_plumes
+from underwater_spectral.scene.readers import clouds, moving_surface
+from underwater_spectral.scene.water import new_plumes
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.surface.plumes import FADES

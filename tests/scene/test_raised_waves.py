@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.readers import waterline
+from underwater_spectral.scene.readers import moving_surface, waterline
 from underwater_spectral.scene.viewport import live
-from underwater_spectral.scene.water import moving_surface, water_body
-from underwater_spectral.scene.water.eevee_water import Eye
+from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 
@@ -61,17 +60,17 @@ def test_the_waterline_follows_the_waves(camera):
 
 
 def test_the_waves_decide_in_which_medium_a_camera_is(camera):
-    scene, plan = bpy.context.scene, render_plan.make_plan(CHOSEN)
+    scene = bpy.context.scene
     crest = float(moving_surface.heights(scene, CHOSEN).elevation(0.4, 0.7))
     for height, in_air in ((crest - 0.2, False), (crest + 0.2, True)):
         _put(camera, height)
-        assert Eye(camera, 0.0).from_air(scene, plan).in_air == in_air
-    flat = render_plan.make_plan(replace(CHOSEN, raised_waves=False))
+        assert moving_surface.view_from_air(scene, camera, CHOSEN).in_air == in_air
+    flat = replace(CHOSEN, raised_waves=False)
     _put(camera, -0.5)  # in a trough it may be in the air; a plane has none
-    assert Eye(camera, 0.5).from_air(scene, plan) is not None
-    assert Eye(camera, 0.5).from_air(scene, flat) is None
+    assert moving_surface.view_from_air(scene, camera, CHOSEN) is not None
+    assert moving_surface.view_from_air(scene, camera, flat) is None
     _put(camera, -5.0)
-    assert Eye(camera, 5.0).from_air(scene, plan) is None
+    assert moving_surface.view_from_air(scene, camera, CHOSEN) is None
 
 
 @pytest.mark.slow

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.materials import wet_trees
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.readers.lamps import SceneLamps, lamps_of
+from underwater_spectral.scene.terms.lamps import LampTerm
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.illuminant import RELATIVE
@@ -25,14 +26,11 @@ def _water(
     a=0.05, b=0.1, *, phase=HG, shafts=False, reflectances=None, depth=DEPTH, lamps=None, **changes
 ):
     values = {"floor_depth": 9.0, "floor_reflectance": 0.3} | changes
-    return frame_water.realtime_water(
-        columns.grey_column(a, b, **values),
-        phase,
-        depth,
-        np.eye(3),
-        shafts=shafts,
-        inputs=FrameInputs(reflectances or {}, lamps=lamps or SceneLamps()),
-    )
+    column = columns.grey_column(a, b, **values)
+    lamps = lamps or SceneLamps()
+    shining = LampTerm(lamps, lamps.water_around(column, phase, depth))
+    inputs = FrameInputs(reflectances or {}, terms=(shining,))
+    return frame_water.realtime_water(column, phase, depth, np.eye(3), shafts=shafts, inputs=inputs)
 
 
 def _add(scene, water):
@@ -50,7 +48,7 @@ def test_removal_restores_every_value(shafts):
         surface="flat",
         lamps=lamps_of(scene, columns.grey_column(0.1, 0.1).bands, RELATIVE),
     )
-    assert len(water.inputs.lamps.lamps) == 2
+    assert len(water.term(LampTerm).scene.lamps) == 2
     notes = _add(scene, water)
     assert len(notes) == 2
     assert all("mirrors" in note for note in notes)

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_lamps
+from underwater_spectral.node_groups.realtime_lamps import LampShape
 from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import (
@@ -17,8 +18,8 @@ from underwater_spectral.scene.materials import (
     shader_nodes,
     wet_trees,
 )
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 from underwater_spectral.uw_spectral.spectra.reflectance import emission_basis, uplift_basis
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
@@ -345,7 +346,7 @@ def test_only_facets_in_lamplight_pay(empty_blender):
     seen = FrameInputs(kinds=realtime_materials.kinds([coated]))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, 4.0, np.eye(3), inputs=seen)
-    assert water.shape.facets == 0
+    assert LampShape not in water.shape
 
 
 def test_clear_objects_that_hide_lamps_are_said(empty_blender):

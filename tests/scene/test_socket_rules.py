@@ -20,9 +20,9 @@ from underwater_spectral.scene.materials import (
 )
 from underwater_spectral.scene.materials.inserted import has_inserted
 from underwater_spectral.scene.materials.mean_colours import mean_colour
-from underwater_spectral.scene.readers.frame_inputs import FrameInputs
 from underwater_spectral.scene.readers.lamp_nodes import nodes_of
 from underwater_spectral.scene.water import frame_water, realtime, water_body
+from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase

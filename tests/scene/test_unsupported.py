@@ -18,7 +18,7 @@ from mathutils import Euler, Vector
 from underwater_spectral.jobs import batch
 from underwater_spectral.scene import colour_space, temporary, unsupported
 from underwater_spectral.scene.readers import cameras, own_seabed, pinhole, surroundings
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import live, problems
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
@@ -332,15 +332,15 @@ def test_rays_of_a_camera_of_any_scale_go_where_it_looks(size):
 def test_another_engine_with_live_water_is_said():
     scene = _scene()
     live.add(scene)
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
     scene.render.engine = "CYCLES"
-    assert "Cycles" in live.problem(scene)
-    assert "Reference" in live.problem(scene)
+    assert "Cycles" in problems.problem(scene)
+    assert "Reference" in problems.problem(scene)
     scene.render.engine = "BLENDER_EEVEE"
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
     live.remove(scene)
     scene.render.engine = "CYCLES"
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.water import pass_values, water_body
+from underwater_spectral.scene.terms.cycles_frames import CyclesFrames
+from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.water.occlusion import Cache
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.surface import wave_patterns
@@ -72,8 +74,12 @@ def test_from_below_it_glows(camera, foamy):
     np.testing.assert_allclose(seen, 0.45 / math.pi * E * transmittance, rtol=0.05)
 
 
-def test_values_of_foam_are_there_only_with_it(empty_blender):
+def test_values_of_foam_are_there_only_with_it(camera, empty_blender):
     for foam in (False, True):
         plan = render_plan.make_plan(replace(CHOSEN, whitecaps=foam))
-        values = pass_values.PassValues.of_plan(plan, empty_blender).values
+        extent = water_body.water_extent(empty_blender, plan.column, 2.0)
+        frames = CyclesFrames(empty_blender, camera, extent, (), Cache(of_job=True))
+        frames.add(plan)
+        values = frames.bring(plan).values
+        frames.remove()
         assert ("uw_foam_below" in values) == foam

@@ -14,7 +14,8 @@ from underwater_spectral.jobs import command_line, scene_requirements
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import cycles_settings, eevee_settings, exr_output
 from underwater_spectral.scene.readers import cameras
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.terms.eevee_water import eevee_water
+from underwater_spectral.scene.viewport import live, problems
 from underwater_spectral.scene.water import (
     cycles_water,
     frame_water,
@@ -23,7 +24,7 @@ from underwater_spectral.scene.water import (
     scene_water,
     water_body,
 )
-from underwater_spectral.scene.water.eevee_water import Eye, eevee_water
+from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
@@ -205,7 +206,7 @@ def test_live_water_leaves_no_trace(registered, name):
     scene.underwater.floor_depth = 0.0
     assert live.update(scene)
     troubled = name in ("empty", "no camera")
-    assert bool(live.problem(scene)) == troubled, live.problem(scene)
+    assert bool(problems.problem(scene)) == troubled, problems.problem(scene)
     live.remove(scene)
     assert snapshot.differences(before, snapshot.snapshot()) == []
 

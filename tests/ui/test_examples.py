@@ -6,7 +6,7 @@ import bpy
 import pytest
 from underwater_spectral.examples.scenes import SCENES
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.viewport import live, preview_depths
+from underwater_spectral.scene.viewport import preview_depths, problems
 from underwater_spectral.ui import example_scenes
 
 
@@ -24,7 +24,7 @@ def test_an_example_is_a_wet_scene_of_its_own_and_is_undone():
     scene = bpy.context.window.scene
     assert scene.name == "Pool Test Tank"
     assert is_live(scene)
-    assert live.problem(scene) == ""
+    assert problems.problem(scene) == ""
     assert preview_depths.camera_depth(scene) == pytest.approx(1.3)
     assert scene.underwater.exposure == "auto-picture"
     assert {f"Target {d:g} m" for d in (2, 4, 6, 8, 10)} <= {o.name for o in scene.objects}

@@ -201,12 +201,12 @@ def test_a_window_updates_once_it_is_idle(scene, work, window):
         assert window() == 1
         # Occlusion may follow, once nothing has changed for a moment.
         assert work[len(before) :] in ([expected], [expected, "values"])
-        assert not live.is_stale(scene)
+        assert not changes.is_stale(scene)
     before = work.copy()
     presets.apply("camera", "ARRI D21 daylight")
     assert work[len(before) :] in (["values"], ["values", "values"])
     window()
-    assert not live.is_stale(scene)
+    assert not changes.is_stale(scene)
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from underwater_spectral.scene.engines.exr_output import write_float_exr
 from underwater_spectral.scene.readers.external_files import external_files
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.stored_settings import stored_settings
-from underwater_spectral.scene.viewport import live, preview_depths
+from underwater_spectral.scene.viewport import live, preview_depths, problems
 from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import previews, shown_pictures
@@ -88,7 +88,7 @@ def test_live_water_shows_layers(tmp_path):
     live.add(scene)
     scene.underwater.water, scene.underwater.shafts = f"file:{profile}", True
     live.update(scene)
-    assert not live.problem(scene)
+    assert not problems.problem(scene)
     assert any("shafts of light" in note for note in plan_of(stored_settings(scene)).notes)
     pictures = previews.compute(scene)
     assert not pictures.error
@@ -351,7 +351,7 @@ def test_add_submerge_remove_with_undo(tmp_path):
     assert bpy.ops.underwater.add_water("EXEC_DEFAULT", True) == {"FINISHED"}
     assert bpy.ops.underwater.submerge("EXEC_DEFAULT", True, depth=4.0) == {"FINISHED"}
     assert preview_depths.camera_depth(bpy.context.scene) == pytest.approx(4.0)
-    assert live.problem(bpy.context.scene) == ""
+    assert problems.problem(bpy.context.scene) == ""
     bpy.ops.ed.undo()
     bpy.ops.ed.undo()
     scene = bpy.context.scene
@@ -368,7 +368,7 @@ def test_blenders_own_render_is_the_picture_of_a_real_time_job(tmp_path):
     render.resolution_x, render.resolution_y = 48, 27
     live.add(scene)
     assert bpy.ops.underwater.render() == {"FINISHED"}
-    assert not live.problem(scene)
+    assert not problems.problem(scene)
     # What is out of gamut EEVEE cuts, and jobs bring back; no screen shows it.
     of_job = np.maximum(read_exr(tmp_path / "0001.exr")[0], 0.0)
     write_float_exr(scene, tmp_path / "own.exr")

@@ -9,9 +9,10 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene.engines import cycles_settings, exr_output
+from underwater_spectral.scene.readers import moving_surface
 from underwater_spectral.scene.water import (
+    cycles_surface,
     cycles_water,
-    moving_surface,
     pass_values,
     scene_water,
     water_body,
@@ -66,7 +67,7 @@ def _renders(scene, camera, plan, frames, path, samples=64):
         scene.cycles.pixel_filter_type = "BOX"
         for frame in frames:
             scene.frame_set(frame)
-            moving_surface.move_surface(scene, plan)
+            cycles_surface.move(scene, plan)
             values.apply(layer, (0, 1, 2))
             values.refresh(scene)
             exr_output.write_float_exr(scene, path)

@@ -1,27 +1,30 @@
-"""The moving surface of a scene: its waves at the current frame, for either engine."""
+"""The moving surface of a scene at the current frame: its heights, and cameras at it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 
-from ...node_groups import realtime_waves, water_surface
 from ...settings.descriptions import sea_of
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.surface.caustics import SUN_RADIUS
 from ...uw_spectral.surface.raised_waves import RaisedWaves
 from ...uw_spectral.surface.wave_patterns import WavePatterns
-from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
-from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from ...uw_spectral.transfer.water_column import WAVES
-from .. import marks
 from ..raised_limits import raised_limits
-from ..readers import cameras, waterline
-from . import cycles_water, raised_surface
-from .frame_numbers import wave_numbers
-from .frame_water import RealtimeWater
+from . import cameras, waterline
+
+
+@dataclass(frozen=True)
+class ViewFromAir:
+    """A camera of which some frames may be above the water."""
+
+    camera: Sequence[float]  #: Where it is, m.
+    in_air: bool  #: Its rays begin in the air.
+    towards: Sequence[float]  #: Unit vector to where it looks.
 
 
 def wave_time(scene: bpy.types.Scene, settings: SceneSettings) -> float:
@@ -61,6 +64,19 @@ def may_be_over(
     return waterline.above(camera, eyes, deepest_trough(settings))
 
 
+def view_from_air(
+    scene: bpy.types.Scene,
+    camera: bpy.types.Object | None,
+    settings: SceneSettings,
+    eyes: Sequence[tuple[float, ...]] = (),
+) -> ViewFromAir | None:
+    """What is special about views from the air at the current frame; None if a job has none."""
+    if camera is None or not may_be_over(camera, settings, eyes):
+        return None
+    eye = cameras.eye_of(camera)
+    return ViewFromAir(eye[:3], waterline.is_in_air(eye, heights(scene, settings)), eye[3:])
+
+
 def has_heights(settings: SceneSettings) -> bool:
     """Whether the surface has heights."""
     return settings.surface == WAVES and settings.raised_waves
@@ -89,33 +105,3 @@ def limits(
         below=lowest < reach + waterline.PORT,
         live=live,
     )
-
-
-def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -> RealtimeWater:
-    """Return real-time water with the waves of the current frame, or as it is without waves."""
-    if plan.settings.surface != WAVES:
-        return water
-    now = patterns(scene, plan)
-    column = plan.column.mixed_above(water.depth)
-    lit = SunlitWater(column.solved_field(plan.phase, TABLE_STREAMS))
-    contrast = plan.settings.caustics * now.contrast(lit)
-    return water.under_waves(now, contrast, plan.settings.caustics)
-
-
-def move_surface(
-    scene: bpy.types.Scene, plan: RenderPlan, middle: Sequence[float] = (0.0, 0.0)
-) -> None:
-    """Bring the surface of the Cycles reference to the current frame; nothing without waves.
-
-    With heights it is finest about a middle, x and y, m.
-    """
-    if plan.settings.surface != WAVES:
-        return
-    # Its sun has a disc already.
-    now = patterns(scene, plan, sun_disc=False)
-    realtime_waves.write_patterns(marks.images(scene), now, fresh=True)
-    material = marks.part(scene, cycles_water.INTERFACE)
-    numbers = wave_numbers(now, plan.settings.caustics)
-    water_surface.write(material, numbers, plan.column.sun_direction.tolist())
-    if now.raised is not None:
-        raised_surface.follow(scene, now.raised, middle)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, override
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from ...node_groups import particles as geometry
 from ...node_groups.node_mathematics import MARK
@@ -24,7 +26,11 @@ from ...uw_spectral.water.particles import (
     scattering_fraction,
 )
 from .. import marks
-from . import scene_water
+from ..materials import band_colors
+from ..water import scene_water, wet_materials
+from ..water.frame_water import RealtimeWater
+from ..water.scene_frame import SceneFrame
+from ..water.term import Term
 
 _REACH, _LONGEST = 4.0, 30.0  # optical depth in the clearest band, and m, beyond which none is seen
 _MILLI = 1e-3
@@ -34,13 +40,38 @@ Wet = Callable[[bpy.types.Material], object]
 
 
 @dataclass(frozen=True)
-class SceneParticles:
+class ParticleTerm(Term):
     """The particles of a frame."""
 
     clouds: tuple[ParticleCloud, ...] = ()  #: One a kind, those without particles left out.
     drift: tuple[float, float, float] = (0.0, 0.0, 0.0)  #: Velocity of the water, m/s.
     deepest: float = math.inf  #: Depth of the floor, m.
     seed: int = 0
+
+    @classmethod
+    @override
+    def read(cls, frame: SceneFrame) -> ParticleTerm:
+        return particles_of(frame.plan.settings, frame.plan.column)
+
+    @classmethod
+    @override
+    def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
+        wanted = cls.read(frame)
+        bring(frame.scene, wanted, lambda material: band_colors.insert([material]))
+        return {}
+
+    @property
+    @override
+    def is_near(self) -> bool:
+        return bool(self.clouds)
+
+    @override
+    def fits(self, scene: bpy.types.Scene) -> bool:
+        return {cloud.kind.name for cloud in self.clouds} <= set(_objects(scene))
+
+    @override
+    def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
+        bring(scene, self, lambda material: wet_materials.wet(scene, material))
 
 
 def snow_of_water(settings: SceneSettings, column: WaterColumn) -> float:
@@ -49,7 +80,7 @@ def snow_of_water(settings: SceneSettings, column: WaterColumn) -> float:
     return number_of_scattering(b_p, settings.particle_slope)
 
 
-def particles_of(settings: SceneSettings, column: WaterColumn) -> SceneParticles:
+def particles_of(settings: SceneSettings, column: WaterColumn) -> ParticleTerm:
     """Return the particles that settings ask for in a water."""
     numbers = {name: getattr(settings, name) for name in KINDS}
     if settings.snow_of_water:
@@ -68,7 +99,7 @@ def particles_of(settings: SceneSettings, column: WaterColumn) -> SceneParticles
     )
     heading = math.radians(settings.drift_direction)
     x, y = (settings.drift_speed * part for part in (math.cos(heading), math.sin(heading)))
-    return SceneParticles(clouds, (x, y, 0.0), column.floor_depth, settings.particle_seed)
+    return ParticleTerm(clouds, (x, y, 0.0), column.floor_depth, settings.particle_seed)
 
 
 def record(settings: SceneSettings, column: WaterColumn) -> dict[str, Any]:
@@ -96,12 +127,7 @@ def record(settings: SceneSettings, column: WaterColumn) -> dict[str, Any]:
     }
 
 
-def is_there(scene: bpy.types.Scene, wanted: SceneParticles) -> bool:
-    """Whether the water of a scene has all the kinds that are wanted."""
-    return {cloud.kind.name for cloud in wanted.clouds} <= set(_objects(scene))
-
-
-def bring(scene: bpy.types.Scene, wanted: SceneParticles, wet: Wet) -> None:
+def bring(scene: bpy.types.Scene, wanted: ParticleTerm, wet: Wet) -> None:
     """Give the water of a scene its particles; kinds that it lacks are added.
 
     ``wet`` brings a new material into the water.

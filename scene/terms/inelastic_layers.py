@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
+from typing import override
 
 import bpy
 import numpy as np
@@ -19,8 +21,10 @@ from ...node_groups.data_blocks import new_material, vector_of_view_layer
 from ...node_groups.water_volume import volume_coefficients
 from ...uw_spectral.transfer.discrete_ordinates import Emission
 from .. import marks
-from . import scene_water
-from .water_body import WaterExtent, box
+from ..water import scene_water
+from ..water.scene_frame import SceneFrame
+from ..water.term import Term
+from ..water.water_body import WaterExtent, box
 
 NAME = "UW Layer"
 _LAYER = "uw_layer"
@@ -79,6 +83,17 @@ def _boundaries(
         others = [y for y in edges if abs(y - depth) > own or y in (0.0, bottom)]
         edges = sorted({*others, depth - own / 2.0, depth + own / 2.0})
     return np.array(edges)
+
+
+class InelasticTerm(Term):
+    """Light that the water emits; the tables of EEVEE hold it."""
+
+    @classmethod
+    @override
+    def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
+        assert frame.extent is not None, "there is water"
+        light, floor_depth = frame.plan.emission(), frame.plan.column.floor_depth
+        return bring(frame.scene, light, floor_depth, frame.extent, frame.eye.depth)
 
 
 def bring(

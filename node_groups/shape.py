@@ -1,0 +1,81 @@
+"""What decides the nodes of the real-time water, and what these read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import bpy
+
+from ..uw_spectral.transfer.sky import UNIFORM
+from ..uw_spectral.water.phase import PhaseFunction
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What the groups of a water read."""
+
+    values: bpy.types.ShaderNodeTree  #: Of :func:`.realtime_values.build`.
+    #: Images by the names that their modules give them.
+    parts: Mapping[str, bpy.types.ID] = field(default_factory=dict)
+    #: Group of a pixel's ray, where that is not straight from the camera.
+    rays: bpy.types.ShaderNodeTree | None = None
+
+
+@dataclass(frozen=True)
+class TermShape:
+    """What decides the nodes of a term; without arguments, that of a water that lacks the term."""
+
+    #: Names of the term's numbers of which each channel has its own.
+    channels: ClassVar[tuple[str, ...]] = ()
+    singles: ClassVar[tuple[str, ...]] = ()  #: Of those that are the same in every channel.
+
+    #: The tables of light hold the contrast of its caustics.
+    caustics: ClassVar[bool] = False
+
+    @property
+    def emissions(self) -> int:
+        """Lights beside those of colours that the tables of light hold for it."""
+        return 0
+
+    def parts(self, shape: Shape) -> Mapping[str, bpy.types.ID]:
+        """Make the data-blocks that the nodes read, which are written by frame."""
+        del shape
+        return {}
+
+    def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree | None:
+        """Build the group of a pixel's ray, if the term bends or shortens it."""
+        del sources
+        return None
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What decides the nodes of the groups; everything else is a number in them.
+
+    The fields are of the water and of materials; each term of light has a shape of its own.
+    """
+
+    components: tuple[PhaseFunction, ...]  #: Parts of the phase function.
+    flat: bool  #: The water has a surface that reflects.
+    zones: int = 1  #: Of the scale of depths.
+    slices: int = 0
+    shafts: bool = False  #: Single scattering comes from the volume.
+    sky: str = UNIFORM  #: Distribution of the sky's radiance.
+    layered: bool = False  #: The water differs with depth.
+    layers: tuple[str, ...] = ()  #: Written beside the picture, of :mod:`.realtime_layers`.
+    mirrors: bool = False  #: Objects mirror the water.
+    translucent: bool = False  #: Light from behind objects shines through them.
+    highlights: tuple[str, ...] = ()  #: Groups of :mod:`.realtime_highlights` that there are.
+    filters: bool = False  #: Objects let through more of one colour than of another.
+    glows: bool = False  #: Objects emit light.
+    measured: int = 0  #: Measured reflectances.
+    terms: tuple[TermShape, ...] = ()
+
+    def __contains__(self, kind: type[TermShape]) -> bool:
+        return any(isinstance(term, kind) for term in self.terms)
+
+    def of[T: TermShape](self, kind: type[T]) -> T:
+        """Return the shape of a term, or that of its absence."""
+        return next((term for term in self.terms if isinstance(term, kind)), kind())

@@ -1,0 +1,112 @@
+"""Lamps in the water of EEVEE, drawn by its shaders, and EEVEE's own that cast their shadows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self, override
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import lamp_images, realtime_lamps
+from ...node_groups.realtime_values import Numbers
+from ...node_groups.shape import TermShape
+from ...uw_spectral.lamps.grouping import grouped
+from ...uw_spectral.lamps.lamp_projection import project_lamps
+from ...uw_spectral.lamps.multiple_scattering import LampWater
+from .. import marks
+from ..readers.lamps import SceneLamps, plan_lamps
+from ..water import cycles_lamps, scene_water
+from ..water.frame_water import RealtimeWater
+from ..water.scene_frame import SceneFrame
+from ..water.term import Follower, Term
+
+# Intensity of the lamps that cast shadows: what they add to the sun's light on an object is this
+# fraction of what the lamps themselves do. Fainter ones drown in the rounding of single precision.
+_FAINT_FRACTION, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class LampTerm(Term):
+    """The lamps of a frame, and the water around them if there are any."""
+
+    scene: SceneLamps
+    around: LampWater | None = None
+
+    @classmethod
+    @override
+    def read(cls, frame: SceneFrame) -> Self:
+        plan, depth, cache = frame.plan, frame.eye.depth, frame.cache.lamp_shadows
+        lamps = cache.of(frame.scene, plan_lamps(frame.scene, plan), unchanged=frame.unchanged)
+        if lamps.lamps:
+            lamps = lamps.in_layers(plan.column, plan.phase, depth)
+            water = lamps.around or plan.lamp_water(max(depth, 0.0))
+            lamps = lamps.with_virtual_lights(water, plan.bands, frame.eye.place)
+            lamps = cache.of_virtual(lamps)
+        return cls(lamps, lamps.water_around(plan.column, plan.phase, depth))
+
+    @classmethod
+    @override
+    def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
+        return cycles_lamps.shape(frame.scene, plan_lamps(frame.scene, frame.plan))
+
+    @override
+    def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:
+        lamps = self.scene
+        if not lamps.lamps:
+            return ()
+        shape = realtime_lamps.LampShape(
+            len(lamps.all), len(lamps.virtual), water.phase.components, lamps.from_air,
+            water.inputs.kinds.facets, len(water.excitation) > 0, water.floating > 0.0,
+        )  # fmt: skip
+        return (shape,)
+
+    @override
+    def prepare(self, scene: bpy.types.Scene) -> list[str]:
+        return list(self.scene.notes)
+
+    @override
+    def followers(self) -> Sequence[Follower]:
+        shown = self.scene.shown
+        made = realtime_lamps.shadow_lamps([lamp.light for lamp in shown])
+        return list(zip(made, shown, strict=True))
+
+    @override
+    def numbers(self, water: RealtimeWater) -> Numbers:
+        if not self.scene.lamps:
+            return Numbers()
+        column = water.column
+        sun = float(np.mean(column.Ed(water.depth, water.phase)))
+        brightest = max(float(np.mean(lamp.intensity)) for lamp in self.scene.lamps)
+        code = 1.0
+        if sun > 0:
+            code = min(max(_FAINT_FRACTION * brightest / sun, _FAINTEST), _BRIGHTEST)
+        sunlit = float(np.any(column.sun_irradiance > 0))
+        return Numbers({}, dict(zip(realtime_lamps.NUMBERS, (sunlit, code), strict=True)))
+
+    @override
+    def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
+        if self.around is None:
+            return
+        lamps, shown, numbers = self.scene.lamps, self.scene.shown, water.numbers.single
+        codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
+        blocked = [index for index, lamp in enumerate(lamps) if not lamp.unblocked]
+        groups = grouped([lamps[index].position for index in blocked], len(codes))
+        colours = [realtime_lamps.NO_SHADOW] * len(lamps)
+        for index, group in zip(blocked, groups, strict=True):
+            colours[index] = codes[group]
+        projected = project_lamps(
+            self.scene.all, self.around, water.channels, list(water.inputs.reflectances.values()),
+            self.scene.waters, water.excitation, clouds=water.floating,
+        )  # fmt: skip
+        images = lamp_images.images_in(marks.collection_of(scene) or {})
+        assert images is not None, "lamps shine in the water"
+        virtual = [realtime_lamps.NO_SHADOW] * len(self.scene.virtual)
+        lamp_images.write_lamps(images, projected, colours + virtual)
+        followers = marks.followers(scene)
+        for item, lamp, own, colour in zip(followers, lamps, shown, colours, strict=True):
+            scene_water.follow(item, own)
+            code = numbers[realtime_lamps.CODE]
+            realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)

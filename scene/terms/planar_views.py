@@ -1,0 +1,130 @@
+"""Pictures that the surface mirrors and lets through, given to the water of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import override
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ...node_groups import (
+    realtime_adjacency,
+    realtime_reflected_view,
+    realtime_refracted_view,
+    realtime_values,
+)
+from ...node_groups.realtime_values import Numbers
+from ...node_groups.shape import TermShape
+from ...uw_spectral.surface.reflected_view import ReflectedView
+from .. import marks
+from ..readers.filled_view import filled_view
+from ..readers.surroundings import Surroundings
+from ..water import refraction_displacement, scene_water
+from ..water.frame_water import RealtimeWater
+from ..water.term import Term
+from .occlusion import OcclusionTerm
+from .view_from_air import in_air
+
+
+class ReflectionTerm(Term):
+    """The surface may mirror a picture of objects."""
+
+    @override
+    def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:
+        return (realtime_reflected_view.ReflectionShape(),)
+
+
+@dataclass(frozen=True)
+class WindowTerm(Term):
+    """The surface may show a picture of objects in the air to a camera that is in the water."""
+
+    camera: Sequence[float]  #: Where it is, m.
+
+    @override
+    def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:
+        return (realtime_refracted_view.WindowShape(),)
+
+    @override
+    def prepare(self, scene: bpy.types.Scene) -> list[str]:
+        refraction_displacement.subdivide(scene, self.camera, from_air=False)
+        return []
+
+    @override
+    def numbers(self, water: RealtimeWater) -> Numbers:
+        return in_air(water) | Numbers({}, {realtime_values.THROUGH: 0.0})
+
+
+def look_from_mirror(
+    scene: bpy.types.Scene,
+    water: RealtimeWater,
+    camera: bpy.types.Object,
+    around: Surroundings | None,
+) -> None:
+    """Give the water what differs for an eye at the camera's mirror image, until its next values.
+
+    Shafts are not drawn for it: what they would draw counts as unshadowed.
+    """
+    single, occlusion = {realtime_values.SHAFT_END: 0.0}, water.term(OcclusionTerm)
+    if occlusion is not None and occlusion.buffer is not None:
+        surfaces = None if around is None else around.surfaces
+        buffer = filled_view(scene, camera, surfaces, water.field.floor_depth)
+        single |= realtime_adjacency.FIELDS.numbers(buffer.view)
+        occlusion.write_adjacency(scene, water, buffer)
+    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, single))
+
+
+def show_mirrored(
+    scene: bpy.types.Scene,
+    view: ReflectedView,
+    picture: NDArray[np.float32],
+    nearness: NDArray[np.float32] | None,
+) -> None:
+    """Let the surface mirror a picture, see :func:`.realtime_reflected_view.write_picture`."""
+    realtime_reflected_view.write_picture(
+        marks.part(scene, realtime_reflected_view.PART), picture, nearness
+    )
+    _place(scene, realtime_reflected_view.FIELDS.numbers(view))
+
+
+def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
+    """Let the scene show what is above the water, to an eye in it, until its next values.
+
+    The sun is that of the air; shadows fall as if objects were where they seem to be.
+    """
+    numbers = {
+        realtime_values.THROUGH: 1.0,
+        **dict(zip(realtime_values.CAMERA, view.eye, strict=True)),
+    }
+    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, numbers))
+    for item in marks.objects(scene):
+        if item.get(marks.IS_SUN):
+            scene_water.turn(item, water.column.skylight.sun)
+
+
+def show_window(
+    scene: bpy.types.Scene,
+    view: ReflectedView,
+    picture: NDArray[np.float32],
+    nearness: NDArray[np.float32] | None,
+) -> None:
+    """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
+    image = marks.part(scene, realtime_refracted_view.PART)
+    realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
+    _place(scene, realtime_refracted_view.FIELDS.numbers(view))
+
+
+def hide_window(scene: bpy.types.Scene) -> None:
+    """Let the sky alone be seen through the surface."""
+    _place(scene, realtime_refracted_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
+
+
+def hide_mirrored(scene: bpy.types.Scene) -> None:
+    """Let the surface mirror open water alone."""
+    _place(scene, realtime_reflected_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
+
+
+def _place(scene: bpy.types.Scene, numbers: dict[str, float]) -> None:
+    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, numbers))
