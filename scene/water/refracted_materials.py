@@ -44,3 +44,9 @@ def insert(
         return None, []
     lifted = realtime_refraction.build_refraction_displacement(values, images, from_air=False)
     return None, refraction_displacement.insert(above, lifted, shafts.LONGEST, from_air=False)
+
+
+def move(material: bpy.types.Material, group: bpy.types.ShaderNodeTree | None) -> None:
+    """Let one more material move as the group of a scene says, if that has one."""
+    if group is not None:
+        refraction_displacement.insert([material], group, shafts.LONGEST)

@@ -20,9 +20,8 @@ from ..materials import (
     realtime_materials,
     wet_trees,
 )
-from ..materials.realtime_materials import Surfaces
 from ..readers.closed_bodies import closed_materials
-from . import giving_back, refracted_materials, refraction_displacement, scene_water, shafts
+from . import giving_back, refracted_materials, scene_water
 from .frame_water import FLOOR, RealtimeWater
 
 _PLAIN, _FILTER, _HIGHLIGHT = "uw_plain", "uw_filter", "uw_highlight "
@@ -77,9 +76,9 @@ def _surfaces(
     floor: bpy.types.Material | None = None,
     closed: Collection[bpy.types.Material] = (),
     fluorescing: Collection[str] = (),
-) -> Surfaces:
+) -> realtime_materials.Surfaces:
     kinds = {kind: groups.get(_HIGHLIGHT + kind) for kind in realtime_highlights.NUMBERS}
-    return Surfaces(
+    return realtime_materials.Surfaces(
         groups.get(marks.SURFACE), groups.get(_FILTER), groups.get(marks.NATIVE), floor, closed,
         {kind: group for kind, group in kinds.items() if group is not None},
         groups.get(marks.FLUORESCENT), fluorescing,
@@ -93,9 +92,7 @@ def wet(scene: bpy.types.Scene, material: bpy.types.Material) -> None:
     closed = closed_materials(scene) if own.translucent or own.filters else ()
     surfaces = _surfaces(groups, closed=closed, fluorescing=fluorescence.of([material]))
     realtime_materials.insert([material], surfaces)
-    moved = groups.get(_DISPLACEMENT)
-    if moved is not None:
-        refraction_displacement.insert([material], moved, shafts.LONGEST)
+    refracted_materials.move(material, groups.get(_DISPLACEMENT))
 
 
 def is_dry(item: bpy.types.Object) -> bool:
