@@ -9,6 +9,8 @@ of how far it shines into the water. All light is in three channels.
 
 from __future__ import annotations
 
+import functools
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -19,10 +21,8 @@ from numpy.typing import NDArray
 from ..uw_spectral.lamps.angular_spread import (
     ANGLES,
     LENGTHS,
-    ON_PATCHES,
     PROFILE_ANGLES,
     PROFILE_LENGTHS,
-    ValueGrid,
     WaterSpread,
 )
 from ..uw_spectral.lamps.lamp import Lamp
@@ -34,8 +34,9 @@ from ..uw_spectral.lamps.lamp_shadow import DISTANCES, PART_SIDE, SIDE, SOFT_SID
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
-from ..uw_spectral.lamps.soft_shadow import SoftMap
+from ..uw_spectral.table import Table
 from . import lamp_sources
+from .image_table import MARGIN, Tiles, write_tiles
 from .texture_atlas import number_image
 
 NAME = "UW Lamps"
@@ -48,7 +49,6 @@ _NUMBERS = sum(QUADRATURES)  # first column after them
 EXTENT, IN_WATER, ON_SURFACES, WIDE, SCALES = range(_NUMBERS, _NUMBERS + 5)
 POSITION, AXIS, FORM, COLOUR, SEEN, STANDS, DRY, FIRST_PART = range(8)
 PROFILE_ROW, PROJECTED_ROW = 1, 2  # rows of a block; its numbers are in the first
-MARGIN = 1
 SPREAD, SPREAD_ROWS = 1, LENGTHS + 2 * MARGIN
 PATCHES = ANGLES + 2 * MARGIN  # first column of the irradiance on patches
 _PROFILE_COLUMNS = PROFILE_ANGLES + 2 * MARGIN
@@ -57,16 +57,18 @@ PART_COLUMNS = PART_SIDE + 2 * MARGIN
 SOFT = SHADOW + SIDE + 2 * MARGIN  # that of the maps of scattered light, side by side
 SOFT_COLUMNS = SOFT_SIDE + 2 * MARGIN
 _FLOATING_ROWS = FLOATING + 2 * MARGIN
-BESIDE = 3  # maps of parts of lit objects, in rows below those of scattered light
+SOFT_TILES = Tiles(columns=SOFT_COLUMNS)
+PARTS_ROW = SOFT_COLUMNS  # of maps of parts of lit objects, below those of scattered light
+PART_TILES = Tiles(PART_COLUMNS, PART_COLUMNS, across=3)
 _TABLE_ROWS = max(PROFILE_LENGTHS, SIDE) + 2 * MARGIN
 _WIDTH = max(
     SAMPLES,
     SCALES + 1,
     SOFT + DISTANCES * SOFT_COLUMNS,
-    PATCHES + ON_PATCHES + 2 * MARGIN,
+    PATCHES + 3 + 2 * MARGIN,
     _FLOATING_ROWS,
 )
-_UNHIDDEN = SoftMap(np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1)))
+_UNHIDDEN = np.tile((1.0, 0.0), (DISTANCES, SOFT_SIDE, SOFT_SIDE, 1))
 _LEAST_RADIUS = 1e-3  # m
 
 
@@ -115,40 +117,21 @@ class LampRows:
         """Return those of an image of numbers."""
         return cls(*(image[name] for name in (_PARTS, MEASURED_KEY, _EXCITING, _FLOATING)))
 
-    @property
-    def unscattered(self) -> int:
-        """First row of what is seen of the lamp itself."""
-        return PROJECTED_ROW + self.parts
-
-    @property
-    def in_water(self) -> int:
-        """First row of the bands for light in the water."""
-        return self.unscattered + 1
-
-    @property
-    def coloured(self) -> int:
-        """First row of those for light on objects of a colour."""
-        return self.in_water + BANDS
-
-    @property
-    def excited(self) -> int:
-        """First row of what excites fluorophores."""
-        return self.coloured + BANDS * (COLOURS + self.measured)
-
-    @property
-    def floats(self) -> int:
-        """First row of the light on what floats."""
-        return self.excited + self.exciting
-
-    @property
-    def tables(self) -> int:
-        """First row of blurred profiles and shadows."""
-        return self.floats + self.floating
-
-    @property
-    def all(self) -> int:
-        """Rows of a block."""
-        return self.tables + _TABLE_ROWS
+    @functools.cached_property
+    def first(self) -> dict[str, int]:
+        """First row of each of its tables in a block, and how many rows that has."""
+        rows = {
+            "scattered": self.parts,
+            "unscattered": 1,
+            "in water": BANDS,
+            "coloured": BANDS * (COLOURS + self.measured),
+            "exciting": self.exciting,
+            "floating": self.floating,
+            "maps": _TABLE_ROWS,
+            "all": 0,
+        }
+        first = itertools.accumulate(rows.values(), initial=PROJECTED_ROW)
+        return dict(zip(rows, first, strict=False))
 
 
 def new_images(
@@ -184,7 +167,9 @@ def new_images(
         Whether there are clouds that scatter it.
     """
     excited, floating = BANDS * exciting, _FLOATING_ROWS * in_clouds
-    height = SPREAD + SPREAD_ROWS + LampRows(parts, measured, excited, floating).all * lamps
+    height = (
+        SPREAD + SPREAD_ROWS + LampRows(parts, measured, excited, floating).first["all"] * lamps
+    )
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[MEASURED_KEY], image[FROM_AIR_KEY] = parts, measured, from_air
@@ -228,31 +213,29 @@ def _pixels(
     in_spread, on_spread = in_water.spread, on_surfaces.spread
     assert isinstance(in_spread, WaterSpread)
     assert isinstance(on_spread, WaterSpread)
-    _put(out[SPREAD:], 0, in_spread.narrow.values)
-    _put(out[SPREAD:], PATCHES, on_spread.on_patches.values)
+    write_tiles(out[SPREAD:], in_spread.narrow.values)
+    write_tiles(out[SPREAD:, PATCHES:], on_spread.on_patches.values)
     first = SPREAD + SPREAD_ROWS
     floating = _FLOATING_ROWS * projected.floats
     rows = LampRows(projected.parts, projected.measured, BANDS * projected.excites, floating)
     for index, (lamp, tables) in enumerate(zip(projected.lamps, projected.projected, strict=True)):
-        block = out[first + rows.all * index :][: rows.all]
+        block = out[first + rows.first["all"] * index :][: rows.first["all"]]
         _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
-        _put(block[rows.tables :], 0, on_spread.profile(lamp.profile).values)
+        maps = block[rows.first["maps"] :]
+        write_tiles(maps, on_spread.profile(lamp.profile).values)
         if lamp.shadow is not None:
-            assert isinstance(lamp.shadow, ValueGrid)
-            _put(block[rows.tables :], SHADOW, lamp.shadow.values)
+            assert isinstance(lamp.shadow, Table)
+            write_tiles(maps[:, SHADOW:], lamp.shadow.values)
         if projected.floats:
-            _put(block[rows.floats :], 0, tables.floating)
+            write_tiles(block[rows.first["floating"] :], tables.floating)
         for place, part in enumerate(lamp.known_parts):
             if part.shadow is not None:
-                assert isinstance(part.shadow, ValueGrid)
-                down, across = divmod(place, BESIDE)
-                row, column = (PART_COLUMNS * x for x in (down, across))
-                row += rows.tables + SOFT_COLUMNS
-                _put(block[row:], SOFT + column, part.shadow.values)
-        soft = _UNHIDDEN if lamp.soft is None else lamp.soft
-        assert isinstance(soft, SoftMap)
-        for place, layer in enumerate(soft.values):
-            _put(block[rows.tables :], SOFT + place * SOFT_COLUMNS, layer)
+                assert isinstance(part.shadow, Table)
+                column, row = (int(x) for x in PART_TILES.corner(place))
+                write_tiles(maps[PARTS_ROW + row :, SOFT + column :], part.shadow.values)
+        assert lamp.soft is None or isinstance(lamp.soft, Table)
+        soft = _UNHIDDEN if lamp.soft is None else lamp.soft.values[..., 0]
+        write_tiles(maps[:, SOFT:], soft, (SOFT_TILES,))
     return out
 
 
@@ -290,10 +273,3 @@ def _put_lamp(
     ]  # fmt: skip
     rows = np.concatenate(tables)
     block[PROJECTED_ROW : PROJECTED_ROW + len(rows), :SAMPLES, :3] = rows
-
-
-def _put(out: NDArray[np.float32], column: int, values: NDArray[np.float64]) -> None:
-    """Lay a table of one number or three into the image, with its margin."""
-    padded = np.pad(values, ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0)), mode="edge")
-    rows, columns, count = padded.shape
-    out[:rows, column : column + columns, :count] = padded

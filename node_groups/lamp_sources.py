@@ -8,28 +8,28 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..uw_spectral.lamps.lamp_harmonics import ROWS
 from ..uw_spectral.lamps.multiple_scattering import LampField
 from ..uw_spectral.lamps.profile import LampProfile
-from ..uw_spectral.lamps.scattered_irradiance import TERMS
-from ..uw_spectral.lamps.scattered_source import AZIMUTHS, BENDS, TURNS
+from ..uw_spectral.lamps.scattered_irradiance import arriving_axes
+from ..uw_spectral.lamps.scattered_source import AZIMUTHS, BENDS, TURNS, source_axes
 from .data_blocks import write_pixels
+from .image_table import MARGIN, ImageTable, Tiles, write_tiles
 from .node_mathematics import NODES, Graph, NodeValue
-from .texture_atlas import number_image, texel
+from .texture_atlas import number_image
 
 _NAME = "UW Lamp Sources"
-_MARGIN = 1
-_ACROSS, _UP = BENDS + 2 * _MARGIN, TURNS + 2 * _MARGIN
-_TERM = TURNS + 2 * _MARGIN
+_ACROSS, _UP = BENDS + 2 * MARGIN, TURNS + 2 * MARGIN
+_SOURCE = Tiles(rows=_UP), Tiles(columns=_ACROSS)
+_TERMS = (Tiles(columns=_UP),)
 _ARRIVING = ROWS * _UP  # first row of what patches get
-_WIDTH, _HEIGHT = AZIMUTHS * _ACROSS, _ARRIVING + ROWS + 2 * _MARGIN
+_WIDTH, _HEIGHT = AZIMUTHS * _ACROSS, _ARRIVING + ROWS + 2 * MARGIN
 _BESIDE = 8  # places in a row
+_PLACES = Tiles(_WIDTH, _HEIGHT, _BESIDE)
 _WRITTEN = "uw_written"  # custom property of the image: what is in it
 
 
@@ -59,70 +59,24 @@ def write(
     out = np.zeros((height, width, 4), np.float32)
     out[..., 3] = 1.0
     for place, (source, arriving) in enumerate(places):
-        row, column = divmod(place, _BESIDE)
-        at = out[_HEIGHT * row :, _WIDTH * column :]
-        # Azimuths are beside each other, as terms are.
-        for first, table in ((0, source), (_ARRIVING, np.moveaxis(arriving, 2, 0)[None])):
-            tiles = _tiles(table)
-            at[first : first + len(tiles), : tiles.shape[1], :3] = tiles
+        column, row = (int(x) for x in _PLACES.corner(place))
+        at = out[row:, column:]
+        write_tiles(at, source, _SOURCE)
+        write_tiles(at[_ARRIVING:], arriving, _TERMS)
     write_pixels(image, out)
     image[_WRITTEN] = key.hexdigest()
 
 
-def _tiles(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lay tables of shape (down, across, rows, columns, 3) out, each with a margin."""
-    margin = (_MARGIN, _MARGIN)
-    padded = np.pad(table, ((0, 0), (0, 0), margin, margin, (0, 0)), mode="edge")
-    down, across, rows, columns, count = padded.shape
-    return np.moveaxis(padded, 1, 2).reshape(down * rows, across * columns, count)
+def source(graph: Graph, image: bpy.types.Image, place: NodeValue, scale: NodeValue) -> ImageTable:
+    """Return the source of the lamp of a place in the image."""
+    corner = _PLACES.corner(place, NODES)
+    return ImageTable(graph, image, source_axes(scale), *corner, _SOURCE)
 
 
-@dataclass(frozen=True, eq=False)
-class _InImage:
-    """A profile's place in the image."""
-
-    graph: Graph
-    image: bpy.types.Image
-    place: NodeValue
-    scale: NodeValue
-
-    def _corner(self) -> tuple[NodeValue, NodeValue]:
-        above = self.graph.operation("FLOOR", (self.place * (1.0 / _BESIDE),))
-        beside = self.place - above * float(_BESIDE)
-        return beside * float(_WIDTH) + float(_MARGIN), above * float(_HEIGHT) + float(_MARGIN)
-
-    def _texel(self, h: NodeValue, v: NodeValue) -> NodeValue:
-        return texel(self.graph, self.image, h, v, *self.image.size)
-
-
-class ImageArriving(_InImage):
-    """What patches get of a lamp, in the image; an :class:`.Arriving`."""
-
-    def at(self, row: NodeValue, turn: NodeValue) -> list[NodeValue]:
-        """Look it up."""
-        beside, above = self._corner()
-        h, v = beside + turn, above + row + float(_ARRIVING)
-        return [self._texel(h + float(_TERM * term), v) for term in range(TERMS)]
-
-
-class ImageSource(_InImage):
-    """The source of a lamp in the image; a :class:`.Source`."""
-
-    def at(self, row: NodeValue, azimuth: NodeValue, turn: NodeValue, bend: NodeValue) -> NodeValue:
-        """Look it up: tiles are linear, between four of them it is done here."""
-        up, along_rows = self._held(row, ROWS)
-        across, along_azimuths = self._held(azimuth, AZIMUTHS)
-        beside, above = self._corner()
-        h, v = beside + across * float(_ACROSS) + bend, above + up * float(_UP) + turn
-        found = []
-        for height in (v, v + float(_UP)):
-            near, far = (self._texel(place, height) for place in (h, h + float(_ACROSS)))
-            found.append(near + (far - near) * along_azimuths)
-        low, high = found
-        return low + (high - low) * along_rows
-
-    def _held(self, place: NodeValue, count: int) -> tuple[NodeValue, NodeValue]:
-        """Return the tile below a place, and how far it is on to the next."""
-        held = NODES.minimum(place, count - 1.001)
-        low = self.graph.operation("FLOOR", (held,))
-        return low, place - low
+def arriving(
+    graph: Graph, image: bpy.types.Image, place: NodeValue, scale: NodeValue
+) -> ImageTable:
+    """Return what patches get of the lamp of a place in the image."""
+    column, row = _PLACES.corner(place, NODES)
+    first = row + float(_ARRIVING)
+    return ImageTable(graph, image, arriving_axes(scale), column, first, _TERMS)

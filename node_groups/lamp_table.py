@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import bpy
 
+from ..uw_spectral.lamps.angular_spread import NARROW, ON_PATCHES, PROFILE
 from ..uw_spectral.lamps.lamp import Lamp, LitPart
-from ..uw_spectral.lamps.lamp_channels import COLOURS, ChannelLight, SurfaceLight, place_of_length
+from ..uw_spectral.lamps.lamp_channels import (
+    COLOURS,
+    ON_FLOATING,
+    ChannelLight,
+    SurfaceLight,
+    along_path,
+)
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import Quadrature, fewer
-from ..uw_spectral.lamps.lamp_shadow import DISTANCES
+from ..uw_spectral.lamps.lamp_shadow import SOFT, shadow_axes
 from ..uw_spectral.lamps.multiple_scattering import LampWater
 from ..uw_spectral.lamps.profile import LampProfile, sample_place
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
 from ..uw_spectral.lamps.virtual_point_lights import COUNT as PARTS
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.table import Axis
 from ..uw_spectral.water.phase import Mixture, PhaseFunction
 from . import lamp_images as layout
 from . import lamp_sources
+from .image_table import ImageTable
 from .lamp_images import LampImages, LampRows
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
-from .texture_atlas import closest, texel
+from .texture_atlas import closest
 
 
 def _first_of(nodes: int) -> float:
@@ -36,9 +46,7 @@ def _first_of(nodes: int) -> float:
 class _ImageProfile(LampProfile):
     """The profile of a lamp in the image."""
 
-    graph: Graph
-    image: bpy.types.Image
-    row: NodeValue
+    samples: ImageTable
     edge_cosine: NodeValue
     source: NodeValue
     tables: NodeValue
@@ -48,70 +56,7 @@ class _ImageProfile(LampProfile):
         return self.edge_cosine
 
     def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-        place = sample_place(cosine, SAMPLES, m, self.edge_cosine)
-        return self.graph.components(_between(self.graph, self.image, place, self.row))[0]
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageRow:
-    """A table over the length of a path in a row of the image."""
-
-    graph: Graph
-    image: bpy.types.Image
-    row: NodeValue
-    stretch: NodeValue
-
-    def at(self, length: Operand) -> NodeValue:
-        place = place_of_length(length, self.stretch)
-        return _between(self.graph, self.image, place, self.row)
-
-
-def _between(graph: Graph, image: bpy.types.Image, place: NodeValue, row: NodeValue) -> NodeValue:
-    """Interpolate between the samples of a row, of which only nodes know that it is a whole one."""
-    held = NODES.minimum(place, SAMPLES - 1.001)
-    below = graph.operation("FLOOR", (held,))
-    one, other = (closest(graph, image, column, row) for column in (below, below + 1.0))
-    return one + (other - one) * (held - below)
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageGrid:
-    """A table of three bands in the image; its corner, margin included."""
-
-    graph: Graph
-    image: bpy.types.Image
-    column: NodeValue | float
-    row: NodeValue | float
-
-    def at(self, column: Operand, row: Operand) -> NodeValue:
-        h, v = self.column + layout.MARGIN + column, self.row + layout.MARGIN + row
-        return texel(self.graph, self.image, h, v, *self.image.size)
-
-
-class _ImageShadow(_ImageGrid):
-    """The map of a lamp's shadows in the image: one number, the same in every channel."""
-
-    def at(self, column: Operand, row: Operand) -> NodeValue:
-        return self.graph.components(super().at(column, row))[0]
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageSoft:
-    """The maps of a lamp's scattered light in the image, a layer for each distance."""
-
-    graph: Graph
-    image: bpy.types.Image
-    row: NodeValue
-
-    def at(self, distance: NodeValue, column: NodeValue, row: NodeValue) -> tuple[NodeValue, ...]:
-        layer = self.graph.operation("FLOOR", (NODES.minimum(distance, DISTANCES - 1.001),))
-        h = layer * float(layout.SOFT_COLUMNS) + column + float(layout.SOFT + layout.MARGIN)
-        v = self.row + row + float(layout.MARGIN)
-        near, far = (
-            texel(self.graph, self.image, place, v, *self.image.size)
-            for place in (h, h + float(layout.SOFT_COLUMNS))
-        )
-        return self.graph.components(near + (far - near) * (distance - layer))[:2]
+        return self.samples.at(place=sample_place(cosine, SAMPLES, m, self.edge_cosine))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,16 +67,17 @@ class _ImageSpread:
     image: bpy.types.Image
 
     @property
-    def narrow(self) -> _ImageGrid:
-        return _ImageGrid(self.graph, self.image, 0.0, float(layout.SPREAD))
+    def narrow(self) -> ImageTable:
+        return ImageTable(self.graph, self.image, NARROW, 0.0, float(layout.SPREAD))
 
     @property
-    def on_patches(self) -> _ImageGrid:
-        return _ImageGrid(self.graph, self.image, float(layout.PATCHES), float(layout.SPREAD))
+    def on_patches(self) -> ImageTable:
+        corner = float(layout.PATCHES), float(layout.SPREAD)
+        return ImageTable(self.graph, self.image, ON_PATCHES, *corner)
 
-    def profile(self, profile: LampProfile) -> _ImageGrid:
+    def profile(self, profile: LampProfile) -> ImageTable:
         assert isinstance(profile, _ImageProfile)
-        return _ImageGrid(self.graph, self.image, 0.0, profile.tables)
+        return ImageTable(self.graph, self.image, PROFILE, 0.0, profile.tables)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,13 +88,13 @@ class _ImageField:
     image: bpy.types.Image
     scale: NodeValue
 
-    def source(self, profile: LampProfile) -> lamp_sources.ImageSource:
+    def source(self, profile: LampProfile) -> ImageTable:
         assert isinstance(profile, _ImageProfile)
-        return lamp_sources.ImageSource(self.graph, self.image, profile.source, self.scale)
+        return lamp_sources.source(self.graph, self.image, profile.source, self.scale)
 
-    def arriving(self, profile: LampProfile) -> lamp_sources.ImageArriving:
+    def arriving(self, profile: LampProfile) -> ImageTable:
         assert isinstance(profile, _ImageProfile)
-        return lamp_sources.ImageArriving(self.graph, self.image, profile.source, self.scale)
+        return lamp_sources.arriving(self.graph, self.image, profile.source, self.scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +133,7 @@ class LampTable:
     @property
     def count(self) -> int:
         """Number of lamps."""
-        return (self.image.size[1] - layout.SPREAD - layout.SPREAD_ROWS) // self.rows.all
+        return (self.image.size[1] - layout.SPREAD - layout.SPREAD_ROWS) // self.rows.first["all"]
 
     @property
     def virtual(self) -> int:
@@ -200,11 +146,10 @@ class LampTable:
         position, turned, fraction = (self._at(place + float(i), row) for i in range(3))
         radius = NODES.sqrt(turned.dot(turned))
         axis = self.graph.components(turned * (1.0 / radius))
-        down = NODES.floor((number + 0.5) * (1.0 / layout.BESIDE))
-        across = (number - down * float(layout.BESIDE)) * float(layout.PART_COLUMNS)
-        tables = row + float(self.rows.tables + layout.SOFT_COLUMNS)
-        tables = tables + down * float(layout.PART_COLUMNS)
-        shadow = _ImageShadow(self.graph, self.image, across + float(layout.SOFT), tables)
+        across, down = layout.PART_TILES.corner(number, NODES)
+        first = row + float(self.rows.first["maps"] + layout.PARTS_ROW)
+        corner = across + float(layout.SOFT), first + down
+        shadow = self._table(shadow_axes(layout.PART_SIDE), *corner, numbers=1)
         return LitPart(self.graph.components(position), axis, fraction, radius, shadow)
 
     def with_parts(self, index: NodeValue, lamp: Lamp) -> Lamp:
@@ -223,13 +168,14 @@ class LampTable:
         columns = layout.POSITION, layout.AXIS, layout.FORM
         position, axis, form = (self.graph.components(self._at(x, row)) for x in columns)
         radius, edge, source = form
-        tables = row + float(self.rows.tables)
-        shadow = _ImageShadow(self.graph, self.image, float(layout.SHADOW), tables)
-        profile = _ImageProfile(
-            self.graph, self.image, row + float(layout.PROFILE_ROW), edge, source, tables
-        )
+        tables = row + float(self.rows.first["maps"])
+        shadow = self._table(shadow_axes(), float(layout.SHADOW), tables, numbers=1)
+        own = row + float(layout.PROFILE_ROW)
+        samples = self._table((Axis("place", SAMPLES),), 0.0, own, margin=0, numbers=1)
+        profile = _ImageProfile(samples, edge, source, tables)
         seen, virtual, unblocked = self.graph.components(self._at(layout.SEEN, row))
-        soft = _ImageSoft(self.graph, self.image, tables)
+        tiles = (layout.SOFT_TILES,)
+        soft = self._table(SOFT, float(layout.SOFT), tables, tiles=tiles, numbers=2)
         lamp = Lamp(
             position, axis, 1.0, profile, radius, seen, shadow, virtual, unblocked, soft=soft
         )
@@ -244,16 +190,16 @@ class LampTable:
         return ChannelLight(
             self._water(layout.IN_WATER),
             components,
-            self._projected(index, layout.PROJECTED_ROW, self.rows.parts),
-            self._projected(index, self.rows.unscattered, 1)[0],
-            self._projected(index, self.rows.in_water, BANDS),
+            self._projected(index, "scattered", self.rows.parts),
+            self._projected(index, "unscattered", 1)[0],
+            self._projected(index, "in water", BANDS),
             self.graph.components,
-            _ImageGrid(self.graph, self.image, 0.0, self._row(index) + float(self.rows.floats)),
+            self._table(ON_FLOATING, 0.0, self._row(index) + float(self.rows.first["floating"])),
         )
 
     def on_surfaces(self, index: NodeValue) -> SurfaceLight:
         """Return the light of a lamp on objects."""
-        rows = self._projected(index, self.rows.coloured, BANDS * COLOURS)
+        rows = self._projected(index, "coloured", BANDS * COLOURS)
         coloured = [rows[BANDS * colour :][:BANDS] for colour in range(COLOURS)]
         water = self._water(layout.ON_SURFACES)
         return SurfaceLight(water, coloured, self.graph.components)
@@ -261,13 +207,13 @@ class LampTable:
     def of_measured(self, index: NodeValue, number: NodeValue, length: NodeValue) -> list[Operand]:
         """Look up the tables of a measured reflectance; the first has the number 1."""
         # Number 0 finds those of a colour, which nothing uses.
-        first = self._row(index) + float(self.rows.coloured + BANDS * (COLOURS - 1))
+        first = self._row(index) + float(self.rows.first["coloured"] + BANDS * (COLOURS - 1))
         rows = self._rows(first + number * float(BANDS), BANDS)
-        return [row.at(length) for row in rows]
+        return [row.at(length=length) for row in rows]
 
     def exciting(self, index: NodeValue, length: NodeValue) -> list[Operand]:
         """Look up the tables of what excites fluorophores."""
-        return [row.at(length) for row in self._projected(index, self.rows.excited, BANDS)]
+        return [row.at(length=length) for row in self._projected(index, "exciting", BANDS)]
 
     def integrate(
         self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
@@ -309,12 +255,16 @@ class LampTable:
         spread = _ImageSpread(self.graph, self.image)
         return LampWater(0.0, b, b, nothing, spread, field, wide, reach)
 
-    def _projected(self, index: NodeValue, row: int, count: int) -> list[_ImageRow]:
-        return self._rows(self._row(index) + float(row), count)
+    def _projected(self, index: NodeValue, name: str, count: int) -> list[ImageTable]:
+        return self._rows(self._row(index) + float(self.rows.first[name]), count)
 
-    def _rows(self, first: NodeValue, count: int) -> list[_ImageRow]:
-        stretch = self._extent[0]
-        return [_ImageRow(self.graph, self.image, first + float(i), stretch) for i in range(count)]
+    def _rows(self, first: NodeValue, count: int) -> list[ImageTable]:
+        axes = along_path(self._extent[0])
+        return [self._table(axes, 0.0, first + float(i), margin=0) for i in range(count)]
+
+    @property
+    def _table(self) -> Callable[..., ImageTable]:
+        return functools.partial(ImageTable, self.graph, self.image)
 
     @property
     def _extent(self) -> tuple[NodeValue, ...]:
@@ -324,4 +274,4 @@ class LampTable:
         return closest(self.graph, self.image, column, row)
 
     def _row(self, index: NodeValue) -> NodeValue:
-        return index * float(self.rows.all) + float(layout.SPREAD + layout.SPREAD_ROWS)
+        return index * float(self.rows.first["all"]) + float(layout.SPREAD + layout.SPREAD_ROWS)

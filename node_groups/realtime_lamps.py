@@ -247,7 +247,7 @@ def build_patch(
 
         found: dict[str, NodeValue] = {}
         if not {SEEN, UNSCATTERED, FORWARD}.isdisjoint(outputs):
-            fractions = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P, NODES)}
+            fractions = {UNSCATTERED: light.unscattered(P, NODES), FORWARD: light.forward(P)}
             fractions[SEEN] = fractions[UNSCATTERED] + fractions[FORWARD]
             found |= reflected(arriving.length + P, fractions)
         if not {THERE, IRRADIANCE}.isdisjoint(outputs):

@@ -37,6 +37,7 @@ def texel(
     rows: NodeValue | float,
     *,
     tiled: bool = False,
+    whole_row: bool = False,
 ) -> NodeValue:
     """Look up a place of an image, in texels from the middle of its first.
 
@@ -48,9 +49,12 @@ def texel(
         Size of the image.
     tiled : bool
         Whether the image begins anew beyond its outermost texels; it is what they are else.
+    whole_row : bool
+        Whether the row is a whole number, if only nodes know that.
     """
-    across, up = (_split(*x) for x in ((h, columns), (v, rows)))
-    if graph.slim:
+    across, up = _split(h, columns), _split(v, rows, whole=whole_row)
+    # With groups of rows that only nodes know Cycles draws what lamps shine on black: too large.
+    if graph.slim or (whole_row and isinstance(v, NodeValue)):
         return _mixed(graph, image, across, up, tiled=tiled)
     # One node each, of a group that is built once: Blender takes its time for each node of a tree.
     kinds = len(across), len(up)
@@ -94,13 +98,15 @@ def _mixed(
     return found if len(up) == 1 else (along(up[2]) - found) * up[1] + found
 
 
-def _split(place: NodeValue | float, count: NodeValue | float) -> tuple[NodeValue | float, ...]:
+def _split(
+    place: NodeValue | float, count: NodeValue | float, *, whole: bool = False
+) -> tuple[NodeValue | float, ...]:
     """Return where the texel below a place is, 0 to 1, how much is mixed of the next, and where.
 
     Without the latter two if the place is the middle of a texel.
     """
     per_texel = 1.0 / count
-    if not isinstance(place, NodeValue) and float(place).is_integer():
+    if whole or (not isinstance(place, NodeValue) and float(place).is_integer()):
         return ((place + 0.5) * per_texel,)
     low = NODES.floor(place)
     first, second = (low * per_texel + along * per_texel for along in (0.5, 1.5))

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
-from ...uw_spectral.lamps.angular_spread import ValueGrid
 from ...uw_spectral.lamps.lamp import Lamp, LitPart, LitParts
 from ...uw_spectral.lamps.lamp_shadow import PART_SIDE, SIDE, shadow_directions, shadow_map
 from ...uw_spectral.lamps.profile import LampProfile
 from ...uw_spectral.lamps.virtual_point_lights import rays_of
+from ...uw_spectral.table import Table
 from .lamps import SceneLamps, SeenByLamp
 from .ray_casting import Meshes
 
@@ -25,7 +25,7 @@ class _Map:
     """What lies around a lamp."""
 
     seen: SeenByLamp
-    shadow: ValueGrid
+    shadow: Table
 
 
 class LampShadowCache:
@@ -130,7 +130,7 @@ def _around(meshes: Meshes, lamp: Lamp) -> _Map:
     return _Map(SeenByLamp(rays, distances, normals, base), shadow_map(shines))
 
 
-def _around_parts(meshes: Meshes, parts: Sequence[LitPart]) -> list[ValueGrid]:
+def _around_parts(meshes: Meshes, parts: Sequence[LitPart]) -> list[Table]:
     """Look around parts of lit objects, from over them: their middles may be within."""
     directions = shadow_directions(PART_SIDE)
     rays, wanted = [], []

@@ -62,7 +62,7 @@ class LampAndClouds:
         m, lamp, past = self.clouds.m, self.lamp, self.past
         t0 = m.maximum(past.t0, 0.0)
         straight = self.clouds.transmittance("extinction", lambda cloud: self._column(cloud, t0))
-        disc = light.unscattered.at(t0) * disc_seen(lamp, past, m)
+        disc = light.unscattered.at(length=t0) * disc_seen(lamp, past, m)
         single, more = light_along(lamp, past, light, m, integrate, self.transmittance)
 
         (turned,) = self.clouds.group.total(lambda x: self.scattered(x, light, add, follow))
@@ -136,7 +136,7 @@ class LampAndClouds:
         m, lamp = self.clouds.m, self.lamp
         r, u = lamp.towards(point, m)
         where = [x - x0 for x, x0 in zip(point, lamp.position, strict=True)]
-        E = light.floating_at(lamp.wet(r, where[2], m), s, m)
+        E = light.floating_at(lamp.wet(r, where[2], m), s)
         lit = lamp.profile.value(dot(lamp.axis, u), m) * lamp.lit(where, m)
         E = E * (lit / (r * r + lamp.radius * lamp.radius))
 

@@ -27,8 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
-from ..look_up import multilinear_of_columns
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import LOGARITHMIC, Axis, Lookup, Scale, Table, discrete_axis, root
 from ..water.phase import BandPhase
 from .delta_scaled_phase import BEYOND, RESOLVED, moments_beyond, wide_moments
 from .profile import LampProfile, sample_place
@@ -37,14 +36,10 @@ Array = NDArray[np.float64]
 
 LENGTHS, ANGLES = 64, 64
 """Rows and columns of the table of deflections."""
-ABOUT, OF_SURFACES, ANGLE2 = 0.0, 1.0, 2.0
-"""Columns of the table of patches: the light from about the lamp, that of objects, and the mean
-square of the angle between the former and the lamp, rad²."""
-ON_PATCHES = 3
-"""Number of them."""
+ABOUT, OF_SURFACES, ANGLE2 = 0, 1, 2
+"""Of the table of patches: the light from about the lamp, that of objects, and the mean square of
+the angle between the former and the lamp, rad²."""
 PROFILE_LENGTHS, PROFILE_ANGLES = 32, 64
-SHORTEST, LONGEST = 1e-3, 1e3
-"""Of the tables, m; shorter and longer paths are held."""
 ABOUT_LAMP = math.radians(30.0)
 """Within this of the lamp, scattered light has the lamp's shadows."""
 OBJECT = math.radians(10.0)
@@ -53,33 +48,23 @@ OBJECT = math.radians(10.0)
 _MOMENTS = 400  # of phase functions
 _OF_PROFILE = 80
 _PLACES = 400  # of the quadratures of profiles and patches
-_THIRD = 1.0 / 3.0
 _SMALLEST = 1e-30
 _SMALL = 1e-2
 
 
-def length_place(length: Operand, rows: int, m: Mathematics = NUMPY) -> Operand:
-    """Place of a length in m among the rows of a table, even in its logarithm."""
-    scale = (rows - 1.0) / math.log(LONGEST / SHORTEST)
-    return (m.log(m.clamp(length, SHORTEST, LONGEST)) - math.log(SHORTEST)) * scale
+def path_lengths(count: int) -> Scale:
+    """Return so many lengths of paths, m; shorter and longer ones are held."""
+    return Scale(count, 1e-3, 1e3, LOGARITHMIC)
 
 
-def deflection_place(half: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of half a deflection, rad, among the columns; fine where it is small."""
-    return m.power(half / (math.pi / 2), _THIRD) * (ANGLES - 1.0)
-
-
-def profile_place(cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of the cosine from a lamp's axis among the columns of its spread profile."""
-    return sample_place(cosine, PROFILE_ANGLES, m)
-
-
-class Lookup(Protocol):
-    """A table of n bands."""
-
-    def at(self, column: Operand, row: Operand) -> Operand:
-        """Interpolate linearly between its columns and rows."""
-        ...
+_LENGTHS, _PROFILE_LENGTHS = path_lengths(LENGTHS), path_lengths(PROFILE_LENGTHS)
+_HALVES = Scale(ANGLES, 0.0, math.pi / 2, root(3.0))
+NARROW = _LENGTHS.axis("length"), _HALVES.axis("half")
+"""Axes of the table of deflections, of which it has the half, rad."""
+ON_PATCHES = _LENGTHS.axis("length"), discrete_axis("quantity", 3)
+_COSINES = Axis("cosine", PROFILE_ANGLES, lambda x, m: sample_place(x, PROFILE_ANGLES, m))
+PROFILE = _PROFILE_LENGTHS.axis("length"), _COSINES
+"""Axes of the profile of a lamp, by the cosine from its axis."""
 
 
 class Spread(Protocol):
@@ -101,21 +86,6 @@ class Spread(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class ValueGrid:
-    """Table of n bands, shape (rows, columns, n), between whose entries it is linear."""
-
-    values: Array
-
-    def at(self, column: Operand, row: Operand) -> Array:
-        """Interpolate at places of shape (..., 1), or of no shape; shape (..., n)."""
-        ends = np.array(self.values.shape[:2]) - 1
-        held = (
-            np.minimum(np.maximum(p, 0), end) for p, end in zip((row, column), ends, strict=True)
-        )
-        return multilinear_of_columns(self.values, list(held))
-
-
-@dataclass(frozen=True, eq=False)
 class WaterSpread(ComparedByContent):
     """The tables of a water of n bands, kept for equal ones."""
 
@@ -123,30 +93,27 @@ class WaterSpread(ComparedByContent):
     phase: BandPhase
 
     @property
-    def narrow(self) -> ValueGrid:
+    def narrow(self) -> Table:
         """Logarithm of the fraction of light per angle and length, but for absorption.
 
-        Of light that was scattered at least twice on a length l (rows), over l, by the whole
-        deflection (columns), less the same of :func:`.wide_moments`.
+        Of light that was scattered at least twice on a length l, over l, by the whole deflection,
+        less the same of :func:`.wide_moments`.
         """
         return _narrow(self)
 
     @property
-    def on_patches(self) -> ValueGrid:
+    def on_patches(self) -> Table:
         """Scattered irradiance of an isotropic lamp over that without water, but for absorption.
 
-        By the distance (rows). The first column is the light from about the lamp, on a patch
-        that faces it, but for what harmonics follow (:mod:`.scattered_irradiance`); the second one
-        the fraction of an object's light that is scattered and seen in its place; the third one the
-        mean square angle of all light from about the lamp from it.
+        :data:`ABOUT` is the light from about the lamp, on a patch that faces it, but for what
+        harmonics follow (:mod:`.scattered_irradiance`); :data:`OF_SURFACES` the fraction of an
+        object's light that is scattered and seen in its place; :data:`ANGLE2` the mean square angle
+        of all light from about the lamp from it.
         """
         return _on_patches(self)
 
-    def profile(self, profile: LampProfile) -> ValueGrid:
-        """Profile of a lamp as light has it that goes nearly straight on for a length (rows).
-
-        The columns are the places of :func:`.sample_place`.
-        """
+    def profile(self, profile: LampProfile) -> Table:
+        """Profile of a lamp as light has it that goes nearly straight on for a length."""
         return _profile(self, profile)
 
     @functools.cached_property
@@ -170,9 +137,8 @@ class WaterSpread(ComparedByContent):
 
 
 @functools.lru_cache(maxsize=16)
-def _narrow(spread: WaterSpread) -> ValueGrid:
-    lengths = _lengths(LENGTHS)
-    half = math.pi / 2 * (np.arange(ANGLES) / (ANGLES - 1.0)) ** 3
+def _narrow(spread: WaterSpread) -> Table:
+    lengths, half = _LENGTHS.values(), _HALVES.values()
 
     def twice(chi: Array) -> Array:
         """Moments after two scatterings and more."""
@@ -183,12 +149,12 @@ def _narrow(spread: WaterSpread) -> ValueGrid:
     wide = wide_moments(spread.phase, _MOMENTS, RESOLVED)
     found = _summed(twice(spread.chi) - twice(wide), np.cos(2.0 * half), _MOMENTS)
     per_metre = found / (4.0 * math.pi * lengths[:, None, None])
-    return ValueGrid(np.log(np.maximum(per_metre, _SMALLEST)))
+    return Table(np.log(np.maximum(per_metre, _SMALLEST)), NARROW)
 
 
 @functools.lru_cache(maxsize=16)
-def _on_patches(spread: WaterSpread) -> ValueGrid:
-    lengths = _lengths(LENGTHS)
+def _on_patches(spread: WaterSpread) -> Table:
+    lengths = _LENGTHS.values()
     fractions = spread.scattered(lengths, spread.chi, _MOMENTS)
     # Unless it is turned more.
     left = np.exp(-lengths[:, None, None] * (spread.b * (1.0 - spread.onward[0])))
@@ -198,23 +164,20 @@ def _on_patches(spread: WaterSpread) -> ValueGrid:
     whole, nearer = (_received(fractions, math.cos(ABOUT_LAMP), power) for power in (1, 2))
     nearer = np.divide(nearer, whole, out=np.ones_like(whole), where=whole > _SMALLEST)
     angle2 = 2.0 * (1.0 - nearer)
-    return ValueGrid(np.maximum(np.concatenate([about, seen, angle2], axis=1), 0.0))
+    values = np.concatenate([about, seen, angle2], axis=1)
+    return Table(np.maximum(values, 0.0), ON_PATCHES)
 
 
 @functools.lru_cache(maxsize=16)
-def _profile(spread: WaterSpread, profile: LampProfile) -> ValueGrid:
-    lengths = _lengths(PROFILE_LENGTHS)
+def _profile(spread: WaterSpread, profile: LampProfile) -> Table:
+    lengths = _PROFILE_LENGTHS.values()
     onward = spread.scattered(lengths, spread.onward, _OF_PROFILE)
     sent = onward[:, :1]
     fractions = np.divide(onward, sent, out=np.ones_like(onward), where=sent > _SMALLEST)
     fractions = fractions * profile_moments(profile)[:, None]
     sine = np.linspace(0.0, 1.0, PROFILE_ANGLES)
     values = _summed(fractions, 1.0 - 2.0 * sine * sine, _OF_PROFILE)
-    return ValueGrid(np.maximum(values, 0.0))
-
-
-def _lengths(rows: int) -> Array:
-    return np.geomspace(SHORTEST, LONGEST, rows)
+    return Table(np.maximum(values, 0.0), PROFILE)
 
 
 def _summed(moments: Array, cosines: Array, highest: int) -> Array:

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from .angular_spread import OBJECT, Lookup
-from .lamp_shadow import SoftShadow, lit, scattered_lit
+from ..table import Lookup
+from .angular_spread import OBJECT
+from .lamp_shadow import lit, scattered_lit
 from .profile import IsotropicProfile, LampProfile
 
 NEAREST = 1e-3
@@ -73,7 +74,7 @@ class Lamp:
     dry: Operand = 0.0
     stands: Sequence[Operand] | None = None  #: Where it is, m, if that is not where it seems to be.
     #: What of its scattered light objects leave; without, what they leave of the other.
-    soft: SoftShadow | None = None
+    soft: Lookup | None = None
     #: Of the objects that it stands for: what is not scattered comes from these to others.
     parts: Parts | None = None
 

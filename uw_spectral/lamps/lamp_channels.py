@@ -31,18 +31,16 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..table import Axis, Lookup, Table
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
 from ..water.phase import PhaseFunction
-from .angular_spread import ANGLE2, Lookup, ValueGrid, length_place
-from .angular_spread import LENGTHS as SPREAD_LENGTHS
+from .angular_spread import ANGLE2, path_lengths
 from .lamp import Lamp, RayPastLamp, disc_seen, ray_past_lamp
 from .lamp_path import Quadrature
 from .lamp_surface import (
@@ -66,36 +64,21 @@ COLOURS = 3
 FARTHEST = 1e9  # m, in place of no end
 
 
-class LengthTable(Protocol):
-    """Three channels by the length of a path."""
-
-    def at(self, length: Operand) -> Operand:
-        """Interpolate linearly in :func:`place_of_length`."""
-        ...
+FLOATING_LENGTHS = path_lengths(FLOATING)
+ON_FLOATING = FLOATING_LENGTHS.axis("wet"), FLOATING_LENGTHS.axis("s")
+"""Axes of the table of light on what floats; see :meth:`ChannelLight.floating_at`."""
 
 
-def place_of_length(length: Operand, stretch: Operand) -> Operand:
-    """Place of a length in m among the entries of a table: even near, ever wider far away.
+def along_path(stretch: Operand) -> tuple[Axis]:
+    """Return the axis of lengths of paths in m: even near, ever wider far away.
 
     Examples
     --------
-    >>> place_of_length(0.0, 5.0), place_of_length(5.0, 5.0)
-    (0.0, 127.5)
+    >>> [along_path(5.0)[0].place(length, NUMPY) for length in (0.0, 5.0)]
+    [0.0, 127.5]
     """
-    return length / (length + stretch) * (LENGTHS - 1.0)
-
-
-@dataclass(frozen=True, eq=False)
-class LengthRow:
-    """A table of arrays, shape (LENGTHS, 3)."""
-
-    values: Array
-    stretch: float
-
-    def at(self, length: Operand) -> Array:
-        """Interpolate at lengths of shape (..., 1), or of no shape; shape (..., 3)."""
-        place = place_of_length(np.asarray(length), self.stretch)
-        return multilinear_of_columns(self.values, (place,))
+    place = lambda length, _: length / (length + stretch) * (LENGTHS - 1.0)  # noqa: E731
+    return (Axis("length", LENGTHS, place),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +118,7 @@ class ChannelLight:
     ----------
     water : LampWater
         Of the three bands; its absorption and phase function are not read.
-    scattered, in_water : sequence of LengthTable
+    scattered, in_water : sequence of Lookup
         As of :class:`ChannelLamp`.
     split : callable
         Returns the three bands of a value.
@@ -145,32 +128,31 @@ class ChannelLight:
 
     water: LampWater
     components: Sequence[PhaseFunction]
-    scattered: Sequence[LengthTable]
-    unscattered: LengthTable
-    in_water: Sequence[LengthTable]
+    scattered: Sequence[Lookup]
+    unscattered: Lookup
+    in_water: Sequence[Lookup]
     split: Callable[[Operand], Sequence[Operand]]
     floating: Lookup | None = None
 
     def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once over a length, by the squared sine of half the angle."""
         parts = zip(self.components, self.scattered, strict=True)
-        return _total(table.at(length) * part.per_steradian(s2, m) for part, table in parts)
+        return _total(table.at(length=length) * part.per_steradian(s2, m) for part, table in parts)
 
     def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return what absorption over a length leaves of light of which bands have so much."""
         del m
-        tables = [table.at(length) for table in self.in_water]
+        tables = [table.at(length=length) for table in self.in_water]
         return _weighted(self.split(bands), tables)
 
-    def floating_at(self, wet: Operand, s: Operand, m: Mathematics = NUMPY) -> Operand:
+    def floating_at(self, wet: Operand, s: Operand) -> Operand:
         """Return the light on what floats in the water, as it arrives at the camera.
 
         On a way of ``wet`` from the lamp, times the square of the distance; and then of ``s`` to
         the camera, m. Light that the water scatters forward on either way is in it.
         """
         assert self.floating is not None, "there are clouds"
-        row, column = (length_place(length, FLOATING, m) for length in (wet, s))
-        return self.floating.at(column, row)
+        return self.floating.at(wet=wet, s=s)
 
     def along(
         self,
@@ -181,7 +163,8 @@ class ChannelLight:
     ) -> Operand:
         """Return the light of a lamp along a ray, that of its own disc included, in channels."""
         single, more = light_along(lamp, ray, self, m, integrate)
-        disc = self.unscattered.at(m.maximum(ray.t0, 0.0)) * disc_seen(lamp, ray, m)
+        disc = self.unscattered.at(length=m.maximum(ray.t0, 0.0))
+        disc = disc * disc_seen(lamp, ray, m)
         return single + more + disc
 
 
@@ -193,14 +176,14 @@ class SurfaceLight:
     ----------
     water : LampWater
         Of the three bands; its absorption and phase function are not read.
-    coloured : sequence of sequence of LengthTable
+    coloured : sequence of sequence of Lookup
         As of :class:`ChannelLamp`: of each colour, of each of the three bands.
     split : callable
         Returns the three bands of a value.
     """
 
     water: LampWater
-    coloured: Sequence[Sequence[LengthTable]]
+    coloured: Sequence[Sequence[Lookup]]
     split: Callable[[Operand], Sequence[Operand]]
 
     def arriving_at(
@@ -232,8 +215,7 @@ class SurfaceLight:
         """
         half = halfway(to_eye, to_lamp, m)
         disc = 0.5 * lamp.radius * lamp.radius / (patch.r * patch.r)
-        row = length_place(patch.wet, SPREAD_LENGTHS, m)
-        x, y, z = self.split(self.water.spread.on_patches.at(ANGLE2, row))
+        x, y, z = self.split(self.water.spread.on_patches.at(length=patch.wet, quantity=ANGLE2))
         spread = disc + (x + y + z) * (1.0 / COUNT)
         sharp, wide = (
             facets.highlight(to_eye, half, to_lamp, angle2, m) for angle2 in (disc, spread)
@@ -246,13 +228,13 @@ class SurfaceLight:
         """Fraction of the light of an object that arrives unscattered from a distance, likewise."""
         return m.exp(-self.water.b * P)
 
-    def forward(self, P: Operand, m: Mathematics = NUMPY) -> Operand:
+    def forward(self, P: Operand) -> Operand:
         """Fraction that arrives scattered forward; see :func:`.forward_transmittance`."""
-        return forward_fraction(P, self.water, m)
+        return forward_fraction(P, self.water)
 
     def tables(self, length: Operand) -> list[list[Operand]]:
         """Look up all tables at a length: of each colour, of each band."""
-        return [[table.at(length) for table in tables] for tables in self.coloured]
+        return [[table.at(length=length) for table in tables] for tables in self.coloured]
 
     def arriving(self, bands: Operand, tables: Sequence[Operand]) -> Operand:
         """Return the channels of light of which bands have so much, by the tables of a colour."""
@@ -334,10 +316,10 @@ class LampChannels:
                     self.in_water,
                     self.components,
                     self._rows(projected.scattered),
-                    LengthRow(projected.unscattered, self.stretch),
+                    Table(projected.unscattered, along_path(self.stretch)),
                     self._rows(projected.in_water),
                     bands_of,
-                    ValueGrid(projected.floating) if len(projected.floating) else None,
+                    Table(projected.floating, ON_FLOATING) if self.floats else None,
                 ),
             )
 
@@ -422,7 +404,7 @@ class LampChannels:
         for lamp, projected in zip(self.lamps, self.projected, strict=True):
             light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
             arriving = light.arriving_at(lamp, patch, visible)
-            tables = [row.at(arriving.length) for row in self._rows(projected.exciting)]
+            tables = [row.at(length=arriving.length) for row in self._rows(projected.exciting)]
             X = X + light.arriving(light.on_patch(arriving, patch), tables)
         return X
 
@@ -430,8 +412,8 @@ class LampChannels:
         coloured = [self._rows(tables) for tables in projected.coloured]
         return SurfaceLight(self.on_surfaces, coloured, bands_of)
 
-    def _rows(self, tables: Array) -> list[LengthRow]:
-        return [LengthRow(table, self.stretch) for table in tables]
+    def _rows(self, tables: Array) -> list[Table]:
+        return [Table(table, along_path(self.stretch)) for table in tables]
 
 
 def bands_of(values: Operand) -> list[Operand]:

@@ -31,6 +31,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..content import ComparedByContent
+from ..mathematics import Operand
+from ..table import LOGARITHMIC, Scale
 from ..water.phase import BandPhase
 from .angular_spread import profile_moments
 from .delta_scaled_phase import BEYOND, DEGREES, RESOLVED, moments_beyond, wide_moments
@@ -55,6 +57,11 @@ _TINY = 1e-60
 _CLEAREST = 1e-4  # 1/m
 _LEAST_ABSORPTION = 1e-4  # of the extinction: without any, light would fill all water
 _ABSORBED = 8.0  # absorption times distance, from which on what is left is less than the errors
+
+
+def lamp_distances(scale: Operand, beyond: float = 1.0) -> Scale:
+    """Return the distances of the rows, m, of an extinction that scales them, 1/m."""
+    return Scale(ROWS, NEAREST, FARTHEST, LOGARITHMIC, beyond, scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +94,7 @@ class Harmonics(ComparedByContent):
     @property
     def distances(self) -> Array:
         """Of the rows, m."""
-        return np.geomspace(NEAREST, FARTHEST, ROWS) / self.scale
+        return lamp_distances(self.scale).values()
 
     @property
     def radial(self) -> Array:

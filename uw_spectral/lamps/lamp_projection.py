@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from ..occlusion.point_spread import within_outline
 from ..transfer.channels import Channels
-from .angular_spread import LONGEST, SHORTEST
 from .lamp import Lamp
 from .lamp_channels import (
     FARTHEST,
     FLOATING,
+    FLOATING_LENGTHS,
     LENGTHS,
     Array,
     ChannelLamp,
@@ -43,7 +43,6 @@ _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
 _TILTS = (1.0, 0.3)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
 _NEAR = _DISTANCES[:-1]  # from where light that is turned is seen
-_FLOATING_LENGTHS = np.geomspace(SHORTEST, LONGEST, FLOATING)
 _CANDIDATES = 721  # cosines from the axis
 _TYPICAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
@@ -113,7 +112,8 @@ def project_lamps(
         if not clouds:
             return np.zeros((0, FLOATING, 3))
         bands = _on_floating(lamp, three_on_surfaces, clouds)
-        length = _FLOATING_LENGTHS[:, None] + _FLOATING_LENGTHS
+        lengths = FLOATING_LENGTHS.values()
+        length = lengths[:, None] + lengths
         passed = intensity * np.exp(-length[..., None] * water.a)
         return channels.project((bands @ on_surfaces.fractions) * passed)
 
@@ -136,13 +136,14 @@ def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:
     By the distance from the lamp (rows) and on to the camera, in the three bands. Of the light of
     clouds that arrives which is not scattered out of their outline.
     """
-    cosine, r = _brightest(lamp), _FLOATING_LENGTHS[:, None]
+    lengths = FLOATING_LENGTHS.values()
+    cosine, r = _brightest(lamp), lengths[:, None]
     value = lamp.profile.value(np.array([cosine]))
     patch = PatchPastLamp(r, value / (r * r), 1.0, cosine, cosine, r)
     # What stands for objects has parts, which tell the irradiance on surfaces alone.
     light = arriving_light(dataclasses.replace(lamp, parts=None), patch, water)
     reaching = (light.straight + light.about) * (r * r / value)
-    within = [within_outline(water.phase, size, float(s)) for s in _FLOATING_LENGTHS]
+    within = [within_outline(water.phase, size, float(s)) for s in lengths]
     return reaching[:, None] * np.exp(-water.b * (1.0 - np.array(within)) * r)
 
 

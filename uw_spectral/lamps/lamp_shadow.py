@@ -8,16 +8,16 @@ above, so that they end halfway.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..octahedron import folded, lattice
-from .angular_spread import Lookup, ValueGrid
+from ..table import LOGARITHMIC, Axis, Lookup, Scale, Table
+
+Array = NDArray[np.float64]
 
 SIDE = 48
 """Entries of the map, each way."""
@@ -25,13 +25,16 @@ PART_SIDE = 8
 """Entries of the map of a part of lit objects, each way."""
 SOFT_SIDE, DISTANCES = 20, 8
 """Entries of a map of scattered light, each way, and distances from the lamp."""
-NEAREST, FARTHEST = 0.25, 16.0
-"""Of the distances, m."""
+SOFT_DISTANCES = Scale(DISTANCES, 0.25, 16.0, LOGARITHMIC)
+"""Them, m."""
+SOFT = SOFT_DISTANCES.axis("distance"), Axis("row", SOFT_SIDE), Axis("column", SOFT_SIDE)
+"""Axes of a :class:`.Lookup` of what reaches places, by their distance and direction: of two
+fractions of a lamp's scattered light, as they are, and as if the lamp did not see them."""
 _SOFT = 0.1  # fraction of the distance of an object, over which it grows dark behind
 _SMALLEST = 1e-6  # m
 
 
-def shadow_directions(side: int = SIDE) -> NDArray[np.float64]:
+def shadow_directions(side: int = SIDE) -> Array:
     """Unit vectors of the entries of a map, shape (side², 3).
 
     Examples
@@ -42,7 +45,12 @@ def shadow_directions(side: int = SIDE) -> NDArray[np.float64]:
     return lattice(side)
 
 
-def shadow_map(distances: ArrayLike, side: int = SIDE) -> ValueGrid:
+def shadow_axes(side: int = SIDE) -> tuple[Axis, ...]:
+    """Return the axes of a map, which are those of the square."""
+    return Axis("row", side), Axis("column", side)
+
+
+def shadow_map(distances: ArrayLike, side: int = SIDE) -> Table:
     """Return a map of the distances in m to the first object in each direction, infinite without.
 
     Parameters
@@ -52,10 +60,11 @@ def shadow_map(distances: ArrayLike, side: int = SIDE) -> ValueGrid:
     """
     summed = np.abs(shadow_directions(side)).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
     inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(side, side)
-    return ValueGrid(np.where(inverse > 0, inverse, -highest_near(inverse))[..., None])
+    values = np.where(inverse > 0, inverse, -highest_near(inverse))
+    return Table(values[..., None], shadow_axes(side))
 
 
-def highest_near(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def highest_near(values: Array) -> Array:
     """Highest of each entry's neighbours, across the folds at the edges of the square too."""
     for _ in range(2):
         rows = np.concatenate([values[1:2, ::-1], values, values[-2:-1, ::-1]])
@@ -98,18 +107,10 @@ def behind(
 ) -> Operand:
     """Distance of a place over that of the object in its direction; above 1 behind the object."""
     column, row, r = on_square(place, side, m)
-    return r * shadow.at(column, row)
+    return r * shadow.at(row=row, column=column)
 
 
-class SoftShadow(Protocol):
-    """Fractions of a lamp's scattered light that reach places, by their direction and distance."""
-
-    def at(self, distance: Operand, column: Operand, row: Operand) -> Sequence[Operand]:
-        """Return those of places as they are, and as if the lamp did not see them."""
-        ...
-
-
-def scattered_lit(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+def scattered_lit(soft: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
     """Fraction of a lamp's scattered light that reaches a place, 0 to 1.
 
     Parameters
@@ -123,7 +124,7 @@ def scattered_lit(soft: SoftShadow, place: Sequence[Operand], m: Mathematics = N
 
 
 def transmitted_in_shadow(
-    soft: SoftShadow, place: Sequence[Operand], m: Mathematics = NUMPY
+    soft: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY
 ) -> Operand:
     """Fraction of a lamp's scattered light that reaches a place that the lamp does not see.
 
@@ -137,22 +138,11 @@ def transmitted_in_shadow(
     return _looked_up(soft, place, m)[1]
 
 
-def _looked_up(soft: SoftShadow, place: Sequence[Operand], m: Mathematics) -> Sequence[Operand]:
+def _looked_up(soft: Lookup, place: Sequence[Operand], m: Mathematics) -> Sequence[Operand]:
     x, y, z = place
     distance = m.sqrt(x * x + y * y + z * z)
     column, row, _ = on_square(place, SOFT_SIDE, m)
-    return soft.at(distance_place(distance, m), column, row)
-
-
-def soft_distances() -> NDArray[np.float64]:
-    """Distances of a map of scattered light, m."""
-    return np.geomspace(NEAREST, FARTHEST, DISTANCES)
-
-
-def distance_place(distance: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Place of a distance in m among those of such a map."""
-    scale = (DISTANCES - 1.0) / math.log(FARTHEST / NEAREST)
-    return (m.log(m.clamp(distance, NEAREST, FARTHEST)) - math.log(NEAREST)) * scale
+    return soft.at(distance=distance, row=row, column=column)
 
 
 def on_square(

@@ -14,14 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
-from .angular_spread import (
-    ABOUT,
-    LENGTHS,
-    OF_SURFACES,
-    PROFILE_LENGTHS,
-    length_place,
-    profile_place,
-)
+from .angular_spread import ABOUT, OF_SURFACES
 from .lamp import Lamp, LitPart
 from .lamp_shadow import PART_SIDE, lit, transmitted_in_shadow
 from .multiple_scattering import LampWater
@@ -83,9 +76,9 @@ def forward_transmittance(P: Operand, water: LampWater) -> Operand:
     return forward_fraction(P, water) * np.exp(-water.a * P)
 
 
-def forward_fraction(P: Operand, water: LampWater, m: Mathematics = NUMPY) -> Operand:
+def forward_fraction(P: Operand, water: LampWater) -> Operand:
     """Return :func:`forward_transmittance`, absorption apart."""
-    return water.spread.on_patches.at(OF_SURFACES, length_place(P, LENGTHS, m))
+    return water.spread.on_patches.at(length=P, quantity=OF_SURFACES)
 
 
 def _dimmed(
@@ -194,10 +187,10 @@ def arriving_light(
 ) -> ArrivingLight:
     """Return the light of :func:`surface_irradiance` over the intensity, absorption apart."""
     straight = m.exp(-water.b * patch.wet) * patch.per_intensity
-    onward = water.spread.on_patches.at(ABOUT, length_place(patch.wet, LENGTHS, m))
+    onward = water.spread.on_patches.at(length=patch.wet, quantity=ABOUT)
     # Over that of an isotropic lamp.
-    column, row = profile_place(patch.off_axis, m), length_place(patch.wet, PROFILE_LENGTHS, m)
-    onward = onward * water.spread.profile(lamp.profile).at(column, row) * _normal(lamp, patch.r)
+    profile = water.spread.profile(lamp.profile)
+    onward = onward * profile.at(length=patch.wet, cosine=patch.off_axis) * _normal(lamp, patch.r)
     arriving = water.field.arriving(lamp.profile)
     turned = arriving_on(arriving, patch.wet, patch.off_axis, patch.cosine, patch.against, m)
     # Scattered as on the way in the water, and as faint as at r.

@@ -35,15 +35,16 @@ from numpy.typing import ArrayLike, DTypeLike
 from ..content import ComparedByContent
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import Lookup, Table
 from ..water.phase import BandPhase, Mixture
-from .angular_spread import LENGTHS, Spread, WaterSpread, deflection_place, length_place
+from .angular_spread import Spread, WaterSpread
 from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp, RayPastLamp
 from .lamp_harmonics import Harmonics
 from .lamp_path import NODES, LitPart, Quadrature, half_angle, lit_part, nodes_for, path_node
 from .profile import LampProfile
-from .scattered_irradiance import Arriving, ArrivingTable, arriving_table
-from .scattered_source import Source, SourceTable, source_seen, source_table
+from .scattered_irradiance import arriving_table
+from .scattered_source import source_seen, source_table
 
 MORE_NODES = 16
 """Of the integral of the source."""
@@ -56,11 +57,11 @@ ray in m, and as the lamp sees it."""
 class Field(Protocol):
     """The light of lamps that was scattered already."""
 
-    def source(self, profile: LampProfile) -> Source:
+    def source(self, profile: LampProfile) -> Lookup:
         """Return where it is scattered once more."""
         ...
 
-    def arriving(self, profile: LampProfile) -> Arriving:
+    def arriving(self, profile: LampProfile) -> Lookup:
         """Return what patches get of it."""
         ...
 
@@ -71,11 +72,11 @@ class LampField(ComparedByContent):
 
     harmonics: Harmonics
 
-    def source(self, profile: LampProfile) -> SourceTable:
+    def source(self, profile: LampProfile) -> Table:
         """Tabulate where that of a lamp of an intensity of 1 is scattered once more."""
         return source_table(self.harmonics, profile)
 
-    def arriving(self, profile: LampProfile) -> ArrivingTable:
+    def arriving(self, profile: LampProfile) -> Table:
         """Tabulate what patches get of it."""
         return arriving_table(self.harmonics, profile)
 
@@ -204,8 +205,7 @@ def light_along(
 
     def of_place(place: Operand, fraction: Operand) -> tuple[Operand, Operand]:
         node = path_node(lamp, ray, part, place, fraction, m)
-        row = length_place(node.length, LENGTHS, m)
-        onward = m.exp(spread.narrow.at(deflection_place(node.half, m), row)) * node.weight
+        onward = m.exp(spread.narrow.at(length=node.length, half=node.half)) * node.weight
         single = light.single(node.s2, node.length, m) * node.weight
         more = light.arriving(onward, node.length, m)
         if transmittance is None:

@@ -12,19 +12,16 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import Axis, Lookup, Table, discrete_axis
 from .angular_spread import ABOUT_LAMP
-from .lamp_harmonics import ROWS, Harmonics, on_sphere
+from .lamp_harmonics import Harmonics, lamp_distances, on_sphere
 from .profile import LampProfile
-from .scattered_source import row_place, turn_angles, turn_place
+from .scattered_source import TURNED
 
 Array = NDArray[np.float64]
 
@@ -37,41 +34,20 @@ _PLACES = 200
 _LEAST_SINE2 = 1e-6
 
 
-class Arriving(Protocol):
-    """The coefficients of a lamp of an intensity of 1."""
-
-    @property
-    def scale(self) -> Operand:
-        """Extinction that distances are scaled with, 1/m."""
-        ...
-
-    def at(self, row: Operand, turn: Operand) -> Sequence[Operand]:
-        """Interpolate the table linearly: :data:`TERMS` values."""
-        ...
+def arriving_axes(scale: Operand) -> tuple[Axis, ...]:
+    """Return the axes of the table: its terms, and as of :func:`.lamp_distances`."""
+    turned = TURNED.axis("turned")
+    return discrete_axis("term", TERMS), lamp_distances(scale).axis("distance"), turned
 
 
-@dataclass(frozen=True, eq=False)
-class ArrivingTable:
-    """A table of n bands, shape (ROWS, TURNS, TERMS, n)."""
-
-    values: Array
-    scale: float
-
-    def at(self, row: Operand, turn: Operand) -> list[Array]:
-        """Interpolate at places of shape (..., 1), or of no shape; each of shape (..., n)."""
-        flat = self.values.reshape(*self.values.shape[:2], -1)
-        found = multilinear_of_columns(flat, (row, turn))
-        return np.split(found, TERMS, axis=-1)
-
-
-def arriving_table(solved: Harmonics, profile: LampProfile) -> ArrivingTable:
+def arriving_table(solved: Harmonics, profile: LampProfile) -> Table:
     """Tabulate what arrives of a lamp with a profile."""
     return _table(solved.for_patches(), profile)
 
 
 @functools.lru_cache(maxsize=32)
-def _table(solved: Harmonics, profile: LampProfile) -> ArrivingTable:
-    around = solved.around(profile, turn_angles(), _HIGHEST, _BLUR)
+def _table(solved: Harmonics, profile: LampProfile) -> Table:
+    around = solved.around(profile, TURNED.values(), _HIGHEST, _BLUR)
     about, beside = _windows(solved.degrees)
     found = np.einsum("mkl,rtmln->rtmkn", beside, around)
     terms = [
@@ -82,9 +58,9 @@ def _table(solved: Harmonics, profile: LampProfile) -> ArrivingTable:
     # 3 z² - 1 of the degree 2.
     terms[0], terms[3] = terms[0] - terms[3], 3.0 * terms[3]
     from_lamp = np.einsum("l,rtln->rtn", about, around[:, :, 0])
-    values = np.stack([np.maximum(from_lamp, 0.0), *terms], axis=2)
-    r = solved.distances[:, None, None, None]
-    return ArrivingTable(values * r * np.exp(solved.a * r), solved.scale)
+    values = np.stack([np.maximum(from_lamp, 0.0), *terms])
+    r = solved.distances[:, None, None]
+    return Table(values * r * np.exp(solved.a * r), arriving_axes(solved.scale))
 
 
 def _scale_of(degree: int, m: int) -> float:
@@ -114,7 +90,7 @@ def _windows(highest: int) -> tuple[Array, Array]:
 
 
 def arriving_on(
-    arriving: Arriving,
+    arriving: Lookup,
     wet: Operand,
     turned: Operand,
     bent: Operand,
@@ -130,8 +106,7 @@ def arriving_on(
     z = bent
     x = (off_axis - turned * bent) / m.sqrt(m.maximum(1.0 - turned * turned, _LEAST_SINE2))
     polynomials = (z, x, z * z, x * z, 2.0 * x * x + z * z - 1.0)
-    row = m.minimum(row_place(wet, arriving.scale, m), ROWS - 1.0)
-    about, total, *terms = arriving.at(row, turn_place(turned, m))
+    about, total, *terms = arriving.at(distance=wet, turned=turned)
     for term, factor in zip(terms, polynomials, strict=True):
         total = total + term * factor
     return about, m.maximum(total, 0.0)

@@ -24,22 +24,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look_up import multilinear_of_columns
 from ..mathematics import Operand
 from ..octahedron import lattice
+from ..table import Lookup, Table, discrete_axis
 from ..water.phase import BandPhase
-from .angular_spread import Lookup
 from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp
 from .lamp_shadow import (
     DISTANCES,
+    SOFT,
+    SOFT_DISTANCES,
     SOFT_SIDE,
     behind,
-    distance_place,
     highest_near,
     lit_before,
     on_square,
-    soft_distances,
+    shadow_axes,
 )
 from .multiple_scattering import LampWater
 
@@ -54,19 +54,7 @@ _SPREAD = 0.7548776662, 0.5698402910  # steps that spread points evenly over a s
 _SMALLEST = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class SoftMap:
-    """A :class:`.SoftShadow` of arrays, shape (DISTANCES, SIDE, SIDE, 2)."""
-
-    values: Array
-
-    def at(self, distance: Operand, column: Operand, row: Operand) -> list[Array]:
-        """Interpolate between the entries, at places of shape (..., 1), or of no shape."""
-        found = multilinear_of_columns(self.values, (distance, row, column))
-        return [found[..., i : i + 1] for i in range(2)]
-
-
-def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
+def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> Table:
     """Return how much of a lamp's scattered light objects leave, in mean over the bands.
 
     Parameters
@@ -82,7 +70,7 @@ def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
     c, b = (float(np.mean(part)) for part in (water.a + water.wide, water.wide))
     points = _points(water.phase)
     # Of each place (distance, direction): its points, on ways that are alike at all distances.
-    r, u = soft_distances()[:, None, None], lattice(SOFT_SIDE).T[:, :, None]
+    r, u = SOFT_DISTANCES.values()[:, None, None], lattice(SOFT_SIDE).T[:, :, None]
     y = points.ways * points.from_lamp
     ways = [
         _Passed.of(shadow, y + fraction * (u - y), r) for fraction in np.arange(_STEPS) / _STEPS
@@ -109,7 +97,8 @@ def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> SoftMap:
         if order + 1 < orders:
             sent, got = points.carried_on(np.stack([once, left], axis=-1))
     fractions = np.stack([arriving, arriving_hidden], axis=-1) / all_of_it[..., None]
-    return SoftMap(fractions.reshape(DISTANCES, SOFT_SIDE, SOFT_SIDE, 2))
+    values = fractions.reshape(DISTANCES, SOFT_SIDE, SOFT_SIDE, 2, 1)
+    return Table(values, (*SOFT, discrete_axis("fraction", 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,17 +157,17 @@ class _Points:
     gain: float
 
     @functools.cached_property
-    def _cells(self) -> tuple[Operand, Operand]:
+    def _cells(self) -> dict[str, Operand]:
         """Rows and columns of the directions on the map."""
         column, row, _ = on_square(list(self.ways[..., None]), SOFT_SIDE)
-        return row, column
+        return {"row": row, "column": column}
 
     def carried_on(self, found: Array) -> tuple[Array, Array]:
         """Interpolate values of the places, (distance, direction, 2), at the points of each."""
         across = np.moveaxis(found, 0, 1).reshape(SOFT_SIDE, SOFT_SIDE, -1)
         shape = (*self.ways.shape[1:], DISTANCES, 2)
-        at_all = multilinear_of_columns(across, self._cells).reshape(shape)
-        place = np.asarray(distance_place(soft_distances()[:, None] * self.from_lamp))
+        at_all = Table(across, shadow_axes(SOFT_SIDE)).at(**self._cells).reshape(shape)
+        place = np.asarray(SOFT_DISTANCES.place(SOFT_DISTANCES.values()[:, None] * self.from_lamp))
         low = np.minimum(place.astype(int), DISTANCES - 2)
         fraction, point = (place - low)[..., None], np.arange(len(self.from_lamp))
         near, far = (at_all[:, point, at] for at in (low, low + 1))

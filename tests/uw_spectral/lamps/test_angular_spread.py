@@ -6,16 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.lamps.angular_spread import (
-    ANGLES,
-    LENGTHS,
-    PROFILE_LENGTHS,
-    ValueGrid,
-    WaterSpread,
-    deflection_place,
-    length_place,
-    profile_place,
-)
+from underwater_spectral.uw_spectral.lamps.angular_spread import WaterSpread
 from underwater_spectral.uw_spectral.lamps.delta_scaled_phase import RESOLVED, wide_moments
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile, rov_lamp
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase, seawater_mixture
@@ -28,8 +19,7 @@ _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(800)
 
 def _deflected(spread, half, length):
     """Light that goes nearly straight on by its deflection, over the length, 1/(sr m)."""
-    row = length_place(length, LENGTHS)
-    return np.exp(spread.narrow.at(deflection_place(half)[..., None], np.full((1,), row)))
+    return np.exp(spread.narrow.at(length=length, half=half[..., None]))
 
 
 @pytest.mark.parametrize("phase", [HG, SEA])
@@ -66,8 +56,7 @@ def test_a_blurred_profile_keeps_its_light_and_loses_its_shape(profile):
     cosine = _PLACES[:, None]
     widest = []
     for length in (0.1, 5.0, 900.0):
-        row = np.full((1,), length_place(length, PROFILE_LENGTHS))
-        values = grid.at(profile_place(cosine), row)
+        values = grid.at(length=length, cosine=cosine)
         light = 2 * math.pi * (values * _WEIGHTS[:, None]).sum(axis=0)
         assert light == pytest.approx(profile.solid_angle, rel=0.02)
         widest.append(values[:, 1].max())
@@ -77,16 +66,6 @@ def test_a_blurred_profile_keeps_its_light_and_loses_its_shape(profile):
     assert 1.1 * even < widest[2] < 2.0 * even
     even = WaterSpread(B, SEA).profile(IsotropicProfile()).values
     assert even == pytest.approx(np.ones_like(even), abs=1e-3)
-
-
-def test_the_table_is_linear_between_its_entries():
-    rng = np.random.default_rng(1)
-    values = rng.random((4, 5, 2))
-    grid = ValueGrid(values)
-    at = grid.at(np.array([[1.25], [4.0]]), np.array([[2.5], [3.0]]))
-    between = 0.75 * values[2:4, 1] + 0.25 * values[2:4, 2]
-    assert at == pytest.approx(np.stack([between.mean(axis=0), values[3, 4]]))
-    assert grid.at(99.0, -3.0) == pytest.approx(values[0, 4])
 
 
 def test_the_table_is_as_fine_as_the_sum_needs():
@@ -104,4 +83,3 @@ def test_the_table_is_as_fine_as_the_sum_needs():
         )
         wanted = polynomials @ (fading[:, None] * (whole - left)) / (4 * math.pi * length)
         assert _deflected(spread, half, length) == pytest.approx(wanted, rel=0.02)
-    assert deflection_place(math.pi / 2) == pytest.approx(ANGLES - 1)
