@@ -7,7 +7,7 @@ from typing import override
 
 import bpy
 
-from .realtime_tables import exciting_layout, new_image
+from .realtime_tables import exciting_sizes, new_image
 from .realtime_values import OF_LIGHT
 from .shape import Shape, TermShape
 
@@ -32,4 +32,4 @@ class FluorescenceShape(TermShape):
 
     @override
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
-        return {PART: new_image(exciting_layout(shape))}
+        return {PART: new_image(exciting_sizes(shape))}

@@ -39,7 +39,7 @@ from .realtime_fluorescence import EXCITING
 from .realtime_occlusion import ON_PATH, REACH, Occlusion, OcclusionShape
 from .realtime_rays import straight_direction
 from .realtime_refraction import LEAVING, MIRRORED_SKY, REFLECTANCE, AirShape
-from .realtime_tables import PART, ImageTables, exciting_layout, layout_of
+from .realtime_tables import PART, ImageTables, exciting_sizes, sizes_of
 from .realtime_values import FASTEST, INDEX, SKY_LEVEL, SUN, SUN_IN_AIR, SUN_LEVEL, Values
 from .realtime_waves import (
     FOAM,
@@ -70,7 +70,7 @@ class PixelWater:
         self.graph, self.shape, self._sources = graph, shape, sources
         self.values = Values(graph, sources.values, shape)
         scales = self.values.depth_scale, self.values.lengths
-        self._tables = ImageTables(graph, sources.parts[PART], layout_of(shape), *scales)
+        self._tables = ImageTables(graph, sources.parts[PART], sizes_of(shape), *scales)
 
     @property
     def sun(self) -> tuple[NodeValue, ...]:
@@ -89,8 +89,8 @@ class PixelWater:
     def exciting(self, w: Sequence[NodeValue]) -> ChannelWater:
         """Return the same of the light that excites fluorophores, each a channel."""
         image, values = self._sources.parts[realtime_fluorescence.PART], self.values
-        layout = exciting_layout(self.shape)
-        tables = ImageTables(self.graph, image, layout, values.depth_scale, values.lengths)
+        sizes = exciting_sizes(self.shape)
+        tables = ImageTables(self.graph, image, sizes, values.depth_scale, values.lengths)
         return replace(self.along(w), tables=tables, numbers=values.light(EXCITING))
 
     @property

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.table import Table
 from ..uw_spectral.transfer.radiance_field import Ripples, mirrored_ray
-from ..uw_spectral.transfer.radiance_table import RadianceTable, interpolate, sun_angle, tabulate
+from ..uw_spectral.transfer.radiance_table import SUN_ANGLE, RadianceTable, tabulate
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.transfer.sun_beam import half_angle2
@@ -97,8 +98,9 @@ def tabulated_water(
 
 def aureole_at(table: RadianceTable, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
     """Factor on sunlight scattered once against w, seen from depth y, shape (..., n)."""
-    y, *w = np.broadcast_arrays(y, *w)
-    return interpolate(table.aureole, (table.depth_scale.slice(y), sun_angle(half_angle2(w, sun))))
+    y, s2 = (part[..., None] for part in np.broadcast_arrays(y, half_angle2(w, sun)))
+    axes = table.depth_scale.axis, SUN_ANGLE.axis("s2")
+    return Table(np.moveaxis(table.aureole, 0, -1), axes).at(depth=y, s2=s2)
 
 
 def _rays(y: Array | float, w: Sequence[Array | float]) -> tuple[Array, list[Array]]:

@@ -66,7 +66,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
     values = realtime_values.build(shape)
     parts: dict[str, bpy.types.ID] = {
         marks.VALUES: values,
-        realtime_tables.PART: realtime_tables.new_image(realtime_tables.layout_of(shape)),
+        realtime_tables.PART: realtime_tables.new_image(realtime_tables.sizes_of(shape)),
     }
     for own in shape.terms:
         parts |= own.parts(shape)

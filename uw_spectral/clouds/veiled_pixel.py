@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-import operator
 from collections.abc import Sequence
 
 from ..mathematics import Operand
@@ -68,6 +66,4 @@ def surroundings(
 
 def _peaked(ray: ChannelWater, y: Operand, P: Operand, light: Operand) -> Operand:
     """What is left of light at depth y after P, the forward peak included."""
-    columns, parts = ray.tables.peaked(y, P), ray.tables.split(light)
-    transmittance = [column * part for column, part in zip(columns, parts, strict=True)]
-    return functools.reduce(operator.add, transmittance) * ray.transmittance_with_peak(y, P)
+    return ray.peaked(light, y, P) * ray.transmittance_with_peak(y, P)

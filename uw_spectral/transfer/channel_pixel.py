@@ -19,9 +19,9 @@ from ..surface.whitecaps import seen_with_foam
 from .channel_tables import (
     ON_PATCH,
     ON_PATH,
+    RATES,
     ChannelNumbers,
     ChannelTables,
-    NumpyTables,
     path_unit,
 )
 from .pixel_parts import (
@@ -43,7 +43,7 @@ from .radiance_field import (
     sun_image,
     surface_normal,
 )
-from .radiance_table import AZIMUTHS, TURNS, azimuth, elevation, sun_angle, tilt
+from .radiance_table import azimuth
 from .sky import Sky
 from .sun_beam import half_angle2
 
@@ -99,7 +99,9 @@ class ChannelWater:
         return direct + (self.transmittance_past(y, P, around) - direct) * around.own
 
     def _rate(self, name: str, y: Operand) -> Operand:
-        return self.tables.rate(name, y) if self.layered else getattr(self.numbers, name)
+        if not self.layered:
+            return getattr(self.numbers, name)
+        return self.tables.at("rates", rate=RATES.index(name), depth=y)
 
     def falling_off(self, y: Operand, w: Sequence[Operand]) -> tuple[Operand, Operand]:
         """Rates at which light of a path to depth y falls off, scattered often and once, 1/m.
@@ -111,18 +113,15 @@ class ChannelWater:
 
     def scattered(self, y: Operand, w: Sequence[Operand]) -> Operand:
         """Radiance M(y, w)."""
-        return self.tables.scattered(y, *self._direction(w)) * self.unit(y)
+        return self._directed("scattered", y, w)
 
     def ahead(self, y: Operand, w: Sequence[Operand]) -> tuple[Operand, Operand]:
         """Radiance M(y, w), and the rest of what is ahead."""
-        h, v = self._direction(w)
-        unit = self.unit(y)
-        return self.tables.scattered(y, h, v) * unit, self.tables.beyond(y, h, v) * unit
+        return self._directed("scattered", y, w), self._directed("beyond", y, w)
 
     def irradiance(self, y: Operand, normal: Sequence[Operand]) -> Operand:
         """Irradiance on a patch, the direct sun apart."""
-        h = azimuth(normal, self.sun, TURNS, self.m)
-        return self.tables.irradiance(y, h, tilt(normal[2], self.m)) * self.unit(y)
+        return self._directed("irradiance", y, normal)
 
     def sunlight(
         self, y: Operand, P: Operand, column: Operand, pattern: Operand | None = None
@@ -131,9 +130,11 @@ class ChannelWater:
 
         ``pattern`` is that of the waves, if there are any.
         """
-        lit = self.tables.sunlit(y, P, column)
+        lit = self.tables.at("sunlit", colour=column, depth=y, length=P)
         if pattern is not None:
-            lit = lit + (pattern - 1.0) * self.tables.caustics(y, P, column)
+            lit = lit + (pattern - 1.0) * self.tables.at(
+                "caustics", colour=column, depth=y, length=P
+            )
         return lit * self.m.exp(-self._rate("sun_decay", y) * y)
 
     def scaled_single_scattering(
@@ -141,10 +142,9 @@ class ChannelWater:
     ) -> Operand:
         """Sunlight scattered once between the camera and P, the peak counted as unscattered."""
         if self.layered:
-            v = elevation(w[2], self.m)
-            found = [p * self.tables.single_on_path(i, v, P) for i, p in enumerate(self.parts)]
+            found = self._of_parts("single", up=w[2], length=P)
             # The last entry of the table holds from there on, in its own unit.
-            return _sum(found) * path_unit(self.numbers.lengths.held(P, self.m), self.fastest)
+            return found * path_unit(self.numbers.lengths.held(P, self.m), self.fastest)
         return self._integrated("single", self.numbers.single_decay, y_o, y_e, P)
 
     def single_scattering(
@@ -158,8 +158,7 @@ class ChannelWater:
     def single_scattering_at(self, y: Operand, v: Operand) -> Operand:
         """Integrand of :meth:`single_scattering` at depth y and distance v, per metre."""
         x = y / self.numbers.mu_s + v
-        found = [p * self.tables.along("drawn_at", i, x) for i, p in enumerate(self.parts)]
-        return _sum(found) * self.m.exp(-self.numbers.single_decay * x)
+        return self._of_parts("drawn_at", length=x) * self.m.exp(-self.numbers.single_decay * x)
 
     def _integrated(
         self, table: str, decay: Operand, y_o: Operand, y_e: Operand, P: Operand
@@ -173,15 +172,13 @@ class ChannelWater:
         first = m.maximum(m.minimum(m.minimum(near, far), middle - least), 0.0)
         last = m.maximum(m.maximum(near, far), middle + least)
         at_first, at_last = (
-            _sum([p * self.tables.along(table, i, x) for i, p in enumerate(self.parts)])
-            * m.exp(-decay * x)
-            for x in (first, last)
+            self._of_parts(table, length=x) * m.exp(-decay * x) for x in (first, last)
         )
         return (at_first - at_last) * (P / (last - first))
 
     def aureole(self, y: Operand, w: Sequence[Operand]) -> Operand:
         """Factor of the sun's aureole on sunlight scattered once against w."""
-        return self.tables.aureole(y, sun_angle(half_angle2(w, self.sun, self.m), self.m))
+        return self.tables.at("aureole", depth=y, s2=half_angle2(w, self.sun, self.m))
 
     def occluded(
         self, light: Operand, factor: OcclusionFactor, y: Operand, kind: int = ON_PATH
@@ -189,8 +186,7 @@ class ChannelWater:
         """Return what objects leave of light at depth y, along a ray or on a patch."""
         if factor.fraction is None:
             return light * factor.mean
-        columns, parts = self.tables.occlusion_matrix(kind, y), self.tables.split(light)
-        turned = _sum([c * part for c, part in zip(columns, parts, strict=True)])
+        turned = self._of_light("occlusion_matrices", light, kind=kind, depth=y)
         return light * factor.mean + turned * factor.fraction
 
     def leaving(
@@ -223,7 +219,8 @@ class ChannelWater:
         total: Operand = 0.0
         for place, k in enumerate(surface.columns):
             base = surface.base[place]
-            for j, transmittance in enumerate(self.tables.matte(y, P, k)):
+            matte = self.tables.at("matte", colour=k, depth=y, length=P)
+            for j, transmittance in enumerate(matte):
                 light = base * E[j]
                 if L is not None:
                     fraction = surface.mirrored[place]
@@ -235,7 +232,7 @@ class ChannelWater:
     def glow(self, surface: SurfaceMaterial, y: Operand, P: Operand) -> Operand | None:
         """The emitted part of :meth:`leaving`, if it emits."""
         parts = [
-            radiance * self.tables.glowing(y, P, k)
+            radiance * self.tables.at("glowing", colour=k, depth=y, length=P)
             for first, emitted in ((0, surface.emitted), (len(COLOURS), surface.fluorescing))
             for k, radiance in enumerate(emitted, first)
         ]
@@ -258,9 +255,7 @@ class ChannelWater:
         """
         m, leaving, coverage = self.m, seen.leaving, seen.coverage
         M_near, (M_far, beyond) = self.scattered(y_o, w), self.ahead(y_e, w)
-        columns = self.tables.dimmed(y_e, P)
-        far = _sum([c * part for c, part in zip(columns, self.tables.split(M_far), strict=True)])
-        rest = _sum([c * part for c, part in zip(columns, self.tables.split(beyond), strict=True)])
+        far, rest = (self.dimmed(light, y_e, P) for light in (M_far, beyond))
         direct, peaked = self.transmittance(y_e, P), self.transmittance_with_peak(y_e, P)
         transmittance_past = self.transmittance_past(y_e, P, around)
         # Of what lies behind all that reaches the camera with the peak, less what is blocked.
@@ -273,9 +268,8 @@ class ChannelWater:
             own = (transmittance_past - direct) * (around.own * leaving + around.beside * coverage)
             # Between both, each with its spectrum.
             fraction = (transmittance_past - direct) / m.maximum(peaked - direct, _LEAST)
-            split = self.tables.split(M_far)
-            with_peak = [c * x for c, x in zip(self.tables.peaked(y_e, P), split, strict=True)]
-            blocks = direct * far + fraction * (peaked * _sum(with_peak) - direct * far)
+            with_peak = self.peaked(M_far, y_e, P)
+            blocks = direct * far + fraction * (peaked * with_peak - direct * far)
         if seen.glow is not None:
             own, leaving = own + (transmittance_past - direct) * seen.glow, leaving + seen.glow
         path = single * occlusion.single + self.occluded(M_near - blocks, occlusion.scattered, y_o)
@@ -291,11 +285,9 @@ class ChannelWater:
         m = self.m
         R = distance_in_water(y_o, -w[2], self.numbers.y_f, m)
         up = m.less(0.0, w[2])
-        image = self.tables.image_at(*self._direction(w))
-        deep = (1.0 - up) * _DEEP
-        return (
-            image * self.tables.image_transmittance(up, R) * self.transmittance_with_peak(deep, R)
-        )
+        image, floor = self.tables.at("image", **self._direction(w)), 1.0 - up
+        left = self.tables.at("image_transmittance", boundary=floor, length=R)
+        return image * left * self.transmittance_with_peak(floor * _DEEP, R)
 
     def open_water(
         self,
@@ -321,7 +313,7 @@ class ChannelWater:
         """Radiance that comes down from the surface against w and is left after P."""
         m, sky, index, ripples = self.m, surface.sky, surface.index, surface.ripples
         peaked = self.transmittance_with_peak(0.0 * P, P)
-        skylight = self.tables.along("sky", None, P) * peaked
+        skylight = self.tables.at("sky", length=P) * peaked
         if index is None:
             return skylight * sky.radiance(w, m)
         slopes = None if ripples is None else ripples.slopes
@@ -339,7 +331,7 @@ class ChannelWater:
             normal = (0.0, 0.0, 1.0) if slopes is None else surface_normal(*slopes, m)
             surfaces = surface.window(direction_in_air(w, normal, index, m))
             through = (1.0 - mirrored) * (index * index)
-            behind = self.tables.along("sky", None, 0.0 * P) * seen
+            behind = self.tables.at("sky", length=0.0 * P) * seen
             total = total + self._differing(
                 through * surfaces.radiance - surfaces.covered * behind, P
             )
@@ -347,20 +339,17 @@ class ChannelWater:
         if ripples is not None:
             image = sun_image(self.sun, w, index, ripples, m)
             image = image if surface.window is None else free * image
-            total = total + image * self.tables.along("glitter", None, P) * self.transmittance(
+            total = total + image * self.tables.at("glitter", length=P) * self.transmittance(
                 0.0 * P, P
             )
         if (foam := surface.foam) is not None:
-            transmittance, parts = self.tables.peaked(0.0 * P, P), self.tables.split(foam.radiance)
-            matte = peaked * _sum([c * x for c, x in zip(transmittance, parts, strict=True)])
+            matte = peaked * self.peaked(foam.radiance, 0.0 * P, P)
             total = seen_with_foam(total, matte, foam.fraction)
         return total
 
     def _floor_after(self, P: Operand) -> Operand:
         """Radiance of the floor that is left after P."""
-        return self.tables.along("floor", None, P) * self.transmittance_with_peak(
-            0.0 * P + _DEEP, P
-        )
+        return self.tables.at("floor", length=P) * self.transmittance_with_peak(0.0 * P + _DEEP, P)
 
     def _floor_mirrored(self, P: Operand, to_floor: Operand, times: int) -> Operand:
         """Radiance of the floor seen from the surface, past the water above the camera so often."""
@@ -373,8 +362,7 @@ class ChannelWater:
 
     def _risen(self, light: Operand, P: Operand) -> Operand:
         """Light of the colours of what rises to the surface after P, but for the slowest rate."""
-        parts = self.tables.split(light)
-        return _sum([self.tables.along("mirrored", j, P) * x for j, x in enumerate(parts)])
+        return self._of_light("mirrored", light, length=P)
 
     def _brought(self, surfaces: ReflectedRadiance, rising: Operand, P: Operand) -> Operand:
         """What objects bring, or keep away, of light that rises to the surface, left after P.
@@ -386,22 +374,38 @@ class ChannelWater:
     def _differing(self, radiance: Operand, P: Operand) -> Operand:
         """What is left after P of what the surface sends otherwise than under open water."""
         y = 0.0 * P
-        differs = self.tables.split(radiance)
-        columns = self.tables.dimmed(y, P)
-        return self.transmittance(y, P) * _sum(
-            [c * x for c, x in zip(columns, differs, strict=True)]
-        )
+        return self.transmittance(y, P) * self.dimmed(radiance, y, P)
 
-    def _direction(self, w: Sequence[Operand]) -> tuple[Operand, Operand]:
-        return azimuth(w, self.sun, AZIMUTHS, self.m), elevation(w[2], self.m)
+    def dimmed(self, light: Operand, y: Operand, P: Operand) -> Operand:
+        """What is left of light at depth y after P, over :meth:`transmittance`."""
+        return self._of_light("dimmed", light, depth=y, length=P)
+
+    def peaked(self, light: Operand, y: Operand, P: Operand) -> Operand:
+        """Return the same over :meth:`transmittance_with_peak`, the forward peak included."""
+        return self._of_light("peaked", light, depth=y, length=P)
+
+    def _of_light(self, table: str, light: Operand, **coordinates: Operand) -> Operand:
+        """Return what a table makes of each channel of light."""
+        columns = zip(self.tables.at(table, **coordinates), self.tables.split(light), strict=True)
+        return _sum([column * part for column, part in columns])
+
+    def _of_parts(self, table: str, **coordinates: Operand) -> Operand:
+        """Return the sum of a table over the parts of the phase function."""
+        found = zip(self.parts, self.tables.at(table, **coordinates), strict=True)
+        return _sum([part * value for part, value in found])
+
+    def _directed(self, table: str, y: Operand, w: Sequence[Operand]) -> Operand:
+        return self.tables.at(table, depth=y, **self._direction(w)) * self.unit(y)
+
+    def _direction(self, w: Sequence[Operand]) -> dict[str, Operand]:
+        return {"up": w[2], "azimuth": azimuth(w, self.sun, self.m)}
 
 
 def along_rays(light: ChannelTables, sun: Sequence[float], w: Sequence[Operand]) -> ChannelWater:
     """Return the water along rays in numpy; components of directions of shape (..., 1)."""
     s2 = half_angle2(w, sun)
     parts = [part.per_steradian(s2) for part in light.components]
-    tables = NumpyTables(light, sun)
-    return ChannelWater(tables, light.numbers, sun, parts, light.layered, light.fastest)
+    return ChannelWater(light, light.numbers, sun, parts, light.layered, light.fastest)
 
 
 def under_surface_fractions(

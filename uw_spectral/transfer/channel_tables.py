@@ -12,29 +12,21 @@ a :class:`.Mathematics`, as of :mod:`.radiance_table`.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import EVEN, Axis, Place, Table, discrete_axis
 from ..water.phase import PhaseFunction
 from .depth_scale import DepthScale
-from .radiance_table import (
-    interpolate,
-)
+from .radiance_table import AZIMUTH, SUN_ANGLE, TILT, TURN, UP
 
 RATES = ("extinction", "peak", "scattering", "mean_extinction", "sun_decay")
 """Numbers that layered water has of every depth."""
-ALONG = {
-    "rates": len(RATES), "occlusion_matrix": 6, "image_transmittance": 2, "sky": 1,
-    "glitter": 1, "floor": 1, "mirrored": 3,
-}  # fmt: skip
-"""Tables over depth or distance alone, and the sets of three channels that each has."""
-ALONG_SUNLIGHT = ("single", "drawn", "drawn_at")
-"""More of water of one layer, a set for each part of the phase function."""
 ON_PATCH, ON_PATH = 0, 1
 """Light that the spectrum of the occlusion works on."""
 LENGTHS = 96
@@ -43,6 +35,8 @@ FARTHEST = 5e3  # m
 GONE = 16.0  # optical depths after which no light counts
 FIRST = 0.3  # optical depths of the scale of the first distances
 NOTHING = 1e-30
+COLOURS = 3
+"""Red, green and blue."""
 
 Array = NDArray[np.float64]
 
@@ -81,6 +75,47 @@ class LengthScale:
     def lengths(self) -> Array:
         """All of them, m."""
         return self.first * np.expm1(np.arange(LENGTHS) / self.per_log)
+
+
+@dataclass(frozen=True)
+class TableSizes:
+    """How much there is of what :class:`ChannelTables` tell apart."""
+
+    slices: int  #: Depths.
+    colours: int  #: Red, green, blue and measured ones.
+    parts: int  #: Of the phase function.
+    layered: bool  #: The water differs with depth.
+    waves: bool
+    emissions: int = 0  #: That are no colour.
+
+    def axes(
+        self, of_depth: Place = EVEN.of, of_length: Place = EVEN.of
+    ) -> dict[str, tuple[Axis, ...]]:
+        """Return the axes of each table, discrete ones first; channels follow these."""
+        depth, length = Axis("depth", self.slices, of_depth), Axis("length", LENGTHS, of_length)
+        up, once = UP.axis("up"), ("single", "drawn", "drawn_at")
+        azimuth, light = AZIMUTH.axis("azimuth"), discrete_axis("light", 3)
+        colour, part = discrete_axis("colour", self.colours), discrete_axis("part", self.parts)
+        return {
+            "scattered": (depth, up, azimuth),
+            "beyond": (depth, up, azimuth),
+            "irradiance": (depth, TILT.axis("up"), TURN.axis("azimuth")),
+            "dimmed": (light, depth, length),
+            "peaked": (light, depth, length),
+            "matte": (colour, light, depth, length),
+            "sunlit": (colour, depth, length),
+            "caustics": (discrete_axis("colour", self.waves * self.colours), depth, length),
+            "glowing": (discrete_axis("colour", COLOURS + self.emissions), depth, length),
+            "aureole": (depth, SUN_ANGLE.axis("s2")),
+            "image": (up, azimuth),
+            **({"single": (part, up, length)} if self.layered else {}),
+            "rates": (discrete_axis("rate", len(RATES)), depth),
+            "occlusion_matrices": (discrete_axis("kind", 2), light, depth),
+            "image_transmittance": (discrete_axis("boundary", 2), length),
+            **dict.fromkeys(("sky", "glitter", "floor"), (length,)),
+            "mirrored": (light, length),
+            **dict.fromkeys(() if self.layered else once, (part, length)),
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,8 +161,8 @@ class ChannelTables:
     #: The same where light that the forward peak scatters counts as unscattered, over that,
     #: of that shape.
     peaked: Array
-    #: [j, k]: the same of what colour k reflects of it; after red, green and blue measured ones,
-    #: (3, 3 + i, 3, slices, LENGTHS).
+    #: [k, j]: the same of what colour k reflects of it; after red, green and blue measured ones,
+    #: (3 + i, 3, 3, slices, LENGTHS).
     matte: Array
     #: [k]: what is left over a distance of direct sunlight on colour k, normal irradiance,
     #: (3 + i, 3, slices, LENGTHS).
@@ -140,7 +175,7 @@ class ChannelTables:
     glowing: Array
     #: [i, j]: of light times the spectrum of the occlusion, per unit of its channel j: on patches
     #: (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`), (2, 3, 3, slices).
-    occlusion_matrix: Array
+    occlusion_matrices: Array
     rates: Array  #: Those of :data:`RATES` of :class:`ChannelNumbers`, by depth, (5, 3, slices).
     #: Fraction of each part of the phase function in the scattering about the camera, (k, 3).
     parts: Array
@@ -165,101 +200,34 @@ class ChannelTables:
     layered: bool
     fastest: float  #: Largest extinction of the bands, 1/m.
 
+    @property
+    def sizes(self) -> TableSizes:
+        """How much of each there is."""
+        return TableSizes(
+            self.depth_scale.slices, len(self.sunlit), len(self.components), self.layered,
+            bool(len(self.caustics)), len(self.glowing) - COLOURS,
+        )  # fmt: skip
 
-def path_unit(P: Operand, c: Operand) -> Operand:
-    """What sunlight scattered once on paths of layered water is divided by."""
-    return P / (1.0 + c * P) + 1e-6
+    def table(self, name: str) -> Table:
+        """Return one of the tables, by the name of its attribute."""
+        axes = self._axes[name]
+        channel = sum(axis.discrete for axis in axes)
+        return Table(np.moveaxis(getattr(self, name), channel, -1), axes)
 
-
-@dataclass(frozen=True, eq=False)
-class NumpyTables:
-    """Look-ups of the channel tables for arrays of rays; depths and distances of shape (..., 1)."""
-
-    light: ChannelTables
-    sun: Sequence[float]
+    def at(self, name: str, **coordinates: Operand) -> Operand:
+        """Look one of the tables up; see :class:`.Tables`."""
+        return self.table(name).at(**coordinates)
 
     @staticmethod
     def split(channels: Array) -> list[Array]:
         """Return the three channels, shape (..., 1) each."""
         return [channels[..., i : i + 1] for i in range(3)]
 
-    def _on(self, table: Array, *places: Array) -> Array:
-        flat = [place[..., 0] for place in np.broadcast_arrays(*places)]
-        return interpolate(table, flat)
+    @functools.cached_property
+    def _axes(self) -> dict[str, tuple[Axis, ...]]:
+        return self.sizes.axes(self.depth_scale.slice, self.numbers.lengths.place)
 
-    def _each(self, tables: Array, *places: Array) -> list[Array]:
-        """Look several sets of channels up, (j, 3, ...), at the same places."""
-        found = self._on(tables.reshape(-1, *tables.shape[2:]), *places)
-        return np.split(found, len(tables), axis=-1)
 
-    def _slice(self, y: Operand) -> Array:
-        return np.asarray(self.light.depth_scale.slice(np.asarray(y, np.float64)))
-
-    def _length(self, P: Operand) -> Array:
-        return np.asarray(self.light.numbers.lengths.place(np.asarray(P, np.float64)))
-
-    def scattered(self, y: Operand, h: Operand, v: Operand) -> Array:
-        """Return M over its unit at a depth, at places among azimuths and elevations."""
-        return self._on(self.light.scattered, self._slice(y), v, h)
-
-    def beyond(self, y: Operand, h: Operand, v: Operand) -> Array:
-        """Return the rest of what is ahead over the same unit."""
-        return self._on(self.light.beyond, self._slice(y), v, h)
-
-    def irradiance(self, y: Operand, h: Operand, v: Operand) -> Array:
-        """Return the irradiance on a patch over the same unit."""
-        return self._on(self.light.irradiance, self._slice(y), v, h)
-
-    def image_at(self, h: Operand, v: Operand) -> Array:
-        """Return the radiance of the boundary that is ahead."""
-        return self._on(self.light.image, v, h)
-
-    def image_transmittance(self, up: Operand, P: Operand) -> Array:
-        """Return the fraction of that which is left, looking up (1) or down (0)."""
-        above, below = self._each(self.light.image_transmittance, self._length(P))
-        return np.where(np.asarray(up) > 0.5, above, below)
-
-    def aureole(self, y: Operand, t: Operand) -> Array:
-        """Return the factor of the sun's aureole."""
-        return self._on(self.light.aureole, self._slice(y), t)
-
-    def dimmed(self, y: Operand, P: Operand) -> list[Array]:
-        """Return what is left of light per channel j."""
-        return self._each(self.light.dimmed, self._slice(y), self._length(P))
-
-    def peaked(self, y: Operand, P: Operand) -> list[Array]:
-        """Look up the same with the forward peak."""
-        return self._each(self.light.peaked, self._slice(y), self._length(P))
-
-    def matte(self, y: Operand, P: Operand, k: int) -> list[Array]:
-        """Return what is left of what colour k reflects, per channel j of the light."""
-        return self._each(self.light.matte[:, k], self._slice(y), self._length(P))
-
-    def sunlit(self, y: Operand, P: Operand, k: int) -> Array:
-        """Return what is left of sunlight on colour k."""
-        return self._on(self.light.sunlit[k], self._slice(y), self._length(P))
-
-    def caustics(self, y: Operand, P: Operand, k: int) -> Array:
-        """Return what waves add to that, per unit of their pattern above 1."""
-        return self._on(self.light.caustics[k], self._slice(y), self._length(P))
-
-    def glowing(self, y: Operand, P: Operand, k: int) -> Array:
-        """Return what is left of light of colour k."""
-        return self._on(self.light.glowing[k], self._slice(y), self._length(P))
-
-    def occlusion_matrix(self, kind: int, y: Operand) -> list[Array]:
-        """Return what the spectrum of the occlusion makes of light, per channel j."""
-        return self._each(self.light.occlusion_matrix[kind], self._slice(y))
-
-    def rate(self, name: str, y: Operand) -> Array:
-        """Return one of :data:`RATES` at a depth."""
-        return self._on(self.light.rates[RATES.index(name)], self._slice(y))
-
-    def along(self, name: str, index: int | None, P: Operand) -> Array:
-        """Look a table over distance up, by the name of its attribute."""
-        table = getattr(self.light, name)
-        return self._on(table if index is None else table[index], self._length(P))
-
-    def single_on_path(self, part: int, v: Operand, P: Operand) -> Array:
-        """Return layered water's sunlight scattered once, over :func:`path_unit`."""
-        return self._on(self.light.single[part], v, self._length(P))
+def path_unit(P: Operand, c: Operand) -> Operand:
+    """What sunlight scattered once on paths of layered water is divided by."""
+    return P / (1.0 + c * P) + 1e-6

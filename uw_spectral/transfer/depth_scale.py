@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import Axis
 
 SLICES = 24
 """Slices of a scale of one zone."""
@@ -89,6 +90,11 @@ class DepthScale:
     def deepest(self) -> Operand:
         """Depth of the last slice, m."""
         return self.zones[-1].top + self.zones[-1].thickness
+
+    @property
+    def axis(self) -> Axis:
+        """Depth, as the axis of a table."""
+        return Axis("depth", self.slices, self.slice)
 
     def slice(self, y: Operand, m: Mathematics = NUMPY) -> Operand:
         """Position of a depth among the slices, 0 to ``slices - 1``."""

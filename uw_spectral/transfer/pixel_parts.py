@@ -16,25 +16,15 @@ COLOURS = (0, 1, 2)
 
 
 class Tables(Protocol):
-    """Look-ups of the channel tables; :class:`.NumpyTables` says what they are."""
+    """The tables of :class:`.ChannelTables`, of arrays or in a node tree."""
 
-    def split(self, channels: Operand) -> Sequence[Operand]: ...  # noqa: D102
-    def scattered(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
-    def beyond(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
-    def irradiance(self, y: Operand, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
-    def image_at(self, h: Operand, v: Operand) -> Operand: ...  # noqa: D102
-    def image_transmittance(self, up: Operand, P: Operand) -> Operand: ...  # noqa: D102
-    def aureole(self, y: Operand, t: Operand) -> Operand: ...  # noqa: D102
-    def dimmed(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
-    def peaked(self, y: Operand, P: Operand) -> Sequence[Operand]: ...  # noqa: D102
-    def matte(self, y: Operand, P: Operand, k: Operand) -> Sequence[Operand]: ...  # noqa: D102
-    def sunlit(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
-    def caustics(self, y: Operand, P: Operand, k: Operand) -> Operand: ...  # noqa: D102
-    def glowing(self, y: Operand, P: Operand, k: int) -> Operand: ...  # noqa: D102
-    def occlusion_matrix(self, kind: int, y: Operand) -> Sequence[Operand]: ...  # noqa: D102
-    def rate(self, name: str, y: Operand) -> Operand: ...  # noqa: D102
-    def along(self, name: str, index: int | None, P: Operand) -> Operand: ...  # noqa: D102
-    def single_on_path(self, part: int, v: Operand, P: Operand) -> Operand: ...  # noqa: D102
+    def split(self, channels: Operand) -> Sequence[Operand]:
+        """Return the three channels."""
+        ...
+
+    def at(self, name: str, **coordinates: Operand) -> Operand:
+        """Look up one of the tables, as :meth:`.Lookup.at` does."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,15 +32,14 @@ from .projection_over_distance import (
     sunlit_tables,
 )
 from .radiance_table import (
-    AZIMUTHS,
+    AZIMUTH,
     ELEVATIONS,
-    TURNS,
-    angles,
-    azimuths,
+    SUN_ANGLE,
+    TILT,
+    TURN,
+    UP,
     decay_rate,
-    elevations,
     tabulate,
-    tilts,
 )
 from .solved_field import SolvedField
 from .sun_beam import half_angle2
@@ -178,7 +177,7 @@ def _scattered(spectra: BandSpectra) -> Callable[[int], Array]:
     table, unit = spectra.table, spectra.unit[..., None, None]
     if low_stream_field is field:
         return lambda place: table.radiance[:, place] * unit[:, place]
-    mu = elevations()
+    mu = UP.values()
     ends = np.where(mu > 0, 0.0, min(field.floor_depth, FARTHEST))
     P = np.abs(depths[:, None] - ends) / np.abs(mu)
 
@@ -219,7 +218,7 @@ class _Once:
 def _beyond(field: SolvedField, scale: DepthScale) -> _Once:
     """Sunlight scattered once ahead; frames differ in their channels, not in this."""
     depths = scale.depths()
-    mu, turns = elevations(), azimuths(AZIMUTHS)
+    mu, turns = UP.values(), AZIMUTH.values()
     across = np.sqrt(1.0 - mu * mu)[:, None]
     around = turns + math.atan2(field.sun[1], field.sun[0])
     w = -across * np.cos(around), -across * np.sin(around), mu[:, None] + 0.0 * around
@@ -234,7 +233,7 @@ def _beyond(field: SolvedField, scale: DepthScale) -> _Once:
 @functools.lru_cache(maxsize=2)
 def _aureole_factor(field: SolvedField, scale: DepthScale) -> Array:
     """Factor on sunlight scattered once at all depths, (n, d, t), likewise."""
-    factor = field.aureole(scale.depths(), angles())
+    factor = field.aureole(scale.depths(), SUN_ANGLE.values())
     factor.flags.writeable = False
     return factor
 
@@ -270,7 +269,7 @@ def _irradiance(spectra: BandSpectra, *, occluded: bool) -> Callable[[int], Arra
     if occluded:
         return lambda place: table.irradiance[:, place] * unit[:, place]
     field = spectra.field
-    n_z, turns = tilts(), azimuths(TURNS)
+    n_z, turns = TILT.values(), TURN.values()
     across = np.sqrt(np.maximum(1.0 - n_z * n_z, 0.0))[:, None]
     around = turns + math.atan2(field.sun[1], field.sun[0])
     normal = -across * np.cos(around), -across * np.sin(around), n_z[:, None] + 0.0 * around
@@ -281,7 +280,7 @@ def _irradiance(spectra: BandSpectra, *, occluded: bool) -> Callable[[int], Arra
 
 def _aureole(spectra: BandSpectra) -> Array:
     """Factor on what the channels see of sunlight scattered once, (3, d, t)."""
-    field, s2 = spectra.field, angles()
+    field, s2 = spectra.field, SUN_ANGLE.values()
     factor = spectra.table.aureole  # (n, d, t)
     if spectra.low_stream_field is not field:
         factor = _aureole_factor(spectra.low_stream_field, spectra.table.depth_scale)

@@ -18,7 +18,7 @@ from .band_spectra import (
 )
 from .channel_tables import LENGTHS, NOTHING, Array, path_unit
 from .radiance_table import (
-    elevations,
+    UP,
 )
 
 _RIDGE = 1e-6  # of the regression, relative to the mean squares of what it stands on
@@ -139,7 +139,7 @@ def _channel_transmittance(light: Array, channels: Array, weights: Array, T: Arr
 def matte_tables(
     spectra: BandSpectra, bases: Array, irradiance: Array, occlusion: OcclusionSpectrum | None
 ) -> Array:
-    """What is left over distances of what colours reflect of light, (j, k, 3, d, l)."""
+    """What is left over distances of what colours reflect of light, (k, j, 3, d, l)."""
     peak = np.moveaxis(forward_peak(spectra), 0, -1)
     light = np.concatenate([_lights([irradiance]), peak[:, None]], axis=1)
     if occlusion is not None:
@@ -149,7 +149,7 @@ def matte_tables(
         )
     weights = _on_colours(spectra, bases)
     found = _channel_transmittance(light, spectra.channels.weights, weights, spectra.transmittance)
-    return found.reshape(3, -1, 3, *found.shape[2:])
+    return np.swapaxes(found.reshape(3, -1, 3, *found.shape[2:]), 0, 1)
 
 
 def mirrored_tables(spectra: BandSpectra, scattered: Array, beyond: Array) -> Array:
@@ -192,7 +192,7 @@ def single_scattering_tables(
 def _single_on_paths(spectra: BandSpectra, eye: float) -> Array:
     """Sunlight that layered water scatters once on paths from the eye, (k, 3, v, l)."""
     field, lengths = spectra.low_stream_field, spectra.lengths.lengths()
-    mu = elevations()
+    mu = UP.values()
     y = np.clip(eye - mu[:, None] * lengths, 0.0, field.floor_depth)
     P = np.where(mu[:, None] > 0, np.minimum(lengths, eye / np.maximum(mu[:, None], 1e-9)), lengths)
     if math.isfinite(field.floor_depth):

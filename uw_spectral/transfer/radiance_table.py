@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import LOGARITHMIC, Scale, Spacing, Table
 from .aureole import WIDEST
 from .depth_scale import DepthScale
 from .solved_field import SolvedField
@@ -46,64 +46,48 @@ OCCLUSION_STREAMS = 6
 then changes with direction about as slowly as occlusion is known."""
 _FIRST = 0.3  # optical depths, in the most turbid band, of the scale of the first slices
 _CHANGE = 1.2  # factor of the extinction in any band from which on slices are dense around it
-_ANGLE = (ANGLES - 1) / math.log(WIDEST / SUN_DISC)
 _ORDERS, _AROUND = 12, 256  # azimuthal orders of the light on patches, and of what brings it
 
 Array = NDArray[np.float64]
 
 
-def elevation(w_z: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Position of a direction's upward component among the elevations.
+def _stereographic(horizon: float) -> Spacing:
+    """Return what is even in the radius of a stereographic map, and as dense about the horizon."""
 
-    Examples
-    --------
-    >>> elevation(np.array([-1.0, 0.0, 1.0]))
-    array([ 0. , 23.5, 47. ])
-    """
-    from_horizon = _from_horizon(w_z, m)
-    warped = from_horizon * (1.0 + _HORIZON) / (from_horizon + _HORIZON)
-    return _signed(warped, w_z, ELEVATIONS, m)
+    def of(up: Operand, m: Mathematics) -> Operand:
+        size = m.absolute(up)
+        radius = m.sqrt(m.maximum(1.0 - size * size, 0.0)) / (1.0 + size)
+        fraction = 1.0 - radius
+        if math.isfinite(horizon):
+            fraction = fraction * (1.0 + horizon) / (fraction + horizon)
+        return (2.0 * m.less(0.0, up) - 1.0) * fraction
 
+    def inverse(u: Array) -> Array:
+        size = np.abs(u)
+        t = 1.0 - size / (1.0 + (1.0 - size) / horizon)
+        return np.sign(u) * (1.0 - t * t) / (1.0 + t * t)
 
-def tilt(n_z: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Position of a normal's upward component among the tilts of patches.
-
-    What lies below is dim, and brightens fast as a patch is tilted: tilts are as dense there.
-    """
-    return _signed(_from_horizon(n_z, m), n_z, TILTS, m)
+    return Spacing(of, inverse)
 
 
-def _from_horizon(up: Operand, m: Mathematics) -> Operand:
-    """Fraction of the way from the horizon to the zenith or the nadir in a stereographic map."""
-    size = m.minimum(m.absolute(up), 1.0)
-    across = m.sqrt(m.maximum(1.0 - size * size, 0.0))
-    return 1.0 - across / (1.0 + size)
+UP = Scale(ELEVATIONS, -1.0, 1.0, _stereographic(_HORIZON))
+"""Upward components of directions."""
+TILT = Scale(TILTS, -1.0, 1.0, _stereographic(math.inf))
+"""Upward components of normals.
+
+What lies below is dim, and brightens fast as a patch is tilted: tilts are as dense there.
+"""
+_ROUND = Spacing(lambda x, m: m.sqrt(0.5 + 0.5 * x), lambda u: 2.0 * np.arcsin(u))
+AZIMUTH, TURN = (Scale(count, -1.0, 1.0, _ROUND) for count in (AZIMUTHS, TURNS))
+"""Cosines of :func:`azimuth`, towards the sun first; values are the angles to it, rad."""
+SUN_ANGLE = Scale(ANGLES, SUN_DISC, WIDEST, LOGARITHMIC)
+"""Squared sines of half the angles to the sun."""
 
 
-def _signed(fraction: Operand, up: Operand, count: int, m: Mathematics) -> Operand:
-    half = (count - 1) / 2
-    return half + half * (2.0 * m.less(0.0, up) - 1.0) * fraction
-
-
-def azimuth(
-    w: Sequence[Operand],
-    sun: Sequence[Operand],
-    count: int = AZIMUTHS,
-    m: Mathematics = NUMPY,
-) -> Operand:
-    """Position of a direction among so many azimuths: 0 towards the sun.
-
-    ``w`` is a unit view direction, z up, or the normal of a patch; ``sun`` the direction of
-    sunlight.
-    """
+def azimuth(w: Sequence[Operand], sun: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Cosine between the azimuths of a direction, or a normal, and of the way of sunlight."""
     size = (w[0] * w[0] + w[1] * w[1]) * (sun[0] * sun[0] + sun[1] * sun[1])
-    away = (w[0] * sun[0] + w[1] * sun[1]) / m.sqrt(m.maximum(size, _SLANT**4))
-    return (count - 1.0) * m.sqrt(m.clamp(0.5 + 0.5 * away, 0.0, 1.0))
-
-
-def sun_angle(s2: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Position of an angle to the sun, by the squared sine of its half, among ``ANGLES``."""
-    return _ANGLE * m.log(m.clamp(s2, SUN_DISC, WIDEST) / SUN_DISC)
+    return (w[0] * sun[0] + w[1] * sun[1]) / m.sqrt(m.maximum(size, _SLANT**4))
 
 
 def table_unit(scale: Operand, decay: Operand, y: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -131,22 +115,28 @@ class RadianceTable:
 
     def scattered(self, y: Array, w: Sequence[Array], sun: Sequence[float]) -> Array:
         """Radiance M(y, w) by linear interpolation, shape (..., n)."""
-        y, *w = np.broadcast_arrays(y, *w)
-        place = self.depth_scale.slice(y), elevation(w[2]), azimuth(w, sun)
-        return interpolate(self.radiance, place) * table_unit(self.scale, self.decay, y[..., None])
+        return self._at(self.radiance, y, w, sun, (UP, AZIMUTH)) * self._unit(y)
 
     def patch_irradiance(self, y: Array, normal: Sequence[Array], sun: Sequence[float]) -> Array:
         """Irradiance on a patch at depth y, without the direct sun, shape (..., n)."""
-        y, *n = np.broadcast_arrays(y, *normal)
-        place = self.depth_scale.slice(y), tilt(n[2]), azimuth(n, sun, TURNS)
-        found = interpolate(self.irradiance, place)
-        return found * table_unit(self.scale, self.decay, y[..., None])
+        return self._at(self.irradiance, y, normal, sun, (TILT, TURN)) * self._unit(y)
 
     def boundary_image(self, w: Sequence[Array], sun: Sequence[float]) -> Array:
         """Radiance of the surface from just below, or of the floor, along w, (..., n)."""
-        w = np.broadcast_arrays(*w)
-        place = elevation(w[2]), azimuth(w, sun)
-        return interpolate(self.image, place) * self.scale
+        image = self.image[:, None]
+        return self._at(image, np.zeros_like(w[2]), w, sun, (UP, AZIMUTH)) * self.scale
+
+    def _at(
+        self, values: Array, y: Array, w: Sequence[Array], sun: Sequence[float],
+        scales: tuple[Scale, Scale],
+    ) -> Array:  # fmt: skip
+        axes = self.depth_scale.axis, scales[0].axis("up"), scales[1].axis("azimuth")
+        y, *w = (part[..., None] for part in np.broadcast_arrays(y, *w))
+        table = Table(np.moveaxis(values, 0, -1), axes)
+        return table.at(depth=y, up=w[2], azimuth=azimuth(w, sun))
+
+    def _unit(self, y: Array) -> Array:
+        return table_unit(self.scale, self.decay, np.asarray(y)[..., None])
 
 
 @functools.lru_cache(maxsize=8)
@@ -158,7 +148,7 @@ def tabulate(field: SolvedField) -> RadianceTable:
     depths = depth_scale.depths()
     decay = decay_rate(depths, field.scalar_irradiance(depths))
     grown = np.exp(np.minimum(decay[:, None] * depths, _LARGEST_EXPONENT))[..., None, None]
-    mu, turns = elevations(), azimuths(AZIMUTHS)
+    mu, turns = UP.values(), AZIMUTH.values()
     # Peaks that the streams do not resolve ring, below 0 too.
     radiance = np.maximum(field.scattered_on_grid(depths, mu, turns), 0.0)
     image = np.maximum(_boundary_image(field, mu, turns, radiance[:, 0]), 0.0)
@@ -174,7 +164,7 @@ def tabulate(field: SolvedField) -> RadianceTable:
         radiance / over[..., None],
         irradiance / over[..., None],
         image / over,
-        field.aureole(depths, angles()),
+        field.aureole(depths, SUN_ANGLE.values()),
     )
 
 
@@ -209,43 +199,15 @@ def decay_rate(depths: Array, E0: Array) -> Array:
     return np.maximum(np.minimum(rate, grown.min(axis=0)), 0.0)
 
 
-def elevations() -> Array:
-    """Upward components of directions: what :func:`elevation` inverts."""
-    return _upward(ELEVATIONS, _HORIZON)
-
-
-def tilts() -> Array:
-    """Upward components of normals: what :func:`tilt` inverts."""
-    return _upward(TILTS)
-
-
-def angles() -> Array:
-    """Squared sines of half the angles to the sun: what :func:`sun_angle` inverts."""
-    return SUN_DISC * np.exp(np.arange(ANGLES) / _ANGLE)
-
-
-def _upward(count: int, horizon: float = math.inf) -> Array:
-    half = (count - 1) / 2
-    warped = (np.arange(count) - half) / half
-    size = np.abs(warped)
-    t = 1.0 - size / (1.0 + (1.0 - size) / horizon)
-    return np.sign(warped) * (1.0 - t * t) / (1.0 + t * t)
-
-
-def azimuths(count: int) -> Array:
-    """Angles to the sun's azimuth: what :func:`azimuth` inverts."""
-    return 2.0 * np.arcsin(np.arange(count) / (count - 1))
-
-
 def _on_patches(field: SolvedField, depths: Array) -> Array:
     """Irradiance on patches at depths, shape (n, d, TILTS, TURNS)."""
     mu = np.concatenate([field.mu, -field.mu])
     weights = np.concatenate([field.weights, field.weights])
-    kernel = _patch_kernel(tuple(tilts().tolist()), tuple(mu.tolist()))
+    kernel = _patch_kernel(tuple(TILT.values().tolist()), tuple(mu.tolist()))
     light = np.concatenate(field.stream_modes(depths, _ORDERS), axis=-1) * weights
     kernel = kernel[: len(light)]
     E = np.einsum("mij,mndj->mndi", kernel, light, optimize=True)
-    turned = np.cos(np.arange(len(light))[:, None] * azimuths(TURNS))
+    turned = np.cos(np.arange(len(light))[:, None] * TURN.values())
     return np.einsum("mndi,mt->ndit", E, turned, optimize=True)
 
 
@@ -272,8 +234,3 @@ def _boundary_image(field: SolvedField, mu: Array, turns: Array, rising: Array) 
     below = rising[:, np.minimum(np.arange(ELEVATIONS), np.arange(ELEVATIONS)[::-1])]
     above = np.moveaxis(field.surface_radiance(w, np.moveaxis(below, 0, -1)), -1, 0)
     return np.where(mu[:, None] > 0, above, field.floor_radiance[:, None, None])
-
-
-def interpolate(table: Array, place: Sequence[Array]) -> Array:
-    """Interpolate linearly along the axes after the bands, shape (..., n)."""
-    return multilinear(np.moveaxis(table, 0, -1), place)

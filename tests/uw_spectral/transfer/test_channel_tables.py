@@ -214,7 +214,7 @@ def test_pixels_in_layers_and_under_occlusion(water, channels, occluded, tmp_pat
 
 
 @pytest.mark.slow_but_first
-@pytest.mark.parametrize("table", ["occlusion_matrix", "matte", "peak", "single"])
+@pytest.mark.parametrize("table", ["occlusion_matrices", "matte", "peak", "single"])
 def test_an_error_of_a_tenth_is_seen_in_layers(table, tmp_path):
     found, exact = _dim_pixels("layers", "bands", tmp_path, occluded=True, spoilt=table)
     assert np.quantile(np.abs(found / exact - 1.0), 0.95) > 0.005
@@ -318,7 +318,7 @@ def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt=""):
     kept = peaked - (peaked - direct) * beyond
     scattering = projected.numbers.scattering
     if projected.layered:
-        scattering = ray.tables.rate("scattering", y_e)
+        scattering = ray.tables.at("rates", rate=RATES.index("scattering"), depth=y_e)
     blocked = np.log(kept / direct) / (scattering * P)
     item, around = SeenObject(leaving), Around(blocked)
     found = ray.surface(y_o, y_e, w, P, item, occlusion=occlusion, around=around)
@@ -364,7 +364,7 @@ def test_a_measured_reflectance_is_a_column():
     green = uplift_basis(plan.bands)[:, 1]
     projected = project(plan.solved_field(24), channels, 5.0, plan.column.skylight.level, [green])
     np.testing.assert_allclose(projected.sunlit[3], projected.sunlit[1], rtol=1e-9)
-    np.testing.assert_allclose(projected.matte[:, 3], projected.matte[:, 1], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(projected.matte[3], projected.matte[1], rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("planted", [1.0, 1.1])

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.transfer import radiance_table
-from underwater_spectral.uw_spectral.transfer.radiance_table import AZIMUTHS, TILTS, tabulate
+from underwater_spectral.uw_spectral.transfer.radiance_table import AZIMUTHS, tabulate
 from underwater_spectral.validation import solved_cases
 
 CASES = [next(solved_cases.cases(kind, 1)) for kind in (0, 5, 7)]
@@ -21,11 +20,6 @@ def case(request):
 def _directions(count: int) -> np.ndarray:
     w = np.random.default_rng(0).normal(size=(3, count))
     return w / np.linalg.norm(w, axis=0)
-
-
-def test_tilts_are_where_they_are_looked_up():
-    tilts = radiance_table._upward(TILTS)
-    np.testing.assert_allclose(radiance_table.tilt(tilts), np.arange(TILTS), atol=1e-9)
 
 
 def test_scattered_light_is_that_of_the_field(case):
