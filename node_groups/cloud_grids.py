@@ -9,11 +9,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.clouds.density_grid import BLOCK, LAMP_NODES, ArrayLampNodes, ArrayNodes, Grid
+from ..uw_spectral.clouds.density_grid import BLOCK, LAMP_BOX, LAMP_NODES, Grid, box_axes
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.table import Table, discrete_axis
 from .data_blocks import write_pixels
-from .node_mathematics import NODES, Graph, NodeValue
-from .texture_atlas import closest, number_image, texel
+from .image_table import ImageTable, Tiles, write_tiles
+from .node_mathematics import NODES, Graph
+from .texture_atlas import closest, number_image
 
 NAME, LAMPS_NAME = "UW Cloud Grids", "UW Cloud Lamps"
 _WIDTH, _HIGH = BLOCK
@@ -25,6 +27,7 @@ _ROUNDING = 1e-3
 # Of what is between nodes and lamps: slices beside and above each other, a lamp in each channel.
 _ACROSS = _WIDTH // LAMP_NODES
 _LAMP_ROWS = -(-LAMP_NODES // _ACROSS) * LAMP_NODES
+_LAMP_TILES = Tiles(LAMP_NODES, LAMP_NODES, _ACROSS)
 
 
 def new_image(number: int) -> bpy.types.Image:
@@ -60,11 +63,13 @@ def write(
     out[..., 3] = 1.0
     for block, (numbers, grid) in zip(out, clouds, strict=True):
         assert grid is not None, "a cloud with a grid"
-        assert isinstance(grid.nodes, ArrayNodes)
+        assert isinstance(grid.nodes, Table)
         block[0, : len(numbers), :3] = numbers
         own = np.concatenate([np.ravel(x) for x in (grid.corner, grid.counts, grid.rows)])
         block[0, _FIRST:, :3] = own.reshape(_OWN, 3)
-        _lay(block[1:, :, :3], grid.nodes.values)
+        values = grid.nodes.values[..., 0]
+        _, ny, nx, _ = values.shape
+        write_tiles(block[1:], values, (Tiles(nx, ny, _WIDTH // nx),), margin=0)
     _bring(image, out)
 
 
@@ -74,10 +79,10 @@ def write_lamps(image: bpy.types.Image, grids: Sequence[Grid | None]) -> None:
     out = np.zeros((len(grids), height // len(grids) // _LAMP_ROWS, _LAMP_ROWS, width, 4))
     for blocks, grid in zip(out, grids, strict=True):
         assert grid is not None, "a cloud with a grid"
-        assert isinstance(grid.lamps, ArrayLampNodes)
+        assert isinstance(grid.lamps, Table)
         for number, values in enumerate(grid.lamps.values):
             block, channel = divmod(number, 3)
-            _lay(blocks[block, ..., channel : channel + 1], values[..., None])
+            write_tiles(blocks[block, ..., channel:], values, (_LAMP_TILES,), margin=0)
     _bring(image, out.astype(np.float32))
 
 
@@ -90,71 +95,21 @@ def _bring(image: bpy.types.Image, out: NDArray[np.float32]) -> None:
         write_pixels(image, out)
 
 
-def _lay(block: NDArray[np.floating], values: NDArray[np.float64]) -> None:
-    """Lay slices of one height side by side."""
-    nx, ny, nz, _ = values.shape
-    across = _WIDTH // nx
-    for place in range(nz):
-        down, beside = divmod(place, across)
-        there = block[down * ny : (down + 1) * ny, beside * nx : (beside + 1) * nx]
-        there[:] = np.swapaxes(values[:, :, place], 0, 1)
-
-
-@dataclass(frozen=True, eq=False)
-class _Nodes:
-    """Of a grid in the image; :class:`.Nodes`."""
-
-    graph: Graph
-    image: bpy.types.Image
-    first: float
-    counts: Sequence[NodeValue]
-
-    def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
-        x, y, z = place
-        nx, ny, nz = self.counts
-        across = NODES.floor(float(_WIDTH) / nx + _ROUNDING)
-        below = NODES.minimum(NODES.floor(z), nz - 2.0)
-        one, other = (self._slice(x, y, below + beyond, across, nx, ny) for beyond in (0.0, 1.0))
-        return self.graph.components(one + (other - one) * (z - below))
-
-    def _slice(
-        self, x: Operand, y: Operand, k: Operand, across: Operand, nx: Operand, ny: Operand
-    ) -> NodeValue:
-        down = NODES.floor((k + 0.5) / across)
-        h, v = (k - down * across) * nx + x, down * ny + y + self.first
-        width, height = map(float, self.image.size)
-        return texel(self.graph, self.image, h, v, width, height)
-
-
 @dataclass(frozen=True, eq=False)
 class _LampNodes:
-    """Of a grid in the image of lamps; :class:`.LampNodes`."""
+    """What is between a grid and lamps, of which a texel has three; a :class:`.Lookup`."""
 
-    graph: Graph
-    image: bpy.types.Image
-    first: float
-    lamps: float
+    blocks: ImageTable
 
-    def at(self, lamp: Operand, place: Sequence[Operand]) -> Operand:
-        x, y, z = place
+    def at(self, **coordinates: Operand) -> Operand:
+        lamp = coordinates.pop("lamp")
         # Whole numbers come out of loops as such.
         block = NODES.floor((lamp + 0.5) / 3.0)
-        channel = lamp - block * 3.0
-        below = NODES.minimum(NODES.floor(z), LAMP_NODES - 2.0)
-        first = NODES.minimum(block, float((self.lamps - 1) // 3)) * float(_LAMP_ROWS) + self.first
-        one, other = (self._slice(x, y, below + beyond, first) for beyond in (0.0, 1.0))
-        found = self.graph.components(one + (other - one) * (z - below))
-        total = 0.0
-        for number, value in enumerate(found):
+        channel, total = lamp - block * 3.0, 0.0
+        for number, value in enumerate(self.blocks.at(block=block, **coordinates)):
             own = NODES.less(number - 0.5, channel) * NODES.less(channel, number + 0.5)
             total = own * value + total
-        return total * NODES.less(lamp, self.lamps - 0.5)
-
-    def _slice(self, x: Operand, y: Operand, k: Operand, first: Operand) -> NodeValue:
-        down = NODES.floor((k + 0.5) / float(_ACROSS))
-        h = (k - down * float(_ACROSS)) * float(LAMP_NODES) + x
-        width, height = map(float, self.image.size)
-        return texel(self.graph, self.image, h, down * float(LAMP_NODES) + y + first, width, height)
+        return total
 
 
 def grid(
@@ -167,9 +122,16 @@ def grid(
     """Return a grid in an image of :func:`new_image`; ``of_lamps`` is of :func:`new_lamp_image`."""
     texels = [closest(graph, image, float(_FIRST + i), row(index)) for i in range(_OWN)]
     corner, counts, *rows = (graph.components(x) for x in texels)
-    nodes = _Nodes(graph, image, row(index) + 1.0, counts)
-    shining = None
-    if of_lamps is not None:
-        first = float(index * (of_lamps.size[1] // count(image)))
-        shining = _LampNodes(graph, of_lamps, first, float(lamps))
-    return Grid(corner, [x for three in rows for x in three], counts, nodes, shining)
+    nx, ny, _ = counts
+    tiles = (Tiles(nx, ny, NODES.floor(float(_WIDTH) / nx + _ROUNDING)),)
+    first = row(index) + 1.0
+    nodes = ImageTable(graph, image, box_axes(counts), 0.0, first, tiles, margin=0, numbers=3)
+    place = corner, [x for three in rows for x in three], counts
+    if of_lamps is None:
+        return Grid(*place, nodes)
+    blocks = ImageTable(
+        graph, of_lamps, (discrete_axis("block", -(-lamps // 3)), *LAMP_BOX),
+        0.0, float(index * (of_lamps.size[1] // count(image))),
+        (Tiles(rows=float(_LAMP_ROWS)), _LAMP_TILES), margin=0, numbers=3,
+    )  # fmt: skip
+    return Grid(*place, nodes, _LampNodes(blocks), lamps)

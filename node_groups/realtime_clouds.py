@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.clouds.cloud_light import Clouds, Together
-from ..uw_spectral.clouds.cloud_numbers import ESCAPES, ArrayRow, CloudNumbers, Veil
+from ..uw_spectral.clouds.cloud_numbers import ESCAPES, ESCAPING, CloudNumbers, Veil
 from ..uw_spectral.clouds.cloud_shadow import daylit_fractions
 from ..uw_spectral.mathematics import Operand
+from ..uw_spectral.table import Table
 from ..uw_spectral.transfer.pixel_parts import OcclusionFactor, OcclusionOnPath
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.transfer.sun_beam import half_angle2
@@ -23,6 +24,7 @@ from . import cloud_grids
 from .chance import chance
 from .data_blocks import write_pixels
 from .group_sockets import FLOAT, VECTOR, OpenGroup
+from .image_table import ImageTable
 from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .realtime_lamps import CloudsOf, LampShape
@@ -50,7 +52,7 @@ _TRIPLES = {
 }
 _FIRST = -(-len(_SINGLE) // 3)  # texels of single numbers
 _ESCAPES = _FIRST + sum(_TRIPLES.values())
-_WIDTH = _ESCAPES + ESCAPES
+_WIDTH = _ESCAPES + ESCAPES.count
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,7 @@ def write_clouds(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None
     for row, cloud in zip(out, clouds, strict=True):
         row[:_ESCAPES, :3] = _texels(cloud)
         if cloud.escapes is not None:
-            assert isinstance(cloud.escapes, ArrayRow)
+            assert isinstance(cloud.escapes, Table)
             row[_ESCAPES:, :3] = cloud.escapes.values
     write_pixels(image, out)
 
@@ -188,23 +190,6 @@ def _read(graph: Graph, image: bpy.types.Image, row: NodeValue | float) -> Cloud
         if name in _OF_PLACE:
             parts[name] = [x for place in found for x in graph.components(place)]
     return CloudNumbers(**parts)
-
-
-@dataclass(frozen=True, eq=False)
-class _Escapes:
-    """Of a cloud in the image; a :class:`.Row`."""
-
-    graph: Graph
-    image: bpy.types.Image
-    row: NodeValue | float
-
-    def at(self, place: NodeValue) -> NodeValue:
-        below = self.graph.operation("FLOOR", (place,))
-        one, other = (
-            closest(self.graph, self.image, below + beyond, self.row)
-            for beyond in (float(_ESCAPES), _ESCAPES + 1.0)
-        )
-        return one + (other - one) * (place - below)
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,7 +236,8 @@ class CloudTable:
 
     def _cloud(self, index: NodeValue | float) -> CloudNumbers:
         found = _read(self.graph, self.image, index)
-        return replace(found, escapes=_Escapes(self.graph, self.image, index))
+        escapes = ImageTable(self.graph, self.image, ESCAPING, float(_ESCAPES), index, margin=0)
+        return replace(found, escapes=escapes)
 
 
 def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:

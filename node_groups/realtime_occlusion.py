@@ -6,7 +6,6 @@ mixed from side by side. The image has the size of the grid, so another grid nee
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import override
 
@@ -26,10 +25,11 @@ from ..uw_spectral.occlusion.occlusion_table import (
     step,
 )
 from .data_blocks import write_pixels
+from .image_table import ImageTable, Tiles, write_tiles
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .shape import Shape, TermShape
-from .texture_atlas import number_image, texel
+from .texture_atlas import number_image
 from .value_fields import ValueFields
 
 NAME, PART = "UW Occlusion", "uw_shade"
@@ -37,7 +37,6 @@ ON_IT = "Occlusion on It"
 ON_PATH = tuple(f"Occlusion on the Way {k}" for k in range(STEPS))
 REACH = "occlusion reach"
 _SMALLEST = 3
-_BEFORE_LAST = 1e-3  # levels from the last position that has a level behind it
 FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3, "weight": PATCHES})
 """Numbers of a box."""
 
@@ -65,9 +64,9 @@ def write_table(image: bpy.types.Image, table: OcclusionTable) -> None:
 def pixels(table: OcclusionTable) -> NDArray[np.float32]:
     """Return the texels, shape (rows, columns, 4); the first row is the lowest."""
     tiles, nz, ny, nx, _ = table.atlas.shape
-    out = np.ones((nz, ny, tiles, nx, 4), np.float32)
-    out[..., :3] = np.moveaxis(table.atlas, 0, 2)
-    return out.reshape(nz * ny, tiles * nx, 4)
+    out = np.ones((nz * ny, tiles * nx, 4), np.float32)
+    write_tiles(out, table.atlas, (Tiles(columns=nx), Tiles(rows=ny)), margin=0)
+    return out
 
 
 class Occlusion:
@@ -103,16 +102,10 @@ class Occlusion:
         return dict(zip(ON_PATH, summed(self._graph, STEPS, of_step), strict=True))
 
     def _mixed(self, first: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
-        place = self._box.place(point, NODES)
-        return self._box.mixed(first, w, functools.partial(self._at, place), NODES)
-
-    def _at(self, place: Sequence[NodeValue], tile: NodeValue) -> NodeValue:
-        x, y, z = place
-        columns, rows, levels = (last + 1.0 for last in self._box.last)
-        z = NODES.minimum(z, self._box.last[2] - _BEFORE_LAST)
-        below = NODES.floor(z)
-        fraction, row = z - below, below * rows + y
-        size = columns * float(TILES), rows * levels
-        h = tile * columns + x
-        one, other = (texel(self._graph, self._image, h, v, *size) for v in (row, row + rows))
-        return one + fraction * (other - one)
+        place = dict(zip("xyz", self._box.place(point, NODES), strict=True))
+        levels, rows, columns = (axis.count for axis in self._box.axes[1:])
+        tiles, size = (Tiles(columns=columns), Tiles(rows=rows)), (columns * TILES, rows * levels)
+        table = ImageTable(
+            self._graph, self._image, self._box.axes, tiles=tiles, margin=0, size=size
+        )
+        return self._box.mixed(first, w, lambda tile: table.at(tile=tile, **place), NODES)

@@ -8,8 +8,8 @@ import pytest
 from underwater_spectral.node_groups import texture_atlas
 from underwater_spectral.node_groups.node_mathematics import Graph
 from underwater_spectral.scene.engines import exr_output
-from underwater_spectral.uw_spectral.look_up import multilinear_of_columns
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
+from underwater_spectral.uw_spectral.table import Axis, Table
 
 WIDTH, HEIGHT = 64, 36
 
@@ -56,13 +56,8 @@ def test_tables_are_looked_up_linearly(engine, size, tmp_path):
         return graph.vector(graph.components(found)[1], x, y)
 
     seen, *place = np.moveaxis(_drawn(engine, look_up, tmp_path / "a.exr"), -1, 0)
-    at = [
-        (along * (count - 1.0))[..., None]
-        for along, count in zip(place[::-1], (rows, columns), strict=True)
-    ]
-    # A table of one row or column is the same beyond it.
-    padded = np.pad(table[..., :3], ((0, 1), (0, 1), (0, 0)), mode="edge").astype(np.float64)
-    wanted = multilinear_of_columns(padded, at)[..., 1]
+    h, v = (x[..., None] * (n - 1.0) for x, n in zip(place, (columns, rows), strict=True))
+    wanted = Table(table[..., :3], (Axis("v", rows), Axis("h", columns))).at(v=v, h=h)[..., 1]
     # Half floats draw the place of a large table within a texel or two.
     if engine == "CYCLES":
         error = np.abs(seen - wanted)

@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..look_up import multilinear_of_columns
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..table import Lookup, Scale, Table
 from .density_grid import Grid
 from .gaussian_blob import FAR, GaussianBlob
 
@@ -27,9 +26,9 @@ ISOTROPIC = 1.0 / (4.0 * math.pi)
 """Phase function of light that is scattered alike to all sides, 1/sr."""
 # Depth in m over which light may differ from that in the middle by its decay there.
 DEEPEST_DIFFERENCE = 40.0
-ESCAPES = 24
-"""Entries of the row of light that leaves a cloud, from its middle outwards."""
-_FARTHEST_OUT = 4.5  # standard deviations
+ESCAPES = Scale(24, 0.0, 4.5)
+"""Of the row of light that leaves a cloud, from its middle outwards, standard deviations."""
+ESCAPING = (ESCAPES.axis("out"),)
 Sum = Callable[[int, Callable[[Operand], Sequence[Operand]]], Sequence[Operand]]
 """Adds up terms of 0 to count - 1."""
 March = Callable[
@@ -40,14 +39,6 @@ March = Callable[
 
 Where the last operand is 0 all are 0, and need not be made.
 """
-
-
-class Row(Protocol):
-    """A few entries, in channels."""
-
-    def at(self, place: Operand) -> Operand:
-        """Interpolate linearly between them."""
-        ...
 
 
 class Wide(Protocol):
@@ -96,7 +87,7 @@ class CloudNumbers:
     kind: Operand = 0.0
     #: What :meth:`escaping` is at so many standard deviations from the middle, as a mean over all
     #: sides; see :func:`with_escapes`.
-    escapes: Row | None = None
+    escapes: Lookup | None = None
     #: Its density, if it is none of a blob: ``middle`` and ``rows`` are then those of the blob that
     #: is most like it.
     grid: Grid | None = None
@@ -133,8 +124,7 @@ class CloudNumbers:
         if self.escapes is None:
             return self.escaping(point, m)
         u = self.blob.place(point)
-        out = m.minimum(m.sqrt(dot(u, u)) * ((ESCAPES - 1.0) / _FARTHEST_OUT), ESCAPES - 1.001)
-        return self.escapes.at(out)
+        return self.escapes.at(out=m.sqrt(dot(u, u)))
 
     def again(self, escaping: Operand, light: Operand) -> Operand:
         """Scalar irradiance of what of a place's light is scattered there twice and more often."""
@@ -160,26 +150,15 @@ class Veil:
     daylit: Operand = 1.0
 
 
-@dataclass(frozen=True, eq=False)
-class ArrayRow:
-    """A row of arrays, shape (k, 3)."""
-
-    values: NDArray[np.float64]
-
-    def at(self, place: Operand) -> Operand:
-        """Interpolate at places of shape (..., 1), or of no shape; shape (..., 3)."""
-        return multilinear_of_columns(self.values, (place,))
-
-
 def with_escapes(cloud: CloudNumbers) -> CloudNumbers:
     """Return a cloud with the row of what leaves it."""
     sides = np.array([x for x in np.ndindex(3, 3, 3) if x != (1, 1, 1)]) - 1.0
     sides /= np.linalg.norm(sides, axis=1, keepdims=True)
-    out = np.linspace(0.0, _FARTHEST_OUT, ESCAPES)
+    out = ESCAPES.values()
     own = np.linalg.inv(np.reshape(cloud.rows, (3, 3)))
     places = np.asarray(cloud.middle) + out[:, None, None] * sides @ own.T
     found = cloud.escaping(list(np.moveaxis(places[..., None], 2, 0)), NUMPY)
-    return replace(cloud, escapes=ArrayRow(np.asarray(found).mean(axis=1)))
+    return replace(cloud, escapes=Table(np.asarray(found).mean(axis=1), ESCAPING))
 
 
 def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:

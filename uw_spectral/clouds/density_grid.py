@@ -6,14 +6,13 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..table import Axis, Lookup, Table, discrete_axis
 from .gaussian_blob import GaussianBlob, RayInBlob
 
 STEPS = 40
@@ -38,20 +37,13 @@ _THINNEST = 1e-3  # of a node, so that no blob is flat
 Array = NDArray[np.float64]
 
 
-class Nodes(Protocol):
-    """Three numbers at each node."""
-
-    def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
-        """Interpolate linearly at a place in the box, counted in nodes along each axis."""
-        ...
+def box_axes(counts: Sequence[Operand]) -> tuple[Axis, ...]:
+    """Return the axes of a box with so many nodes along its own x, y and z."""
+    x, y, z = (Axis(name, count) for name, count in zip("xyz", counts, strict=True))
+    return z, y, x
 
 
-class LampNodes(Protocol):
-    """One number for each lamp at each of :data:`LAMP_NODES` along each axis."""
-
-    def at(self, lamp: Operand, place: Sequence[Operand]) -> Operand:
-        """Interpolate linearly, for the number of a lamp; 0 of one that has none."""
-        ...
+LAMP_BOX = box_axes((LAMP_NODES,) * 3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +59,9 @@ class Grid:
     counts: Sequence[Operand]  #: Nodes along each axis.
     #: Density, its integral from there to the sun, and the length of matter, both m, that lets
     #: through what escapes from there, see :func:`escape_column`.
-    nodes: Nodes
-    lamps: LampNodes | None = None  #: Integral of the density from there to each lamp, m.
+    nodes: Lookup
+    lamps: Lookup | None = None  #: Integral of the density from there to each lamp, m.
+    shining: int = 0  #: How many lamps it knows.
 
     def own(self, way: Sequence[Operand]) -> list[Operand]:
         """Return a way in the world, m, in nodes along the own axes."""
@@ -76,7 +69,8 @@ class Grid:
 
     def at(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> Sequence[Operand]:
         """Return the three numbers at a place, or what is nearest to it in the box."""
-        return self.nodes.at(self._held(point, m))
+        x, y, z = self._held(point, m)
+        return self.nodes.at(x=x, y=y, z=z)
 
     def _held(self, point: Sequence[Operand], m: Mathematics) -> list[Operand]:
         """Return a place in nodes, or the nearest of the box."""
@@ -119,15 +113,19 @@ class Grid:
         self, number: Operand, lamp: Sequence[Operand], way: Sequence[Operand],
         m: Mathematics = NUMPY,
     ) -> Operand:  # fmt: skip
-        """Integral of the density from a lamp over a way, m."""
+        """Integral of the density from a lamp over a way, m; 0 from one that is not known."""
         assert self.lamps is not None, "there are lamps"
         point, back = [x + d for x, d in zip(lamp, way, strict=True)], [-d for d in way]
         entry, end = self.crossing(point, back, m)
         start = m.maximum(entry, 0.0 * entry)
         u = self._held([x + d * start for x, d in zip(point, back, strict=True)], m)
-        places = [x * ((LAMP_NODES - 1.0) / (n - 1.0)) for x, n in zip(u, self.counts, strict=True)]
+        x, y, z = (
+            at * ((LAMP_NODES - 1.0) / (n - 1.0)) for at, n in zip(u, self.counts, strict=True)
+        )
+        known = m.minimum(number, self.shining - 1.0)
+        column = self.lamps.at(lamp=known, x=x, y=y, z=z) * m.less(number, self.shining - 0.5)
         # Nothing is between them if the box begins beyond the lamp.
-        return m.less(start, m.minimum(end, 1.0)) * self.lamps.at(number, places)
+        return m.less(start, m.minimum(end, 1.0)) * column
 
 
 def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> RayInBlob:
@@ -136,31 +134,6 @@ def ray_of(column: Operand, first: Operand, second: Operand, m: Mathematics) -> 
     middle = first / mass
     spread = m.sqrt(m.maximum(second / mass - middle * middle, _EMPTY))
     return RayInBlob(middle, 1.0 / spread, column, nearly=True)
-
-
-@dataclass(frozen=True, eq=False)
-class ArrayNodes:
-    """Numbers at nodes as an array, shape (nx, ny, nz, 3)."""
-
-    values: Array
-
-    def at(self, place: Sequence[Operand]) -> Sequence[Operand]:
-        """Interpolate at places of any shape."""
-        found = multilinear(self.values, place)
-        return [found[..., k] for k in range(3)]
-
-
-@dataclass(frozen=True, eq=False)
-class ArrayLampNodes:
-    """Numbers at nodes as an array, shape (lamps, n, n, n), n of :data:`LAMP_NODES`."""
-
-    values: Array
-
-    def at(self, lamp: Operand, place: Sequence[Operand]) -> Operand:
-        """Interpolate at places of any shape."""
-        if lamp >= len(self.values):
-            return 0.0 * np.asarray(place[0])
-        return multilinear(self.values[int(lamp)][..., None], place)[..., 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,11 +183,14 @@ class DensityGrid:
             self.column_towards(-np.asarray(sun, dtype=np.float64)),
             escape_column(self.outwards, transport),
         )
-        nodes = ArrayNodes(np.stack(found, axis=-1))
-        shining = None
-        if lamps:
-            shining = ArrayLampNodes(np.array([self.column_to(tuple(lamp)) for lamp in lamps]))
-        return Grid(list(self.corner), list(self.rows.ravel()), self.counts, nodes, shining)
+        axes = *box_axes(self.counts), discrete_axis("number", len(found))
+        nodes = Table(np.stack(found, axis=-1).swapaxes(0, 2)[..., None], axes)
+        place = list(self.corner), list(self.rows.ravel()), self.counts
+        if not lamps:
+            return Grid(*place, nodes)
+        columns = np.array([self.column_to(tuple(lamp)).T for lamp in lamps])
+        by_lamp = Table(columns[..., None], (discrete_axis("lamp", len(lamps)), *LAMP_BOX))
+        return Grid(*place, nodes, by_lamp, len(lamps))
 
     def wet(self) -> DensityGrid:
         """Return the same with nothing above the water."""
@@ -270,11 +246,12 @@ class DensityGrid:
         ahead = np.where(np.abs(way) < _STILL, _STILL, way)
         # Until the box ends, or the lamp is met.
         end = np.minimum(np.where(ahead > 0, last - some, some) / np.abs(ahead), 1.0).min(axis=-1)
-        total = np.zeros(some.shape[:3])
+        density = Table(self.density.T[..., None], box_axes(self.counts))
+        total = np.zeros((*some.shape[:3], 1))
         for step in range(_LAMP_STEPS):
             u = some + way * (end * ((step + 0.5) / _LAMP_STEPS))[..., None]
-            total += multilinear(self.density[..., None], list(np.moveaxis(u, -1, 0)))[..., 0]
-        return total * end * np.linalg.norm(way @ self.axes.T, axis=-1) / _LAMP_STEPS
+            total += density.at(**{name: u[..., i : i + 1] for i, name in enumerate("xyz")})
+        return total[..., 0] * end * np.linalg.norm(way @ self.axes.T, axis=-1) / _LAMP_STEPS
 
     @functools.cached_property
     def outwards(self) -> Array:

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look_up import multilinear
 from ..mathematics import NUMPY, Mathematics, Operand
+from ..table import Axis, Table, discrete_axis
 from . import view_directions as views
 from .grid import Array, Grid
 from .probe_irradiance import FADE, ProbeIrradiance
@@ -48,6 +48,12 @@ class OcclusionBox:
     last: Sequence[Operand]  #: Number of the last cell of the table along each axis.
     weight: Sequence[Operand]  #: Of the unoccluded light on patches, by tile.
     reach: Operand  #: Distance that :data:`STEPS` are spread over, m.
+
+    @property
+    def axes(self) -> tuple[Axis, ...]:
+        """Axes of the table: its tiles, and its cells."""
+        cells = (Axis(name, n + 1.0) for name, n in zip("zyx", self.last[::-1], strict=True))
+        return discrete_axis("tile", TILES), *cells
 
     def place(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
         """Position of a point among the cells of the table; far away is its border."""
@@ -152,13 +158,10 @@ class OcclusionTable:
 
     def mixed(self, first: int, points: Array, w: Array) -> Array:
         """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
-        place = self.box.place(list(points.T))
-
-        def texel(tile: Operand) -> Array:
-            return self._texel(np.asarray(tile).astype(int), place)
-
-        columns = [part[:, None] for part in w.T]
-        return self.box.mixed(first, columns, lambda tile: texel(np.ravel(tile)))
+        of_points, of_w = ([part[:, None] for part in along.T] for along in (points, w))
+        place = dict(zip("xyz", self.box.place(of_points), strict=True))
+        table = Table(self.atlas, self.box.axes)
+        return self.box.mixed(first, of_w, lambda tile: table.at(tile=tile, **place))
 
     def on_patches(self, points: Array, normal: Array) -> Array:
         """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
@@ -171,9 +174,6 @@ class OcclusionTable:
             for k in range(STEPS)
         ]
         return np.asarray(along_ray(steps, rate, P[:, None], self.box.reach))
-
-    def _texel(self, tile: NDArray[np.intp], place: Sequence[Array]) -> Array:
-        return multilinear(self.atlas, place[::-1], (tile,))
 
 
 def occlusion_table(
