@@ -21,6 +21,7 @@ def _drawn(engine, look_up, path):
         scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
         scene.collection.objects.link(scene.camera)
         scene.world = bpy.data.worlds.new("World")
+        scene.world.cycles.sampling_method = "NONE"  # it is no lamp
     scene.render.engine = engine
     scene.cycles.samples = scene.eevee.taa_render_samples = 1
     scene.cycles.use_denoising, scene.cycles.filter_width = False, 0.01
