@@ -16,11 +16,11 @@ from ...uw_spectral.occlusion.voxels import SurfaceVoxels, grown
 from .cameras import ray_arrays
 from .surroundings import Surroundings
 
-# Of what surrounds a camera, .62 to .9 are walls with eight times the light next to them in houses
+# Of what surrounds a camera, .28 to .84 are walls with eight times the light next to them in houses
 # of doors and windows, at most .11 in caves, tunnels, canyons and cars; of what it sees, .74 before
 # a window, .51 before a tunnel.
 _BRIGHTER = 8.0
-_AROUND, _SEEN = 0.35, 0.6
+_AROUND, _SEEN = 0.2, 0.6
 _EVERYWHERE, _PICTURE = 512, (24, 14)  # rays
 _OFF_WALL = 0.7  # cells
 _LEAST = 1e-3  # of the light of open water
@@ -49,8 +49,8 @@ def notes(
     else:
         return []
     return [
-        f"camera {camera.name!r} {where} a closed room, where EEVEE draws bright lines along edges "
-        "and blotches on walls, several times too bright: use --engine cycles"
+        f"camera {camera.name!r} {where} a closed room, where EEVEE draws walls up to twice too "
+        "bright or too dark: use --engine cycles"
     ]
 
 

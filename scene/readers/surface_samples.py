@@ -70,16 +70,22 @@ class Triangles:
         return bool(abs(up.sum()) <= _CLOSED * np.abs(up).sum())
 
     @functools.cached_property
+    def turned_out(self) -> float:
+        """Sign by which normals of the order of corners look outward, those of sheets as shown."""
+        corners = self.corners
+        if not self.is_closed:
+            return float(np.copysign(1.0, np.linalg.det(self.place[:3, :3])))
+        centres = corners.mean(axis=1, dtype=np.float64)
+        centres -= centres.mean(axis=0)
+        return float(np.copysign(1.0, (centres * _across(corners)).sum()))
+
+    @functools.cached_property
     def lowest_above(self) -> float:
         """Height in m of the lowest corner; of a closed object, of the faces that look up."""
         corners = self.corners
         heights = corners[:, :, 2]
         if self.is_closed:
-            across = _across(corners)
-            centres = corners.mean(axis=1, dtype=np.float64)
-            centres -= centres.mean(axis=0)
-            outward = np.sign((centres * across).sum())
-            heights = heights[outward * across[:, 2] > 0.0]
+            heights = heights[self.turned_out * _across(corners)[:, 2] > 0.0]
         return float(heights.min(initial=np.inf))
 
 
@@ -146,7 +152,9 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         size = np.linalg.norm(across, axis=1)
         small = (_longest(one, other) <= spacing) | (level == _DEEPEST - 1)
         points.append(corners[small].mean(axis=1))
-        normals.append(across[small] / np.maximum(size[small], _SMALLEST)[:, None])
+        normals.append(
+            shown.turned_out * across[small] / np.maximum(size[small], _SMALLEST)[:, None]
+        )
         colours.append(shown.colours[parts[small]])
         areas.append(size[small] * (more / 2.0))
         corners, parts = corners[~small], parts[~small]

@@ -113,14 +113,14 @@ def instance() -> None:
     scene.collection.objects.link(empty)
 
 
-def seal() -> list[bpy.types.Object]:
-    """Put walls of 0.2 m around the camera, its lamps and what it sees, down to below the sand."""
+def seal(thick: float = 0.2) -> list[bpy.types.Object]:
+    """Put walls around the camera, its lamps and what it sees, down to below the sand."""
     rock, found = bpy.data.materials["rock"], []
     for axis in range(3):
         for side in (-1.0, 1.0):
             size, place = np.array([8.0, 12.0, 5.0]), np.array([0.0, 0.0, -6.0])
-            place[axis] += side * (size[axis] - 0.2) / 2.0
-            size[axis] = 0.2
+            place[axis] += side * (size[axis] - thick) / 2.0
+            size[axis] = thick
             found.append(_add(bpy.ops.mesh.primitive_cube_add, rock, size=1.0, location=place))
             found[-1].scale = size
     bpy.context.view_layer.update()

@@ -17,6 +17,7 @@ from underwater_spectral.scene.readers import surroundings
 from underwater_spectral.scene.terms.scene_occlusion import table_of
 from underwater_spectral.scene.water import occlusion
 from underwater_spectral.scene.water.scene_frame import Eye, SceneFrame
+from underwater_spectral.uw_spectral.occlusion.fitted_cells import FittedCells
 
 from . import scene as laws
 
@@ -25,6 +26,8 @@ SAME = 1e-4, 1e-3
 """Mean and 99 % of the difference where all cells lie as they did: single precision of places."""
 SUMS = 1e-3, 1e-2
 """Where surfaces come in another order, and the means of voxels are added up in that."""
+GRAZED = 3e-3, 5e-2
+"""Where other samples stand for a seabed: single sides of it may be in the sun or not."""
 SAMPLES = 2e-2, 3e-1
 """Where other samples stand for the same surfaces: single voxels at their edges may be others."""
 ALIGNED = 5e-3, 5e-2
@@ -154,7 +157,7 @@ LAWS: dict[str, tuple[Callable[[bpy.types.Scene], None], tuple[float, float], fl
     "renamed and reversed": (_renamed_and_reversed, SUMS, 0.0, False),
     "joined": (_joined, SUMS, 0.0, False),
     "instanced": (_instanced, SUMS, 0.0, False),
-    "larger seabed": (_larger_seabed, SUMS, 0.0, False),
+    "larger seabed": (_larger_seabed, GRAZED, 0.0, False),
     "finer": (_finer, SAMPLES, 0.0, False),
     "mirrored": (_mirrored, ALIGNED, 180.0, True),
     "turned": (_turned, ALIGNED, 90.0, False),
@@ -204,11 +207,12 @@ def test_occlusion_does_not_depend_on(name, known, record_property):
     assert before[0].min() < 0.7, "there is occlusion"
 
 
-@pytest.mark.xfail(
-    strict=True, reason="65 % of the light of open water gets in: walls of 0.2 m leak"
-)
-def test_a_sealed_room_is_dark():
+@pytest.mark.parametrize("thick", [0.05, 0.2, 0.3])
+def test_a_sealed_room_is_dark(thick, monkeypatch):
+    monkeypatch.setattr(surroundings, "PROBES", 6000)  # they hold all of it
     scene = laws.build()
-    laws.seal()
+    laws.seal(thick)
     on, along = read(scene)
     assert max(on.max(), along.max()) < 1e-3
+    monkeypatch.setattr(FittedCells, "fit_faces", lambda *_: None)
+    assert read(scene)[0].max() > 0.01, "cells are fitted to what is seen"

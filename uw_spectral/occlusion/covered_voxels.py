@@ -14,6 +14,7 @@ from .grid import Array, Grid
 
 _STEPS = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703
 """Of a sequence that fills (0, 1) evenly along all axes: powers of the root of x⁴ = x + 1."""
+_FIRST = 3e-3, 2e-3, 0.0  # of a side: which of two faces of an edge counts must not be chance
 _UNIT = np.eye(3, dtype=np.intp)
 
 
@@ -33,13 +34,16 @@ def left_free(
     ]
     ways = np.stack(sides, axis=1).reshape(-1, 3, 2)
     place = np.stack(np.unravel_index(voxels, grid.shape), axis=1)
-    limit = (place + np.asarray(grid.first)) @ np.asarray(_STEPS) % 1.0
+    axis = (ways.sum(axis=2) + _FIRST).argmax(axis=1)
+    # All that lie behind one another in a wall alike, or few would be free through and through.
+    number = np.where(_UNIT[axis], 0, place + np.asarray(grid.first))
+    limit = number @ np.asarray(_STEPS) % 1.0
     few = np.flatnonzero(ways.max(axis=(1, 2), initial=0.0) < limit)
     full = np.zeros(grid.shape, bool)
     full.ravel()[voxels] = True
     # Beyond the grid surfaces go on.
     full = np.pad(full, 1, constant_values=True)
-    axis, place = ways.sum(axis=2).argmax(axis=1)[few], place[few] + 1
+    axis, place = axis[few], place[few] + 1
     ends = np.zeros(len(few), bool)
     for turn, way in ((1, 1), (1, -1), (2, 1), (2, -1)):
         beside = place + way * _UNIT[(axis + turn) % 3]

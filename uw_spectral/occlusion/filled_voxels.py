@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..last_used import LastUsed
 from .covered_voxels import left_free
 from .grid import Array, Grid
+from .sunk_samples import gaps, sunk
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
 
 
@@ -65,10 +66,10 @@ class _Filled:
             parts = [np.arange(len(samples.areas)) for samples in filling.samples]
             self.voxels = _fill(grid, filling, parts)
             return
-        # On a border the closest voxel is another than the one that a sample lies in; whether
-        # a surface ends in a voxel is decided beside it.
-        concerned = grown(grown(touched.reshape(grid.shape)))
-        around = grown(concerned).ravel()
+        # On a border the closest voxel is another than the one that a sample lies in, it may fill
+        # one beside it, and gaps and the ends of surfaces are looked for beside it.
+        concerned = grown(grown(grown(grown(touched.reshape(grid.shape)))))
+        around = grown(grown(grown(concerned))).ravel()
         parts = [self.places[key].among(around) for key in self.keys]
         self.voxels = _merged(before.voxels, _fill(grid, filling, parts), concerned.ravel())
 
@@ -130,9 +131,15 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
     keep[small] = (np.bincount(which, areas[small], grid.count) >= grid.cell**2)[which]
     if filling.to_edges:
         keep &= grid.inside(points)
-        cells = cells_of(grid, points[keep])
-        free = left_free(grid, cells, normals[keep], areas[keep])
-        keep[keep] = ~np.isin(cells, free)
+        points, normals, colours, areas = (x[keep] for x in (points, normals, colours, areas))
+        own = cells_of(grid, points)
+        cells = cells_of(grid, sunk(grid, own, points, normals, areas))
+        there_too = gaps(grid, cells, own).ravel()[own]
+        again = np.concatenate([np.arange(len(points)), np.flatnonzero(there_too)])
+        cells = np.concatenate([cells, own[there_too]])
+        full = ~np.isin(cells, left_free(grid, cells, normals[again], areas[again]))
+        again = again[full]
+        return voxelise(grid, points[again], normals[again], colours[again], cells[full])
     return voxelise(grid, points[keep], normals[keep], colours[keep])
 
 

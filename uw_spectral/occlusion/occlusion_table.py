@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..table import Axis, Table, discrete_axis
 from . import view_directions as views
+from .fitted_cells import FittedCells
 from .grid import Array, Grid
 from .probe_irradiance import FADE, ProbeIrradiance
 
@@ -215,6 +216,10 @@ def occlusion_table(
     atlas[:, inside, -1] = beyond[:, None]
     atlas = _ringed(atlas, beyond)
     grid = light.grid
+    if light.solution is not None:
+        fitted = FittedCells(light.solution.known.rays)
+        fitted.fit_faces(atlas[:PATCHES], tiles[:, :PATCHES], OFF_SURFACE * grid.cell)
+        fitted.fit_water(atlas[PATCHES:], tiles[:, PATCHES:])
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
     box = OcclusionBox(
         tuple(low + grid.cell / 2.0 for low in grid.lower),

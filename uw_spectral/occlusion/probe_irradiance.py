@@ -235,7 +235,8 @@ class KnownLight:
         to_floor = np.maximum(self.unoccluded_field.floor_depth - depth, 0.0)
         to_floor = to_floor / np.maximum(-w[..., 2], _LEVEL)
         to_side = rays.distance[probes]
-        return np.where(rays.hit[probes] < 0, np.minimum(to_side, to_floor), to_side), depth
+        # Not so rays that meet a surface, though it is not clear how it is lit.
+        return np.where(rays.leaves(probes), np.minimum(to_side, to_floor), to_side), depth
 
     def look(self, rows: Rows) -> None:
         """Find the probes on the way of rays."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +25,8 @@ _GRAZING = 0.2
 _BEFORE_HIT = 1.5  # voxels
 _OFF_SIDE = (1.8, 3.0, 4.2)  # the same to the probe that stands for it
 _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along its normal
+ON_SIGHT = tuple((k + 0.5) / 8 for k in range(8))
+"""Places between two points of neighbouring cells where a surface would hide one."""
 _ABOUT_END = 7.0  # voxels from the end of a ray within which all lies that decides what it meets
 _MOST_PLACES = 48  # that have changed, or all is cast anew
 
@@ -100,7 +104,11 @@ class Rays:
     @property
     def open_water(self) -> NDArray[np.bool_]:
         """Which rays leave the box, shape (p, r)."""
-        return (self.hit < 0) & ~(self.blocked & (self.further == 0))
+        return self.leaves(slice(None))
+
+    def leaves(self, probes: NDArray[np.intp] | slice) -> NDArray[np.bool_]:
+        """Which rays of some probes leave the box."""
+        return (self.hit[probes] < 0) & ~(self.blocked[probes] & (self.further[probes] == 0))
 
     def nearest(self, points: Array) -> NDArray[np.intp]:
         """Valid probe close to each of the points (..., 3)."""
@@ -189,8 +197,7 @@ def cast(
     which, ray = new.nonzero()
     ways = point[which], directions()[set_of(grid)[which], ray]
     distance[new], hit[new], further[new], blocked[new] = _seen(voxels, beyond, sides, *ways)
-    stand_in = stand_ins(grid, valid)
-    beside = _probes_beside(voxels, grid, stand_in, point, facing)
+    beside = _probes_beside(voxels, grid, valid, point, sides, facing)
     lit = _lit(voxels, beyond, reached, sun, before, changes)
     clear = _sides_lit(voxels, beyond, sides, facing, sun, before, changes)
     return Rays(
@@ -282,10 +289,11 @@ def _in_sight(
 ) -> NDArray[np.int32]:
     """The sides that rays meet, -1 where what lies beside them is not where the rays come from.
 
-    So are the edges of rooms, where one voxel has two walls.
+    So are the edges of rooms, where one voxel has two walls, and what reaches under a wall.
     """
-    before = end - heading * (_BEFORE_HIT * voxels.grid.cell)
-    seen = voxels.free_between(before, sides[side])
+    before, beside = end - heading * (_BEFORE_HIT * voxels.grid.cell), sides[side]
+    seen = voxels.free_between(before, beside)
+    seen &= voxels.number.ravel()[voxels.grid.index(beside)] < 0
     return np.where(seen, side, -1).astype(np.int32)
 
 
@@ -323,16 +331,42 @@ def _beside(voxels: SurfaceVoxels) -> tuple[Array, Array]:
 
 
 def _probes_beside(
-    voxels: SurfaceVoxels, grid: Grid, stand_in: NDArray[np.intp], point: Array, facing: Array
+    voxels: SurfaceVoxels,
+    grid: Grid,
+    valid: NDArray[np.bool_],
+    point: Array,
+    sides: Array,
+    facing: Array,
 ) -> NDArray[np.intp]:
-    """Probe on each side of each surface, (2 k,): the closest that is not behind it."""
-    centre = np.repeat(voxels.centre, 2, axis=0)
+    """Probe on each side of each surface, (2 k,): the closest that is not behind it.
+
+    Nor behind another: where that one is hidden, the closest that is seen, if there is any.
+    """
+    centre, stand_in = np.repeat(voxels.centre, 2, axis=0), stand_ins(grid, valid)
     found = np.full(len(centre), -1, np.intp)
     for voxels_off in _OFF_SIDE:
         probe = stand_in[grid.index(centre + facing * (voxels_off * voxels.grid.cell))]
         before = ((point[probe] - centre) * facing).sum(axis=1) > 0
         found = np.where((found < 0) & (before | (voxels_off == _OFF_SIDE[-1])), probe, found)
+    free = (voxels.number.ravel() < 0)[voxels.grid.index(sides)]
+    hidden = np.flatnonzero(free & ~voxels.free_between(sides, point[found], ON_SIGHT))
+    nearest = np.full(len(hidden), np.inf)
+    at = sides[hidden]
+    for probe, inside in around(grid, at):
+        apart = ((point[probe] - at) ** 2).sum(axis=1)
+        closer = inside & valid[probe] & (apart < nearest)
+        closer[closer] = voxels.free_between(at[closer], point[probe[closer]], ON_SIGHT)
+        nearest[closer], found[hidden[closer]] = apart[closer], probe[closer]
     return found
+
+
+def around(grid: Grid, points: Array) -> Iterator[tuple[NDArray[np.intp], NDArray[np.bool_]]]:
+    """Yield the cells about points (m, 3), one after another, and whether they are in the grid."""
+    middle = np.rint(grid.position(points)).astype(np.intp)
+    for step in itertools.product((-1, 0, 1), repeat=3):
+        place = middle + step
+        inside = ((place >= 0) & (place < grid.shape)).all(axis=1)
+        yield grid.flat(np.where(inside[:, None], place, 0)), inside
 
 
 def _places(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -149,10 +150,12 @@ class SurfaceVoxels:
                 )
         return np.minimum(distance, end).astype(np.float64) * cell_size, found
 
-    def free_between(self, start: Array, end: Array) -> NDArray[np.bool_]:
+    def free_between(
+        self, start: Array, end: Array, between: Sequence[float] = _BETWEEN
+    ) -> NDArray[np.bool_]:
         """Whether the voxels at a few places between points (..., 3), the ends aside, are free."""
         number = self.number.ravel()
-        places = (start + fraction * (end - start) for fraction in _BETWEEN)
+        places = (start + fraction * (end - start) for fraction in between)
         free = [number[self.grid.index(place)] < 0 for place in places]
         return np.logical_and.reduce(free)
 
@@ -243,8 +246,14 @@ class SurfaceVoxels:
         return free & ~unreached[1:-1, 1:-1, 1:-1]
 
 
-def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> SurfaceVoxels:
-    """Fill the voxels that samples of surfaces lie in.
+def voxelise(
+    grid: Grid,
+    points: Array,
+    normals: Array,
+    colours: Array,
+    cells: NDArray[np.intp] | None = None,
+) -> SurfaceVoxels:
+    """Fill the voxels that samples of surfaces lie in, or those given for them, (m,).
 
     Samples of surfaces, no farther apart than a voxel, (m, 3): m, unit vectors to either side,
     linear Rec.709.
@@ -254,7 +263,7 @@ def voxelise(grid: Grid, points: Array, normals: Array, colours: Array) -> Surfa
         nothing = np.zeros((0, 3))
         return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), nothing, nothing, nothing)
     points, normals, colours = points[inside], normals[inside], colours[inside]
-    cells = cells_of(grid, points)
+    cells = cells_of(grid, points) if cells is None else cells[inside]
     voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
     number = np.full(grid.count, -1, np.int32)
     number[voxels] = np.arange(len(voxels))

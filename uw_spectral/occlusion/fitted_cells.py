@@ -1,0 +1,204 @@
+"""Cells of a table beside walls, fitted to what is looked up in them.
+
+A place is looked up among eight cells, and some of them may lie behind a wall, where the light is
+another. What such a cell holds is of use only to the places that read it: it is chosen so that they
+find the light of the probes that they see. Front and back of a wall read different tiles; where
+both sides read the same, the darker counts, for errors are relative.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .grid import Array
+from .probe_rows import Light
+from .probes import ON_SIGHT, Rays, around
+from .unoccluded_field import AXES
+
+_LEAST = 1e-3  # of the light of open water, below which errors are not relative any more
+_APART = 0.05  # of the light: cells that differ less are not looked at
+_UNSEEN = 0.002  # of what is read: so much of cells that are not seen does not count
+_NEAR = 0.5  # cells within which probes count
+_FAR = 1e-6  # of one close by, for one farther off that alone is seen
+_ROUNDS = 6
+_CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
+
+Cells = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class _Readers:
+    """Places that are looked up in a table."""
+
+    at: Array  #: Points of water with the light that is wanted, m, (m, 3).
+    cells: Cells  #: That are read, (m, 8).
+    fractions: Light  #: Of each of them, (m, 8).
+
+    def some(self, which: NDArray) -> _Readers:
+        return _Readers(self.at[which], self.cells[which], self.fractions[which])
+
+    def read(self, values: Light) -> Light:
+        """Look values of cells (c, q) up, shape (m, q)."""
+        found = np.zeros((len(self.at), values.shape[1]), np.float32)
+        for cell, fraction in zip(self.cells.T, self.fractions.T, strict=True):
+            found += values[cell] * fraction[:, None]
+        return found
+
+
+class FittedCells:
+    """Fits cells of atlases (t, nx + 2, ny + 2, nz + 2, 3) over the grid of rays.
+
+    Those of their border, which stand for what lies beyond the grid, stay.
+    """
+
+    def __init__(self, rays: Rays) -> None:
+        self._rays, self._points = rays, rays.voxels.grid.centres()
+        stand_in = rays.stand_in.reshape(rays.grid.shape)
+        self._probe = np.pad(stand_in, 1, constant_values=-1).ravel()
+        """Whose light a cell has, -1 on the border."""
+
+    def fit_faces(self, atlas: Array, tiles: Array, off: float) -> None:
+        """Fit tiles that face :data:`.AXES`, which surfaces look up ``off`` m before them.
+
+        ``tiles`` (p, 6, 3) are what probes have.
+        """
+        for axis, (surface, water) in enumerate(_faces(self._rays)):
+            readers = self._readers(self._points[water], surface + off * AXES[axis])
+            self._fit(atlas[axis : axis + 1], tiles[:, axis : axis + 1], readers, moved=True)
+
+    def fit_water(self, atlas: Array, tiles: Array) -> None:
+        """Fit tiles (p, t, 3) that are looked up in the water."""
+        place = np.stack(np.unravel_index(np.arange(len(self._points)), self._rays.reached.shape))
+        some = self._rays.reached.ravel() & (place.sum(axis=0) % 2 == 0)
+        self._fit(atlas, tiles, self._readers(self._points[some], self._points[some]), moved=False)
+
+    def _readers(self, at: Array, place: Array) -> _Readers:
+        grid, shape = self._rays.grid, np.add(self._rays.grid.shape, 2)
+        position = np.clip(grid.position(place), 0.0, np.subtract(grid.shape, 1.0)) + 1.0
+        low = np.minimum(np.floor(position).astype(np.intp), shape - 2)
+        part = (position - low)[:, None]
+        fractions = np.where(_CORNERS, part, 1.0 - part).prod(axis=2).astype(np.float32)
+        corner = low[:, None] + _CORNERS
+        cells = (corner[..., 0] * shape[1] + corner[..., 1]) * shape[2] + corner[..., 2]
+        return _Readers(at, cells, fractions)
+
+    def _fit(self, atlas: Array, tiles: Array, readers: _Readers, *, moved: bool) -> None:
+        """Fit tiles; ``moved`` tells that places are looked up beside the points of readers."""
+        values = np.moveaxis(atlas, 0, 3).reshape(-1, 3 * len(atlas)).astype(np.float32)
+        level = values[:, ::3].mean(axis=1)
+        least = _LEAST * level.max()
+        lights = level[readers.cells]
+        uneven = lights.max(axis=1) > (1.0 + _APART) * lights.min(axis=1) + least
+        some = np.flatnonzero(uneven)
+        wrong = self._unseen(readers.some(some))
+        if not moved:
+            some, wrong = some[wrong.any(axis=1)], wrong[wrong.any(axis=1)]
+        wanted, known = self._seen_light(readers.at[some], tiles)
+        some, wanted, wrong = some[known], wanted[known], wrong[known]
+        hidden = wrong.copy()
+        found = readers.some(some).read(values)
+        if moved:
+            light = wanted[:, ::3].mean(axis=1)
+            off = np.abs(found[:, ::3].mean(axis=1) - light) > _APART * light + least
+            wrong |= off[:, None] & (readers.fractions[some] > _UNSEEN)
+        fitted, replaced = np.zeros((2, len(level)), bool)
+        fitted[readers.cells[some][wrong]] = True
+        replaced[readers.cells[some][hidden]] = True
+        fitted, replaced = fitted & (self._probe >= 0), replaced & (self._probe >= 0)
+        if not fitted.any():
+            return
+        concerned = np.flatnonzero(fitted[readers.cells].any(axis=1))
+        targets = readers.some(concerned).read(values)
+        place = np.searchsorted(concerned, some)
+        there = place < len(concerned)
+        there[there] = concerned[place[there]] == some[there]
+        targets[place[there]] = wanted[there]
+        counts = (np.maximum(targets[:, ::3].mean(axis=1), 0.0) + least) ** -2.0
+        _approach(values, fitted, replaced, readers.some(concerned), targets, counts)
+        changed = values.reshape(*atlas.shape[1:4], len(atlas), 3)
+        atlas[...] = np.moveaxis(changed, 3, 0)
+
+    def _unseen(self, readers: _Readers) -> NDArray[np.bool_]:
+        """Cells that readers read whose probes they do not see, (m, 8)."""
+        probe = self._probe[readers.cells]
+        seen = self._sees(readers.at[:, None], self._rays.point[probe]) | (probe < 0)
+        return ~seen & (readers.fractions > _UNSEEN)
+
+    def _seen_light(self, at: Array, tiles: Array) -> tuple[Light, NDArray[np.bool_]]:
+        """Light of the probes that are seen from points, (m, 3 t), and whether there are any."""
+        grid, rays = self._rays.grid, self._rays
+        flat = tiles.reshape(len(tiles), -1).astype(np.float32)
+        total, sum_ = np.zeros((len(at), flat.shape[1]), np.float32), np.zeros(len(at), np.float32)
+        for probe, inside in around(grid, at):
+            point = rays.point[probe]
+            near = ((point - at) ** 2).sum(axis=1) / (_NEAR * grid.cell) ** 2
+            usable = inside & rays.valid[probe]
+            usable[usable] = self._sees(at[usable], point[usable])
+            weight = np.where(usable, np.exp(-near) + _FAR, 0.0).astype(np.float32)
+            total += flat[probe] * weight[:, None]
+            sum_ += weight
+        total /= np.maximum(sum_, np.float32(_FAR / 2.0))[:, None]
+        return total, sum_ > 0
+
+    def _sees(self, start: Array, end: Array) -> NDArray[np.bool_]:
+        return self._rays.voxels.free_between(start, end, ON_SIGHT)
+
+
+def _faces(rays: Rays) -> Iterator[tuple[Array, Cells]]:
+    """Of surfaces with water beside them along each axis: places, m, (m, 3), and its voxels, (m,).
+
+    They go on into the voxels of other surfaces, which are thicker than these.
+    """
+    number, grid = rays.voxels.number, rays.voxels.grid
+    full = np.pad(number >= 0, 1, constant_values=True)
+    for axis, way in enumerate(AXES.astype(np.intp)):
+        place = np.argwhere(number >= 0)
+        beside = place + way
+        inside = ((beside >= 0) & (beside < grid.shape)).all(axis=1)
+        place, beside = place[inside], beside[inside]
+        wet = rays.reached[tuple(beside.T)]
+        surface, beside = rays.voxels.centre[number[tuple(place[wet].T)]], beside[wet]
+        for step in np.delete(AXES, [axis, axis ^ 1], axis=0):
+            ends = full[tuple((beside + step.astype(np.intp) + 1).T)]
+            surface = np.concatenate([surface, surface[ends] + grid.cell * step])
+            beside = np.concatenate([beside, beside[ends]])
+        yield surface, grid.flat(beside)
+
+
+def _approach(
+    values: Light,
+    fitted: NDArray[np.bool_],
+    replaced: NDArray[np.bool_],
+    readers: _Readers,
+    wanted: Light,
+    counts: NDArray[np.floating],
+) -> None:
+    """Change fitted cells (c,) of values (c, q) so that readers find what is wanted, (m, q).
+
+    Those that are replaced begin as the mean of what their readers want. What is missed is spread
+    again and again, as in the simultaneous iterative reconstruction of tomography (P. Gilbert,
+    1972).
+    """
+    cells = readers.cells.ravel()
+    weight = (readers.fractions**2 * counts[:, None]).astype(np.float32).ravel()
+    order = np.flatnonzero(fitted[cells] & (weight > 0))
+    order = order[np.argsort(cells[order], kind="stable")]
+    which, first = np.unique(cells[order], return_index=True)
+    reader, weight = order // readers.cells.shape[1], weight[order, None]
+    total = np.add.reduceat(weight, first)
+
+    def spread(light: Light) -> Light:
+        sums: Light = np.add.reduceat(light[reader] * weight, first)
+        sums /= total
+        return sums
+
+    values[which] = np.where(replaced[which, None], spread(wanted), values[which])
+    for _ in range(_ROUNDS):
+        values[which] += spread(wanted - readers.read(values))
+        dark = values[:, ::3]
+        np.maximum(dark, 0.0, out=dark)
