@@ -132,7 +132,6 @@ def scene(
     constituents: Constituents,
     depth: float = DEPTH,
     switched_on: tuple[str, ...] = PROCESSES,
-    quantum_yield: float = 0.02,
 ) -> Scene:
     """Solve elastic and inelastic light of a water."""
     fields = []
@@ -142,9 +141,7 @@ def scene(
         fields.append(
             light_field(bands, constituents.absorption(nm), constituents.scattering(nm), phase)
         )
-    processes = inelastic_processes(
-        constituents, EXCITATION, VISIBLE, switched_on, quantum_yield=quantum_yield
-    )
+    processes = inelastic_processes(constituents, EXCITATION, VISIBLE, switched_on)
     sun = sun_travel_direction(SUN_ZENITH, 90.0)
     return Scene(
         solve_closed_form(fields[1], phase, depth, sun),

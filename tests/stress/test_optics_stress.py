@@ -644,7 +644,8 @@ def test_optimised_bands_of_any_number(count, water):
 @few_or_many(8, 200)
 def test_inelastic_light(cases_, record_property):
     def check(amounts, count, floor, surface, zenith, sky, factor, efficiency):
-        sea, emission = Constituents(*amounts), Bands.uniform(count)
+        sea = Constituents(*amounts, chlorophyll_yield=efficiency)
+        emission = Bands.uniform(count)
         parts = []
         for bands in (EXCITATION, emission):
             nm = bands.centres
@@ -655,7 +656,7 @@ def test_inelastic_light(cases_, record_property):
             )  # fmt: skip
             parts.append((column, sea.phase(nm)))
         field = light_field_of(parts[1][0], parts[1][1])
-        processes = inelastic_processes(sea, EXCITATION, emission, quantum_yield=efficiency)
+        processes = inelastic_processes(sea, EXCITATION, emission)
         exciting = excitation_fields(*parts[0])
         light = solve_inelastic(processes, exciting, EXCITATION, field, emission)
         y = np.linspace(0.0, min(floor, 1000.0), 5)[:, None]

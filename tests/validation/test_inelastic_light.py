@@ -19,7 +19,7 @@ from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
 from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
-from underwater_spectral.uw_spectral.water.bio_optics import Constituents
+from underwater_spectral.uw_spectral.water.bio_optics import Constituents, parse_constituents
 from underwater_spectral.uw_spectral.water.inelastic_processes import (
     EXCITATION,
     RAMAN_PHASE,
@@ -96,10 +96,19 @@ def test_cdom_quantum_yields():
     assert cdom_emission(450.0, [449.0])[0] == 0
 
 
+def test_yields_of_the_settings():
+    """Gutierrez et al. 2008, Table 5: 0.1 of phytoplankton, 0.025 of CDOM."""
+    sea = parse_constituents("chl=1,cdom=0.1,chl-yield=0.1,cdom-yield=0.025")
+    _, chlorophyll, cdom = inelastic_processes(sea, TABLES, WIDE)
+    assert chlorophyll.photons.sum(axis=1) == pytest.approx(0.1, rel=1e-6)
+    assert cdom.photons.sum(axis=1).max() == pytest.approx(0.025, rel=0.03)
+    with pytest.raises(InputError, match="chlorophyll_yield must be a finite number, 0 to 1"):
+        parse_constituents("chl=1,chl-yield=1.1")
+
+
 def test_photons_are_conserved_per_event():
-    raman, chlorophyll, cdom = inelastic_processes(
-        Constituents(1.0, cdom=0.1), TABLES, WIDE, quantum_yield=0.05
-    )
+    sea = Constituents(1.0, cdom=0.1, chlorophyll_yield=0.05)
+    raman, chlorophyll, cdom = inelastic_processes(sea, TABLES, WIDE)
     inside = TABLES.centres < 600  # the line of these stays within the bands
     assert raman.photons[inside].sum(axis=1) == pytest.approx(1.0, abs=1e-6)
     assert chlorophyll.photons.sum(axis=1) == pytest.approx(0.05, rel=1e-6)
@@ -250,10 +259,8 @@ def test_names_of_processes():
 def test_bad_input():
     with pytest.raises(InputError, match="Near names: raman"):
         inelastic_processes(Constituents(), WIDE, WIDE, ("ramen",))
-    with pytest.raises(InputError, match="quantum yield"):
-        chlorophyll_process(0.1, WIDE, WIDE, 1.5)
     with pytest.raises(InputError, match="phytoplankton"):
-        chlorophyll_process(-0.1, WIDE, WIDE)
+        chlorophyll_process(-0.1, WIDE, WIDE, 0.02)
     with pytest.raises(InputError, match="finite and positive"):
         raman_coefficient([math.nan])
     light = _single()

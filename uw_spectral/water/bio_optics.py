@@ -54,6 +54,10 @@ _RANGES = {
     "mineral_slope": (0.0, 0.1),
     "mineral_exponent": (0.0, 4.0),
     "mineral_backscatter": (0.001, 0.2),
+    "scattering_power": (0.0, 2.0),
+    "scattering_exponent": (-1.0, 4.0),
+    "chlorophyll_yield": (0.0, 1.0),
+    "cdom_yield": (0.0, 1.0),
 }
 
 
@@ -95,6 +99,17 @@ class Constituents:
     mineral_exponent: float = 1.7
     #: bb/b of the minerals, 0.001 to 0.2: 0.039 for small ones (Haltrin 1999).
     mineral_backscatter: float = 0.039
+    #: b(550) of all that goes with 1 mg/m³ of chlorophyll, 1/m, and the power of the chlorophyll:
+    #: Loisel & Morel (1998). Gordon & Morel (1983) have 0.30 (0.12 to 0.45) and 0.62.
+    scattering_at_one: float = _PARTICLE_SCATTERING
+    scattering_power: float = _PARTICLE_EXPONENT
+    #: ν of (550/λ)^ν in it; None takes it from the chlorophyll (Morel & Maritorena 2001).
+    scattering_exponent: float | None = None
+    #: Photons that chlorophyll emits per photon absorbed from 370 to 690 nm: 0.01 to 0.1 in nature.
+    chlorophyll_yield: float = 0.02
+    #: The same of CDOM, where light excites it best; None as sample FA7 of Hawes (1992), 0.02.
+    #: 0.005 to 0.025 in much of it.
+    cdom_yield: float | None = None
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
@@ -155,7 +170,13 @@ class Constituents:
         )
         return {
             "water": fresh + (sea - fresh) * self.salinity / SEA_SALINITY,
-            "phytoplankton": particle_scattering_Loisel1998(self.chlorophyll, nm),
+            "phytoplankton": particle_scattering_Loisel1998(
+                self.chlorophyll,
+                nm,
+                self.scattering_at_one,
+                self.scattering_power,
+                self.scattering_exponent,
+            ),
             "minerals": self.minerals * _MINERAL_SCATTERING * (400.0 / nm) ** self.mineral_exponent,
         }
 
@@ -295,6 +316,11 @@ PROPERTIES = {
     "mineral-slope": "mineral_slope",
     "mineral-exponent": "mineral_exponent",
     "mineral-bb/b": "mineral_backscatter",
+    "organic-b": "scattering_at_one",
+    "organic-power": "scattering_power",
+    "organic-exponent": "scattering_exponent",
+    "chl-yield": "chlorophyll_yield",
+    "cdom-yield": "cdom_yield",
 }
 """What of :class:`Constituents` is no amount, by the keys of options and of tables' comments."""
 
@@ -316,7 +342,8 @@ def parse_constituents(text: str) -> Constituents:
     text : str
         ``"chl=1,cdom=0.05,minerals=0.1"``; keys chl, cdom, minerals, detritus,
         cdom-slope, detritus-slope, bb/b, salinity, mineral-slope,
-        mineral-exponent, mineral-bb/b; ``"case1=0.5"`` stands for
+        mineral-exponent, mineral-bb/b, organic-b, organic-power,
+        organic-exponent, chl-yield, cdom-yield; ``"case1=0.5"`` stands for
         :meth:`Constituents.case1`, which the other keys then change; empty is
         pure sea water.
 
@@ -358,12 +385,17 @@ def phytoplankton_absorption(chlorophyll: float, wavelengths: ArrayLike) -> NDAr
 
 
 def particle_scattering_Loisel1998(
-    chlorophyll: float, wavelengths: ArrayLike
+    chlorophyll: float,
+    wavelengths: ArrayLike,
+    at_one: float = _PARTICLE_SCATTERING,
+    power: float = _PARTICLE_EXPONENT,
+    exponent: float | None = None,
 ) -> NDArray[np.float64]:
     """Scattering of the particles of a case 1 water, 0.416 C^0.766 (λ/550)^v, 1/m.
 
     Loisel & Morel (1998), as Morel & Maritorena (2001) use it: v = (log10 C - 0.3)/2, held
-    beyond 0.02 and 2 mg/m³, where it is -1 and 0.
+    beyond 0.02 and 2 mg/m³, where it is -1 and 0. Others have another b(550) ``at_one`` mg/m³,
+    another power, or another exponent -v.
 
     Examples
     --------
@@ -372,9 +404,9 @@ def particle_scattering_Loisel1998(
     """
     nm = np.atleast_1d(np.asarray(wavelengths, dtype=np.float64))
     low, high = _EXPONENT_CHANGES
-    exponent = 0.0 if chlorophyll > high else 0.5 * (math.log10(max(chlorophyll, low)) - 0.3)
-    at_550 = _PARTICLE_SCATTERING * chlorophyll**_PARTICLE_EXPONENT
-    return at_550 * (nm / 550.0) ** exponent
+    if exponent is None:
+        exponent = 0.0 if chlorophyll > high else 0.5 * (0.3 - math.log10(max(chlorophyll, low)))
+    return at_one * chlorophyll**power * (550.0 / nm) ** exponent
 
 
 def particle_backscatter_Morel2001(chlorophyll: float) -> float:

@@ -40,8 +40,6 @@ _CHLOROPHYLL_LINES = ((0.75, 685.0, 10.6), (0.25, 730.0, 21.2))
 _CHLOROPHYLL_EXCITATION = (370.0, 690.0)
 EXCITATION = Bands.uniform(20, 300.0, 700.0)
 """Bands of the light that excites: no process of ours starts elsewhere."""
-QUANTUM_YIELD = 0.02
-"""Of chlorophyll fluorescence; 0.01 to 0.1 in nature."""
 # S. K. Hawes (1992), fulvic acid FA7; B1, B2 in 1/nm.
 _A1, _A2, _B1, _B2 = 0.470, 0.407, 8.077e-4, -4.57e-4
 _FULL_WIDTH = 2 * math.sqrt(2 * math.log(2))
@@ -177,15 +175,13 @@ def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
 
 
 def chlorophyll_process(
-    absorption: ArrayLike, excitation: Bands, emission: Bands, quantum_yield: float = QUANTUM_YIELD
+    absorption: ArrayLike, excitation: Bands, emission: Bands, quantum_yield: float
 ) -> InelasticProcess:
     """Fluorescence of chlorophyll between two sets of bands.
 
     ``absorption`` (n,) is that of the phytoplankton in the excitation bands, 1/m; ``quantum_yield``
     are photons out per photon absorbed between 370 and 690 nm.
     """
-    if not 0 <= quantum_yield <= 1:
-        raise InputError(f"quantum yield must be 0 to 1, got {quantum_yield:g}")
     low, high = _CHLOROPHYLL_EXCITATION
     excites = (excitation.centres >= low) & (excitation.centres <= high)
     fractions, centres, sigmas = np.transpose(_CHLOROPHYLL_LINES)
@@ -199,11 +195,23 @@ def chlorophyll_process(
     )
 
 
-def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> InelasticProcess:
+@functools.cache
+def largest_cdom_yield() -> float:
+    """Photons that CDOM emits per photon absorbed, where light excites it best (Hawes 1992)."""
+    excited = shipped_table("cdom_fluorescence_hawes_fa7.csv").columns["wavelength_nm"]
+    grid = np.arange(excited[0], 1500.0)
+    return max(float(cdom_emission(nm, grid).sum()) for nm in excited)
+
+
+def cdom_process(
+    absorption: ArrayLike, excitation: Bands, emission: Bands, quantum_yield: float | None = None
+) -> InelasticProcess:
     """Fluorescence of CDOM between two sets of bands.
 
-    ``absorption`` (n,) is that of the CDOM in the excitation bands, 1/m.
+    ``absorption`` (n,) is that of the CDOM in the excitation bands, 1/m; ``quantum_yield`` are
+    photons out per photon absorbed where light excites it best, None for Hawes's.
     """
+    factor = 1.0 if quantum_yield is None else quantum_yield / largest_cdom_yield()
     half = emission.widths[:, None] / 2
     grid = emission.centres[:, None] + half * _NODES
     photons = np.stack(
@@ -213,7 +221,7 @@ def cdom_process(absorption: ArrayLike, excitation: Bands, emission: Bands) -> I
         ]
     )
     return InelasticProcess(
-        "cdom", _coefficient(absorption, excitation, "CDOM"), photons, Isotropic()
+        "cdom", _coefficient(absorption, excitation, "CDOM"), factor * photons, Isotropic()
     )
 
 
@@ -239,12 +247,10 @@ def inelastic_processes(
     excitation: Bands,
     emission: Bands,
     switched_on: Sequence[str] = PROCESSES,
-    quantum_yield: float = QUANTUM_YIELD,
 ) -> tuple[InelasticProcess, ...]:
     """Return the processes of a bio-optical water.
 
-    The excitation should reach down to 300 nm, in bands of at most 20 nm; ``quantum_yield`` is that
-    of chlorophyll.
+    The excitation should reach down to 300 nm, in bands of at most 20 nm.
 
     Raises
     ------
@@ -258,9 +264,9 @@ def inelastic_processes(
     makers = {
         "raman": lambda: raman_process(excitation, emission),
         "chlorophyll": lambda: chlorophyll_process(
-            parts["phytoplankton"], excitation, emission, quantum_yield
+            parts["phytoplankton"], excitation, emission, constituents.chlorophyll_yield
         ),
-        "cdom": lambda: cdom_process(parts["cdom"], excitation, emission),
+        "cdom": lambda: cdom_process(parts["cdom"], excitation, emission, constituents.cdom_yield),
     }
     return tuple(makers[name]() for name in PROCESSES if name in switched_on)
 

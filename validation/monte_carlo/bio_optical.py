@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.water.bio_optics import Constituents
-from ...uw_spectral.water.inelastic_processes import PROCESSES, QUANTUM_YIELD, inelastic_processes
+from ...uw_spectral.water.inelastic_processes import PROCESSES, inelastic_processes
 from ...uw_spectral.water.phase_functions import Isotropic
 from .medium import Constituent, InelasticInteraction
 
@@ -17,13 +17,12 @@ def bio_optical_medium(
     constituents: Constituents,
     bands: Bands,
     switched_on: Sequence[str] = PROCESSES,
-    quantum_yield: float = QUANTUM_YIELD,
 ) -> tuple[list[Constituent], list[InelasticInteraction]]:
     """Return constituents and inelastic processes for :func:`.simulate`.
 
     The bands carry excitation and emission: let them reach down to 300 nm. ``switched_on`` are any
-    of :data:`.PROCESSES`, which keep these names with "light" added; the quantum yield is that of
-    chlorophyll. Raises InputError if a process is unknown or a band lies outside the tables.
+    of :data:`.PROCESSES`, which keep these names with "light" added. Raises InputError if a process
+    is unknown or a band lies outside the tables.
     """
     nm = bands.centres
     absorption, scattering = constituents.absorptions(nm), constituents.scatterings(nm)
@@ -36,6 +35,6 @@ def bio_optical_medium(
         InelasticInteraction(
             f"{p.name} light", p.coefficient, p.photons, p.phase, absorber=_ABSORBERS.get(p.name)
         )
-        for p in inelastic_processes(constituents, bands, bands, switched_on, quantum_yield)
+        for p in inelastic_processes(constituents, bands, bands, switched_on)
     ]
     return parts, processes
