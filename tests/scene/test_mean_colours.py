@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene.materials import mean_colours
 from underwater_spectral.scene.materials.mean_colours import mean_colour
-from underwater_spectral.scene.readers import surroundings
+from underwater_spectral.scene.readers import surroundings, unknown_colours
 from underwater_spectral.scene.readers.ray_casting import Meshes
 from underwater_spectral.scene.readers.surface_samples import visible_triangles
 from underwater_spectral.scene.readers.visible_meshes import visible_meshes
@@ -185,8 +185,9 @@ def test_a_colour_that_is_a_guess_is_said(node, into, said, monkeypatch):
     column = make_plan(SceneSettings(bands=3)).column
     kept = Cache()
     kept.look(scene, camera, column)
-    assert len(kept.notes) == said
-    assert all("'Sand' (Magic Texture)" in note and "0.5" in note for note in kept.notes)
+    found = unknown_colours.notes(kept.looked)
+    assert len(found) == said
+    assert all("'Sand' (Magic Texture)" in note and "0.5" in note for note in found)
 
 
 def test_a_guess_that_changes_nothing_is_not_said():

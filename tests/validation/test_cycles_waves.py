@@ -23,6 +23,7 @@ from underwater_spectral.tests.scene import columns
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.surface.caustics import caustic_pattern
 from underwater_spectral.uw_spectral.surface.wave_patterns import under_waves
+from underwater_spectral.uw_spectral.transfer.water_column import WAVES
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -67,7 +68,8 @@ def _renders(scene, camera, plan, frames, path, samples=64):
         scene.cycles.pixel_filter_type = "BOX"
         for frame in frames:
             scene.frame_set(frame)
-            cycles_surface.move(scene, plan)
+            if plan.column.surface == WAVES:
+                cycles_surface.move(scene, plan)
             values.apply(layer, (0, 1, 2))
             values.refresh(scene)
             exr_output.write_float_exr(scene, path)

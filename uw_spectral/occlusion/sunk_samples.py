@@ -8,6 +8,7 @@ than a voxel stay where they are, and no gaps open where surfaces meet: rooms st
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,6 @@ def sunk(grid: Grid, cells: NDArray[np.intp], points: Array, normals: Array, are
     size = _sums(ways, which, len(voxels))
     height = _sums(ways * points[:, :, None], which, len(voxels)) / np.maximum(size, _SMALLEST)
     # What touches has two sides as well, but nothing between them.
-    # What touches has two sides as well, but nothing between them.
     thick = height[..., 0] - height[..., 1] > _THIN * grid.cell
     most = size.max(axis=(1, 2))
     both = (thick & (size.min(axis=2) > _BOTH_SIDES * most[:, None])).any(axis=1)
@@ -39,7 +39,7 @@ def sunk(grid: Grid, cells: NDArray[np.intp], points: Array, normals: Array, are
 
 
 def _sums(values: Array, which: NDArray[np.intp], count: int) -> Array:
-    flat = values.reshape(len(values), -1).T
+    flat = values.reshape(len(values), math.prod(values.shape[1:])).T
     sums = [np.bincount(which, x, count) for x in flat]
     return np.stack(sums, axis=1).reshape(count, *values.shape[1:])
 

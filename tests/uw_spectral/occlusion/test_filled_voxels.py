@@ -123,3 +123,7 @@ def test_windows_are_about_as_large_as_they_are(thick):
         free = ~filled(joined(parts), to_edges=True).any(axis=1)
         found.append(free.sum() * GRID.cell**2)
     assert np.mean(found) == pytest.approx((size - 0.25 * GRID.cell) ** 2, rel=0.08)
+
+
+def test_nothing_fills_nothing():
+    assert not filled(Samples(*np.zeros((3, 0, 3)), np.zeros(0)), to_edges=True).any()
