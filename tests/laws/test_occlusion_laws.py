@@ -207,6 +207,7 @@ def test_occlusion_does_not_depend_on(name, known, record_property):
     assert before[0].min() < 0.7, "there is occlusion"
 
 
+@pytest.mark.slow_but_first
 @pytest.mark.parametrize("thick", [0.05, 0.2, 0.3])
 def test_a_sealed_room_is_dark(thick, monkeypatch):
     monkeypatch.setattr(surroundings, "PROBES", 6000)  # they hold all of it

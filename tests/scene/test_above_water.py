@@ -83,6 +83,7 @@ def _directions() -> np.ndarray:
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
+@pytest.mark.slow
 def test_eevee_draws_sky_floor_and_objects_where_and_as_they_seem(empty_blender):
     scene, plan = empty_blender, _plan()
     camera = _camera(scene)

@@ -92,6 +92,7 @@ def _drawn(scene, camera, path, scattering=1e-6):
     return read_exr(path)[0], column.bands
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kinds",
     [

@@ -81,7 +81,7 @@ def _by(engine, scene, chosen=NIGHT, **arguments):
     return plan, out
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["eevee", "cycles"])
 def test_a_lamp_has_the_intensity_of_its_watts(scene, tmp_path, engine):
     """W → radiant intensity: P/4π over 4π sr, in water that only absorbs, within 1 %."""

@@ -53,7 +53,7 @@ def _objects(scene):
     return camera
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("keeps", [True, pytest.param(False, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("sun", "sky"), [(1.0, 0.0), (0.0, 1.0)])
 def test_light_crosses_one_sheet_or_two_walls(
