@@ -53,7 +53,7 @@ def texel(
         Whether the row is a whole number, if only nodes know that.
     """
     across, up = _split(h, columns), _split(v, rows, whole=whole_row)
-    # With groups of rows that only nodes know Cycles draws what lamps shine on black; why is unknown.
+    # In groups, rows that only nodes know leave lamplight on surfaces black in Cycles; why is open.
     if graph.slim or (whole_row and isinstance(v, NodeValue)):
         return _mixed(graph, image, across, up, tiled=tiled)
     # One node each, of a group that is built once: Blender takes its time for each node of a tree.
