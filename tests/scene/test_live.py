@@ -200,8 +200,9 @@ def test_another_shape_builds_other_nodes():
     scene.underwater.floor_depth = 7.0
     floor = next(o for o in scene.objects if o.name.startswith("UW Floor"))
     assert floor.location.z == pytest.approx(-7.0)
+    assert not floor.hide_render
     scene.underwater.floor_depth = 0.0
-    assert not any(o.name.startswith("UW Floor") for o in scene.objects)
+    assert all(o.hide_render for o in scene.objects if o.name.startswith("UW Floor"))
 
 
 def test_keyframes_work_in_playback():

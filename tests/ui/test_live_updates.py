@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import bpy
 import pytest
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import changes, live
 from underwater_spectral.scene.water import realtime
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import handlers, live_updates, migration, presets
@@ -191,8 +191,8 @@ def test_a_block_inside_another_ends_with_it_and_errors_end_both(scene, work):
 
 @pytest.mark.slow
 def test_a_window_updates_once_it_is_idle(scene, work, window):
-    changes = {"water": "jerlov:II", "sun_zenith": 50.0}, {"water": "jerlov:I", "shafts": True}
-    for changed, expected in zip(changes, ("values", "nodes"), strict=True):
+    edits = {"water": "jerlov:II", "sun_zenith": 50.0}, {"water": "jerlov:I", "shafts": True}
+    for changed, expected in zip(edits, ("values", "nodes"), strict=True):
         before = work.copy()
         for name, value in changed.items():
             setattr(scene.underwater, name, value)
