@@ -21,7 +21,7 @@ from ..water import realtime
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent
-from .band_engine import BandEngine, Engine, Open, Opening, RenderPass, Weights
+from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_frames import EeveeFrames
 from .eevee_layers import depth_map, layers_of
 from .eevee_opening import water_in
@@ -80,75 +80,66 @@ class _Picture:
         return image @ to_picture.T.astype(np.float32)
 
 
-@contextlib.contextmanager
-def _opened(
-    way: type[_Bands | _Picture],
-    frames: EeveeFrames,
-    plan: RenderPlan,
-    extent: WaterExtent,
-    depth: float,
-    froxels: int | None,
-) -> Iterator[BandEngine]:
-    scene, camera, by_band = frames.scene, frames.camera, way is _Bands
-    passes = band_passes_of(plan) if by_band else picture_passes_of(plan)
-    layers = layers_of(scene, camera, plan, frames.eyes, by_band=by_band)
-    written = () if layers is None else layers.drawn
-    first, _ = way(frames, plan, depth).drawn(passes[0])
-    with water_in(frames, plan, replace(first, layers=written), extent, froxels) as notes:
+class _Eevee:
+    """Puts water for EEVEE into a scene, drawn one of two ways; takes it out after the block."""
 
-        def frame(now: RenderPlan, camera_depth: float, given: Weights | None = None) -> RenderPass:
-            what = way(frames, now, camera_depth)
+    def __init__(self, way: type[_Bands | _Picture]) -> None:
+        self._way = way
 
-            def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
-                water, white = what.drawn(indices)
-                water, found = replace(water, layers=written), None
-                frames.show(now, water)
-                if layers is None:
-                    image = drawn(scene, camera, water, path)
-                else:
-                    realtime.set_values(scene, water)
-                    image, found = layers.render(
-                        scene, camera, path, indices, white, np.diag(white),
-                        is_first=indices == passes[0],
-                    )  # fmt: skip
-                write_rgb_exr(path, what.picture(image, white, given))
-                return found
+    @contextlib.contextmanager
+    def __call__(
+        self,
+        scene: bpy.types.Scene,
+        camera: bpy.types.Object,
+        plan: RenderPlan,
+        extent: WaterExtent,
+        depth: float,
+        *,
+        froxels: int | None = None,
+        eyes: Sequence[tuple[float, ...]] = (),
+        cache: Cache | None = None,
+    ) -> Iterator[BandEngine]:
+        """Begin with the water of a plan."""
+        frames = EeveeFrames(scene, camera, eyes, cache or Cache(of_job=True))
+        by_band = self._way is _Bands
+        passes = band_passes_of(plan) if by_band else picture_passes_of(plan)
+        layers = layers_of(scene, camera, plan, eyes, by_band=by_band)
+        written = () if layers is None else layers.drawn
+        first, _ = self._way(frames, plan, depth).drawn(passes[0])
+        with water_in(frames, plan, replace(first, layers=written), extent, froxels) as notes:
 
-            return render
+            def frame(
+                now: RenderPlan, camera_depth: float, given: Weights | None = None
+            ) -> RenderPass:
+                what = self._way(frames, now, camera_depth)
 
-        yield BandEngine(passes, notes, frame, lambda path: depth_map(scene, path))
+                def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
+                    water, white = what.drawn(indices)
+                    water, found = replace(water, layers=written), None
+                    frames.show(now, water)
+                    if layers is None:
+                        image = drawn(scene, camera, water, path)
+                    else:
+                        realtime.set_values(scene, water)
+                        image, found = layers.render(
+                            scene, camera, path, indices, white, np.diag(white),
+                            is_first=indices == passes[0],
+                        )  # fmt: skip
+                    write_rgb_exr(path, what.picture(image, white, given))
+                    return found
 
+                return render
 
-def eevee_bands(
-    scene: bpy.types.Scene,
-    camera: bpy.types.Object,
-    plan: RenderPlan,
-    extent: WaterExtent,
-    depth: float,
-    *,
-    froxels: int | None = None,
-    eyes: Sequence[tuple[float, ...]] = (),
-    cache: Cache | None = None,
-) -> contextlib.AbstractContextManager[BandEngine]:
-    """Water for EEVEE, three bands a pass, while the block runs."""
-    frames = EeveeFrames(scene, camera, eyes, cache or Cache(of_job=True))
-    return _opened(_Bands, frames, plan, extent, depth, froxels)
+            yield BandEngine(passes, notes, frame, lambda path: depth_map(scene, path))
 
-
-def eevee_realtime(
-    scene: bpy.types.Scene,
-    camera: bpy.types.Object,
-    plan: RenderPlan,
-    extent: WaterExtent,
-    depth: float,
-    *,
-    froxels: int | None = None,
-    eyes: Sequence[tuple[float, ...]] = (),
-    cache: Cache | None = None,
-) -> contextlib.AbstractContextManager[BandEngine]:
-    """Water for EEVEE, all bands in one pass that is the picture already."""
-    frames = EeveeFrames(scene, camera, eyes, cache or Cache(of_job=True))
-    return _opened(_Picture, frames, plan, extent, depth, froxels)
+    def open(
+        self, scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
+    ) -> contextlib.AbstractContextManager[BandEngine]:
+        """Begin with what a job does."""
+        return self(
+            scene, camera, opening.plan, opening.extent, opening.depth,
+            froxels=opening.froxels, eyes=opening.eyes, cache=opening.cache,
+        )  # fmt: skip
 
 
 def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -167,18 +158,9 @@ def picture_passes_of(plan: RenderPlan) -> list[tuple[int, ...]]:
     return [tuple(range(len(plan.bands)))]
 
 
-def _open(way: type[_Bands | _Picture]) -> Open:
-    def opened(
-        scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening
-    ) -> contextlib.AbstractContextManager[BandEngine]:
-        cache = opening.cache or Cache(of_job=True)
-        frames = EeveeFrames(scene, camera, opening.eyes, cache)
-        return _opened(way, frames, opening.plan, opening.extent, opening.depth, opening.froxels)
-
-    return opened
-
-
-BANDS = Engine(methods.BANDS, _open(_Bands), band_passes_of)
-"""EEVEE, three bands a pass."""
-REALTIME = Engine(methods.REALTIME, _open(_Picture), picture_passes_of)
-"""EEVEE, the picture in one pass."""
+eevee_bands = _Eevee(_Bands)
+"""Water for EEVEE, three bands a pass, while the block runs."""
+eevee_realtime = _Eevee(_Picture)
+"""Water for EEVEE, all bands in one pass that is the picture already."""
+BANDS = Engine(methods.BANDS, eevee_bands.open, band_passes_of)
+REALTIME = Engine(methods.REALTIME, eevee_realtime.open, picture_passes_of)
