@@ -203,6 +203,12 @@ class Manifest:
         """Return what a frame is exposed by besides the water."""
         return self._latest(self.exposed, frame, Exposed())
 
+    def lamplight_of(self, view: View) -> NDArray[np.float64] | None:
+        """Return the irradiance of lamps that a view is exposed by, None without lamps."""
+        lit = self.exposed_of(view.frame).lamplight
+        found = lit[[camera.name for camera in self.cameras].index(view.camera)] if lit else None
+        return None if found is None else np.array(found)
+
     def _latest[Value](self, known: Mapping[int, Value], frame: int, without: Value) -> Value:
         until = self.frames[: self.frames.index(frame) + 1]
         return next((known[n] for n in reversed(until) if n in known), without)

@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from ..quality.methods import Method
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
+from ..uw_spectral.spectra.colour_rendering import DARKEST, white_response
 from ..uw_spectral.spectra.receptors import Receptors, parse_false_colour, parse_receptors
 from ..uw_spectral.spectra.spectral_image import write_exr, write_png
 from .manifest import Manifest, View
 from .picture_files import files_of
 
 _LEGEND = (24, 320)  # height and width, pixels
-_DARKEST = 1e-30  # of the white at the surface
 
 
 class Developed(Protocol):
@@ -68,8 +69,9 @@ def write_receptor_pictures(
     found = [developed(weights, denoise=False) for weights in triples]
     seen = np.concatenate(found, axis=-1)[..., : len(response)]
     exr, tiff, shown, legend = files.receptors
-    white = _white(plan, view.depth, receptors, response)
-    stops = plan.reduction(view.depth, stops=0.0).stops_to(manifest.weights(view))
+    camera = plan.viewpoint(view.depth, 0.0, manifest.lamplight_of(view))
+    white = _white(plan, camera, receptors, response)
+    stops = camera.reduction.stops_to(manifest.weights(view))
     matrix = false_colour.matrix(receptors, white) * 2.0**stops
     record = {
         "name": receptors.name,
@@ -87,26 +89,21 @@ def write_receptor_pictures(
 
 
 def _white(
-    plan: RenderPlan, depth: float, receptors: Receptors, response: NDArray[np.float64]
+    plan: RenderPlan, camera: Viewpoint, receptors: Receptors, response: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the responses that false colours show as white, as the white balance is set."""
-    surface = response @ plan.illuminant.total_in(plan.bands) / math.pi
-    if plan.settings.white_balance == "none":
+    names = f"receptors {receptors.name}", *receptors.channels
+    above = plan.illuminant.total_in(plan.bands)
+    surface = white_response(response, above, names, "at the surface")
+    if camera.white_balance == "none":
         return np.full(len(response), surface.mean())
-    white = surface
-    if plan.settings.white_balance == "depth":
-        white = response @ plan.viewpoint(depth).light / math.pi
-    dark = ~(white > _DARKEST * surface.max())
-    if dark.any():
-        raise InputError(
-            f"receptors {receptors.name}: {receptors.channels[int(np.argmax(dark))]} sees no light "
-            "to balance for; take another --white-balance"
-        )
-    return white
+    if camera.white_balance == "daylight":
+        return surface
+    return white_response(response, camera.light, names, "at depth", DARKEST * surface)
 
 
 def _legend(matrix: NDArray[np.float64], receptors: Receptors, bands: Bands) -> NDArray[np.float64]:
     """Return the false colours of single wavelengths, the shortest at the left."""
     ends = bands.centres[0] - bands.widths[0] / 2, bands.centres[-1] + bands.widths[-1] / 2
     colours = receptors.sensitivity.at_or_zero(np.linspace(*ends, _LEGEND[1])) @ matrix.T
-    return np.broadcast_to(colours / max(colours.max(), _DARKEST), (*_LEGEND, 3))
+    return np.broadcast_to(colours / max(colours.max(), DARKEST), (*_LEGEND, 3))

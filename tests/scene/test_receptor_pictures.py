@@ -87,6 +87,23 @@ def test_twelve_channels_are_the_bands_through_twelve_sensitivities(blend, eye, 
     np.testing.assert_allclose(swapped[..., ::2], codes[..., 2::-2], atol=1e-6)
 
 
+def test_at_night_the_light_of_lamps_is_white(properties, eye, tmp_path):
+    scenes.add_camera()
+    scenes.wall("wall", (-1.5, 3.0, -5.0), 2.0)
+    lamp = bpy.data.objects.new("torch", bpy.data.lights.new("torch", "POINT"))
+    lamp.location, lamp.data.energy = (0.5, 0.0, -5.0), 100.0
+    bpy.context.scene.collection.objects.link(lamp)
+    blend = tmp_path / "night.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    options = ("--resolution", 16, 9, "--samples", 1, "--bands", 12, "--range", 370, 700)
+    night = ("--sunlight", 0, "--white-balance", "depth", "--receptors", eye)
+    assert _run(blend, *options, *night, "--out", tmp_path / "out") == 0
+    record = json.loads((tmp_path / "out" / "0001.json").read_text())["receptors"]
+    assert min(record["false_colour"]["white"]) > 0.0
+    picture = json.loads((tmp_path / "out" / "0001.json").read_text())
+    assert f"{record['false_colour']['stops']:+.2f} stops" in str(picture)
+
+
 def test_real_time_refuses_them_before_it_renders(blend, eye, tmp_path, capsys):
     out = tmp_path / "out"
     assert _run(blend, *REALTIME, "--receptors", eye, "--out", out) == 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -26,9 +27,9 @@ WHITE_BALANCES: tuple[str, ...] = get_args(WhiteBalance)
 _COVERED_FRACTION = 0.98
 # Width of the bands that stand for the continuous spectrum, nm.
 _FINE_WIDTH = 2.0
-# Fraction of the light at the surface that still counts as light: the gain for less overflows in
-# single precision.
-_DARKEST = 1e-30
+DARKEST = 1e-30
+"""Fraction of the light at the surface that still counts: the gain for less overflows in single
+precision."""
 _ALIKE = 1e-12  # relative, of responses
 # Fraction of a metered picture that may be brighter than white.
 _HIGHLIGHTS = 0.02
@@ -154,7 +155,7 @@ def reduction(
         light = np.asarray(depth_white, dtype=np.float64)
         if light.shape != (len(bands),):
             raise InputError(f"depth_white has shape {light.shape} for {len(bands)} bands")
-        white = _white(sensor, response, light, "at depth", _DARKEST * surface_white)
+        white = _white(sensor, response, light, "at depth", DARKEST * surface_white)
 
     if sensor.kind == "observer":
         matrix = {
@@ -248,7 +249,7 @@ def auto_exposure_stops(
         If the sensor sees no light at depth.
     """
     now = float(luminance(reduction.apply(np.asarray(depth_white) / math.pi)))
-    if not (math.isfinite(now) and now > _DARKEST):
+    if not (math.isfinite(now) and now > DARKEST):
         raise InputError(
             "automatic exposure: no light at that depth; add lamps, or set the exposure in stops"
         )
@@ -273,11 +274,11 @@ def metered_stops(Y: ArrayLike, fraction: ArrayLike) -> float:
     below = np.cumsum(fraction[order]) / fraction.sum()
     bright = Y[order][min(int(np.searchsorted(below, 1.0 - _HIGHLIGHTS)), len(Y) - 1)]
     mean = float(Y @ fraction / fraction.sum())
-    if not (math.isfinite(mean) and mean > _DARKEST):
+    if not (math.isfinite(mean) and mean > DARKEST):
         raise InputError(
             "exposure by the picture: nothing in it is lit; add lamps, or set the exposure in stops"
         )
-    return math.log2(min(MIDDLE_GREY / mean, 1.0 / max(float(bright), _DARKEST)))
+    return math.log2(min(MIDDLE_GREY / mean, 1.0 / max(float(bright), DARKEST)))
 
 
 def srgb_encode(rgb: ArrayLike) -> NDArray[np.float64]:
@@ -302,6 +303,33 @@ def rec709_to_Lab(rgb: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(colour.XYZ_to_Lab(np.asarray(rgb) @ to_XYZ.T, white))
 
 
+def white_response(
+    response: NDArray[np.float64],
+    light: ArrayLike,
+    names: Sequence[str],
+    where: str,
+    darkest: NDArray[np.float64] | float = 0.0,
+) -> NDArray[np.float64]:
+    """Responses of channels (k, n) to a white diffuser in an irradiance (n,), shape (k,).
+
+    ``names`` are those of the sensor and of its channels; ``where`` the light is, for the message.
+
+    Raises
+    ------
+    InputError
+        If a channel responds no more than to the ``darkest``.
+    """
+    white = response @ np.asarray(light, np.float64) / math.pi
+    dark = ~(np.isfinite(white) & (white > darkest))
+    if dark.any():
+        sensor, *channels = names
+        raise InputError(
+            f"{sensor}: channel {channels[int(np.argmax(dark))]} sees no light {where} in these "
+            "bands; widen the range of bands, or choose another white balance"
+        )
+    return white
+
+
 def _white(
     sensor: Sensor,
     response: NDArray[np.float64],
@@ -309,16 +337,8 @@ def _white(
     where: str,
     darkest: NDArray[np.float64] | float = 0.0,
 ) -> NDArray[np.float64]:
-    """Sensor responses to a white diffuser."""
-    white = response @ light / math.pi
-    dark = ~(np.isfinite(white) & (white > darkest))
-    if dark.any():
-        channel = ("XYZ" if sensor.kind == "observer" else "RGB")[int(np.argmax(dark))]
-        raise InputError(
-            f"sensor {sensor.name}: channel {channel} sees no light {where} in these bands; "
-            "widen the range of bands, or choose another white balance"
-        )
-    return white
+    channels = "XYZ" if sensor.kind == "observer" else "RGB"
+    return white_response(response, light, (f"sensor {sensor.name}", *channels), where, darkest)
 
 
 def _adaptation(white_XYZ: NDArray[np.float64], transform: str) -> NDArray[np.float64]:
