@@ -5,27 +5,16 @@ from __future__ import annotations
 import itertools
 import json
 
-import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
 import rawpy
 from underwater_spectral.jobs import batch
-from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.detector import Detector
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
 SIZE = (320, 180)
 ISO, READ = 400.0, 9.0
-
-
-@pytest.fixture
-def blend(properties, tmp_path):
-    scenes.add_camera()
-    scenes.wall("wall", (-1.5, 3.0, -5.0), 2.0)
-    path = tmp_path / "scene.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return path
 
 
 def _run(*arguments):

@@ -7,7 +7,6 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from underwater_spectral.jobs import batch
-from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.spectra.receptors import parse_receptors
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, read_spectral_exr
 
@@ -24,15 +23,6 @@ def eye(tmp_path):
     path = tmp_path / "eye.csv"
     np.savetxt(path, np.column_stack([wavelengths, table]), "%.9g", ",", header=names, comments="")
     return f"file:{path}"
-
-
-@pytest.fixture
-def blend(properties, tmp_path):
-    scenes.add_camera()
-    scenes.wall("wall", (-1.5, 3.0, -5.0), 2.0)
-    path = tmp_path / "scene.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path))
-    return path
 
 
 def _shown(path):
@@ -87,14 +77,11 @@ def test_twelve_channels_are_the_bands_through_twelve_sensitivities(blend, eye, 
     np.testing.assert_allclose(swapped[..., ::2], codes[..., 2::-2], atol=1e-6)
 
 
-def test_at_night_the_light_of_lamps_is_white(properties, eye, tmp_path):
-    scenes.add_camera()
-    scenes.wall("wall", (-1.5, 3.0, -5.0), 2.0)
+def test_at_night_the_light_of_lamps_is_white(blend, eye, tmp_path):
     lamp = bpy.data.objects.new("torch", bpy.data.lights.new("torch", "POINT"))
     lamp.location, lamp.data.energy = (0.5, 0.0, -5.0), 100.0
     bpy.context.scene.collection.objects.link(lamp)
-    blend = tmp_path / "night.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    bpy.ops.wm.save_mainfile()
     options = ("--resolution", 16, 9, "--samples", 1, "--bands", 12, "--range", 370, 700)
     night = ("--sunlight", 0, "--white-balance", "depth", "--receptors", eye)
     assert _run(blend, *options, *night, "--out", tmp_path / "out") == 0
