@@ -308,7 +308,7 @@ def white_response(
     light: ArrayLike,
     names: Sequence[str],
     where: str,
-    darkest: NDArray[np.float64] | float = 0.0,
+    least: NDArray[np.float64] | float = 0.0,
 ) -> NDArray[np.float64]:
     """Responses of channels (k, n) to a white diffuser in an irradiance (n,), shape (k,).
 
@@ -317,10 +317,10 @@ def white_response(
     Raises
     ------
     InputError
-        If a channel responds no more than to the ``darkest``.
+        If a channel responds no more than ``least``.
     """
     white = response @ np.asarray(light, np.float64) / math.pi
-    dark = ~(np.isfinite(white) & (white > darkest))
+    dark = ~(np.isfinite(white) & (white > least))
     if dark.any():
         sensor, *channels = names
         raise InputError(
