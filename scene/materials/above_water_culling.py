@@ -7,11 +7,10 @@ from collections.abc import Iterable
 import bpy
 
 from ...node_groups.node_mathematics import Graph
-from .inserted import is_idle, own_trees, value_curves
-from .shader_nodes import PASSES, PRINCIPLED, REFRACTS, nodes_that
+from .inserted import own_trees
+from .shader_nodes import row_of
 
 _BEFORE = "uw_transparent_shadow"
-_CLEAR = nodes_that(PASSES, REFRACTS)
 
 
 def insert(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree) -> None:
@@ -47,14 +46,6 @@ def give_back(kept: Iterable[bpy.types.Material]) -> None:
 
 def _is_clear(material: bpy.types.Material) -> bool:
     """Whether a material may let light straight through."""
-    for tree in own_trees([material]):
-        for node in tree.nodes:
-            if node.bl_idname in _CLEAR:
-                return True
-            if node.bl_idname == PRINCIPLED:
-                alpha = node.inputs["Alpha"]
-                full = not alpha.is_linked and alpha.default_value == 1.0
-                still = full and not value_curves(tree, alpha)
-                if not (still and is_idle(tree, node, "Transmission Weight")):
-                    return True
-    return False
+    nodes = ((tree, node) for tree in own_trees([material]) for node in tree.nodes)
+    rows = ((row_of(at[1]), at) for at in nodes)
+    return any(row is not None and row.may_let_through(*at) for row, at in rows)

@@ -29,7 +29,7 @@ from .inserted import (
     trees_but,
     value_curves,
 )
-from .shader_nodes import EMITS, HIDES, PASSES, REFRACTS, makes_closure, nodes_that
+from .shader_nodes import SHADER_NODES, makes_closure, row_of
 
 MEASURED_WAVELENGTHS = "uw_reflectance_wavelengths_nm"
 MEASURED_REFLECTANCE = "uw_reflectance"
@@ -52,9 +52,8 @@ _WEIGHTS = {
     "Sheen Tint": "Sheen Weight",
     "Subsurface Radius": "Subsurface Weight",
 }
-_EMISSION_NODES = nodes_that(EMITS)
 # What lets through what is behind it, which has its water already; and what only filters.
-_CLEAR = nodes_that(PASSES, REFRACTS, HIDES)
+_CLEAR = {name for name, row in SHADER_NODES.items() if row.clear == 1.0}
 _FILTERS = {"Coat Tint"}
 _BASE_COLORS = {"Base Color", "Color"}
 _UNTOUCHED = 1e-6
@@ -200,7 +199,9 @@ def _group_for(node: bpy.types.Node, socket: bpy.types.NodeSocket) -> str | None
     if not socket.enabled:
         return None
     if socket.type == "RGBA":
-        emits = node.bl_idname in _EMISSION_NODES or "Emissi" in socket.name
+        row = row_of(node)
+        glow = None if row is None or row.emits is None else row.emits[0]
+        emits = socket.name == glow or "Emissi" in socket.name
         return uplift.EMISSION if emits else uplift.REFLECTANCE
     if socket.type == "VECTOR" and socket.name == "Emission Coefficients":
         return uplift.EMISSION

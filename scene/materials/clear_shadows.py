@@ -12,21 +12,20 @@ from collections.abc import Collection, Iterable
 
 import bpy
 
-from .inserted import add_node, is_idle, own_trees, repeat, trees_but, value_curves
-from .shader_nodes import PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
+from .inserted import add_node, own_trees, repeat, trees_but, value_curves
+from .shader_nodes import ShaderNode, row_of
 
 _OURS, _MIX = "uw_clear", "mix"
-_REFRACTING = nodes_that(REFRACTS)
-_WEIGHT, _HIDDEN_BY = "Transmission Weight", "Metallic"
 _SHARP = 0.005  # roughness below which Cycles draws a mirror
-_HALF = 0.5  # power: a principled shader tints at each of two faces
+_HALF = 0.5  # power: what tints by face does it twice
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
     """Mix what lets shadow rays through into the clear shaders of materials."""
     for tree in own_trees(materials):
-        for node in [n for n in tree.nodes if _is_clear(tree, n)]:
-            _let_through(tree, node)
+        for node, row in [(n, row_of(n)) for n in tree.nodes]:
+            if row is not None and _is_open(node) and row.may_bend(tree, node):
+                _let_through(tree, node, row)
 
 
 def remove(kept: Collection[bpy.types.Material]) -> None:
@@ -40,20 +39,16 @@ def remove(kept: Collection[bpy.types.Material]) -> None:
             tree.nodes.remove(node)
 
 
-def _is_clear(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
+def _is_open(node: bpy.types.Node) -> bool:
+    """Whether nothing lets shadow rays through a shader that is used."""
     if node.mute or not node.outputs or not node.outputs[0].is_linked:
         return False
-    if any(link.to_node.get(_OURS) == _MIX for link in node.outputs[0].links):
-        return False
-    if node.bl_idname == PRINCIPLED:
-        return not is_idle(tree, node, _WEIGHT)
-    return node.bl_idname in _REFRACTING
+    return not any(link.to_node.get(_OURS) == _MIX for link in node.outputs[0].links)
 
 
-def _let_through(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
-    is_principled = node.bl_idname == PRINCIPLED
-    colour = node.inputs["Base Color" if is_principled else SHADER_NODES[node.bl_idname].colour]
-    weights = [node.inputs[name] for name in (_WEIGHT, _HIDDEN_BY)] if is_principled else []
+def _let_through(tree: bpy.types.NodeTree, node: bpy.types.Node, row: ShaderNode) -> None:
+    colour = node.inputs[row.colour]
+    weights = [node.inputs[name] for name in (row.clear, row.mirrors) if isinstance(name, str)]
     if any(value_curves(tree, socket) for socket in (colour, *weights)):
         return
     shadow = _node(tree, node, "ShaderNodeLightPath").outputs["Is Shadow Ray"]
@@ -63,15 +58,17 @@ def _let_through(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
     shadow = _times(tree, node, shadow, sharp.outputs[0])
     through = _node(tree, node, "ShaderNodeBsdfTransparent")
     _same(tree, colour, through.inputs["Color"])
-    if is_principled:
+    if row.by_face:
         tint = _node(tree, node, "ShaderNodeGamma")
         tint.inputs["Gamma"].default_value = _HALF
         _same(tree, colour, tint.inputs["Color"])
         tree.links.new(tint.outputs[0], through.inputs["Color"])
-        shadow = _times(tree, node, shadow, weights[0])
+    if isinstance(row.clear, str):
+        shadow = _times(tree, node, shadow, node.inputs[row.clear])
+    if isinstance(row.mirrors, str):
         bare = _math(tree, node, "SUBTRACT")
         bare.inputs[0].default_value = 1.0
-        _same(tree, weights[1], bare.inputs[1])
+        _same(tree, node.inputs[row.mirrors], bare.inputs[1])
         shadow = _times(tree, node, shadow, bare.outputs[0])
     mix = _node(tree, node, "ShaderNodeMixShader", _MIX)
     for link in list(node.outputs[0].links):

@@ -1,13 +1,9 @@
-"""What the shaders of a material reflect, emit and let through, followed by nodes beside theirs.
-
-A closure cannot be asked for its colour. Every quantity is linear in the closures, so Mix and Add
-Shader mix and add it.
-"""
+"""What the shaders of a material reflect, emit and let through, followed by nodes beside theirs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 
 import bpy
@@ -19,21 +15,9 @@ from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.facets import specular_index
 from . import socket_rules, wet_trees
 from .inserted import is_idle, own_input, value_curves
-from .shader_nodes import (
-    ADD,
-    CLEAR,
-    EMITS,
-    HIDES,
-    METAL,
-    MIX,
-    PASSES,
-    PRINCIPLED,
-    REFRACTS,
-    SHADER_NODES,
-    ShaderNode,
-)
+from .shader_nodes import CLEAR, LAYERED, METAL, ShaderNode, row_of
+from .shader_walk import GREY, Closure, ShaderWalk, Weights, is_zero, mean
 
-_GREY = 0.5
 _CLEAR_REFLECTS = 0.02  # about, of light from all sides, by which clear facets count beside others
 _ANISOTROPIC = "is anisotropic; the highlights of real time are round"
 _HIDDEN = "is clear; in real time it mirrors lamps if its render method is Blended"
@@ -46,53 +30,8 @@ _READ = uplift.READ | {uplift.FILTER}
 _IMAGE, _MEASURING = "ShaderNodeTexImage", "ShaderNodeShaderToRGB"
 
 
-@dataclass(frozen=True)
-class Closure:
-    """What a shader reflects, emits and lets through, as RGB terms or numbers.
-
-    Of the colour, ``mirrored`` is the part that mirrors, and ``behind`` the part that the light
-    from behind shines through; ``highlight`` is the colour of a matte closure that is as bright in
-    the sun as closures that EEVEE lacks. By ``mirror``, ``edge`` and ``clear`` facets throw back
-    lamps (:class:`.Facets`); ``roughness`` is times the weight ``facets``, ``mirror_roughness``
-    times ``mirrored``, ``index`` times ``clear``, and what coats have times ``coat``.
-    """
-
-    colour: Operand = 0.0
-    emission: Operand = 0.0
-    transmittance: Operand = 0.0
-    mirrored: Operand = 0.0
-    behind: Operand = 0.0
-    highlight: Operand = 0.0
-    mirror: Operand = 0.0
-    edge: Operand = 0.0
-    clear: Operand = 0.0
-    facets: Operand = 0.0
-    roughness: Operand = 0.0
-    mirror_roughness: Operand = 0.0
-    index: Operand = 0.0
-    coat: Operand = 0.0
-    coat_roughness: Operand = 0.0
-    coat_index: Operand = 0.0
-    normal: NodeValue | None = None
-    coat_normal: NodeValue | None = None
-
-    def times(self, factor: Operand) -> Closure:
-        """Return it with all of it times a factor."""
-        return replace(self, **{name: getattr(self, name) * factor for name in _QUANTITIES})
-
-    def combined(self, other: Closure, join: Callable[[Operand, Operand], Operand]) -> Closure:
-        """Return what two are together; of normals those of the first."""
-        joined = {name: join(getattr(self, name), getattr(other, name)) for name in _QUANTITIES}
-        normals = self.normal or other.normal, self.coat_normal or other.coat_normal
-        return Closure(**joined, normal=normals[0], coat_normal=normals[1])
-
-
-_QUANTITIES = [part.name for part in fields(Closure) if part.default == 0.0]
-"""All but the normals."""
-
-
 @dataclass
-class ClosureWalk:
+class ClosureWalk(ShaderWalk):
     """Reads the shaders of one tree."""
 
     tree: bpy.types.ShaderNodeTree
@@ -101,8 +40,8 @@ class ClosureWalk:
     surfaces: Surfaces
     closed: bool = False
     dithered: bool = False
+    shines = True
     graph: Graph = field(init=False)
-
     measures: bool = field(init=False)
 
     def __post_init__(self) -> None:
@@ -110,122 +49,102 @@ class ClosureWalk:
         own = (node for node in self.tree.nodes if MARK not in node)
         self.measures = any(node.bl_idname == _MEASURING for node in own)
 
-    def closure(self, socket: bpy.types.NodeSocket) -> Closure:
-        """Return what arrives at a shader input."""
-        source = socket_rules.source(socket)
-        return Closure() if source is None else self._of(source.node, source)
-
-    def _of(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
-        kind, shaders = node.bl_idname, [i for i in node.inputs if i.type == "SHADER"]
-        if kind == MIX:
-            fraction = self._value(node.inputs[0])
-            first, second = (self.closure(s) for s in shaders)
-            return first.combined(second, lambda a, b: a * (1.0 - fraction) + b * fraction)
-        if kind == ADD:
-            first, second = (self.closure(s) for s in shaders)
-            return first.combined(second, lambda a, b: a + b)
-        if kind == "ShaderNodeGroup":
-            return Closure() if node.node_tree is None else self._group(node, output)
-        if kind == PRINCIPLED:
-            return self._principled(node)
-        known, normal = SHADER_NODES.get(kind), self._normal(node)
-        if known is not None and known.does == HIDES:
+    def group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
+        """Return what a group is: what outputs for it tell."""
+        if node.bl_idname == "NodeGroupInput":
+            return self.unknown(node)
+        group = node.node_tree
+        if group is None:
             return Closure()
-        if known is not None and known.colour in node.inputs:
-            return self._known(node, known, normal)
-        self._note(f"uses {node.bl_label}, whose colour is unknown; it counts as grey {_GREY}")
-        return Closure(colour=_GREY, normal=normal)
+        if not group.is_editable:
+            self.note(f"uses the linked group {group.name!r}; its colour counts as grey {GREY}")
+            return Closure(colour=GREY)
+        names = self._names(output)
+        if names["colour"] not in node.outputs:
+            _open_group(group, output.identifier, names, self)
+        found = {q: self.graph.term(node.outputs[n]) for q, n in names.items() if n in node.outputs}
+        return Closure(**found)
 
-    def _known(self, node: bpy.types.Node, known: ShaderNode, normal: NodeValue | None) -> Closure:
-        if known.approximate:
-            self._note(known.approximate)
-        if known.does == EMITS:
-            return self._glow(node.inputs[known.colour], node.inputs["Strength"])
-        colour, mirrored = self._value(node.inputs[known.colour]), {}
-        if known.does == PASSES:
-            return Closure(transmittance=colour)
-        facets = self._facets(node, known.facets, colour)
-        if known.does == REFRACTS:
-            return Closure(transmittance=colour, normal=normal, **facets)
-        highlight: Operand = 0.0
-        if self.surfaces.is_apart(self.tree, node) and known.sunlit is not None:
-            highlight = colour * self._highlight(node, known.sunlit)
-        elif known.mirrors and not is_idle(self.tree, node, "Anisotropy"):
-            self._note(_ANISOTROPIC)
-        if known.mirrors:
-            mirrored = self._mirrored(colour, node.inputs["Roughness"])
-        behind: Operand = 0.0
-        if known.behind:
-            # Light comes into a body through one wall and out through another.
-            behind = colour = colour * colour if self.closed else colour
-        return Closure(
-            colour, behind=behind, highlight=highlight, normal=normal, **mirrored, **facets
-        )
+    def unknown(self, node: bpy.types.Node) -> Closure:
+        """Return grey, and say so."""
+        self.note(f"uses {node.bl_label}, whose colour is unknown; it counts as grey {GREY}")
+        return Closure(colour=GREY, normal=self._normal(node))
 
-    def _glow(self, colour: bpy.types.NodeSocket, strength: bpy.types.NodeSocket) -> Closure:
+    def reflected(
+        self, node: bpy.types.Node, row: ShaderNode, body: Closure, weights: Weights
+    ) -> Closure:
+        """Return what a node is, with its normals, what mirrors of it and its facets."""
+        found: dict[str, Operand | None] = {"normal": self._normal(node)}
+        found["coat_normal"] = self._normal(node, "Coat Normal")
+        if row.facets and self.surfaces.facets:
+            layered = row.facets == LAYERED
+            found |= (self._layered if layered else self._facets)(node, row, weights)
+        if self.surfaces.is_apart(self.tree, node) and row.sunlit is not None:
+            found["highlight"] = weights.base * self._highlight(node, row.sunlit)
+        elif row.anisotropy and not is_idle(self.tree, node, row.anisotropy):
+            self.note(_ANISOTROPIC)
+        if not is_zero(weights.metallic):
+            mirrored = body.colour * weights.metallic
+            rough = mean(mirrored) * self.value(node.inputs["Roughness"])
+            found |= {"mirrored": mirrored, "mirror_roughness": rough}
+        return replace(body, **found)
+
+    def glow(self, colour: bpy.types.NodeSocket, strength: bpy.types.NodeSocket) -> Closure:
         """Return what is emitted: of light that Shader to RGB tells, what has thrown it back."""
-        own, factor = own_input(colour), self._value(strength)
+        own, factor = own_input(colour), self.value(strength)
         lit = socket_rules.before(own, _MEASURING)
         if lit is None:
-            return Closure(emission=0.0 if is_zero(factor) else self._value(colour) * factor)
+            return Closure(emission=0.0 if is_zero(factor) else self.value(colour) * factor)
         nearest = socket_rules.source(own)
         if nearest is not None and nearest.node != lit:
-            self._note(_CHANGED)
+            self.note(_CHANGED)
         return replace(self.closure(lit.inputs[0]).times(factor), transmittance=0.0)
 
-    def _mirrored(self, colour: Operand, roughness: bpy.types.NodeSocket) -> dict[str, Operand]:
-        """Return what of a closure mirrors the water, and how roughly."""
-        rough = mean(colour) * self._value(roughness)
-        return {"mirrored": colour, "mirror_roughness": rough}
-
-    def _facets(self, node: bpy.types.Node, kind: str, colour: Operand) -> dict[str, Operand]:
+    def _facets(
+        self, node: bpy.types.Node, row: ShaderNode, weights: Weights
+    ) -> dict[str, Operand]:
         """Return what a closure of facets throws back of lamps."""
-        if not kind or not self.surfaces.facets:
-            return {}
-        roughness, weight = self._value(node.inputs["Roughness"]), mean(colour)
-        if kind == CLEAR:
+        colour = weights.base
+        roughness, weight = self.value(node.inputs["Roughness"]), mean(colour)
+        if row.facets == CLEAR:
             index = self._wet_value(node.inputs["IOR"])
             found, weight = {"index": index * weight}, weight * _CLEAR_REFLECTS
             found["clear"] = colour
             self._note_hidden()
         else:
             if self.surfaces.is_apart(self.tree, node):
-                self._note(_ROUND)
-            found = {"mirror": colour, "edge": 1.0 - colour if kind == METAL else 0.0}
+                self.note(_ROUND)
+            found = {"mirror": colour, "edge": 1.0 - colour if row.facets == METAL else 0.0}
         return found | {"facets": weight, "roughness": roughness * weight}
 
     def _note_hidden(self) -> None:
         if self.dithered:
-            self._note(_HIDDEN)
+            self.note(_HIDDEN)
 
-    def _principled_facets(
-        self,
-        node: bpy.types.Node,
-        base: Operand,
-        alpha: Operand,
-        metallic: Operand,
-        passing: Operand,
+    def _layered(
+        self, node: bpy.types.Node, row: ShaderNode, weights: Weights
     ) -> dict[str, Operand]:
+        """Return the same of all that a principled closure consists of."""
+        del row
         inputs, found = node.inputs, {}
-        if not self.surfaces.facets:
-            return found
-        level, metal = self._value(inputs["Specular IOR Level"]), metallic * alpha
+        base, alpha, metallic = weights.base, weights.cover, weights.metallic
+        level, metal = self.value(inputs["Specular IOR Level"]), metallic * alpha
         clear: Operand = 0.0 if is_zero(level) else alpha * (1.0 - metallic)
         if not is_zero(clear):
-            if not is_zero(passing):
+            if not is_zero(weights.passing):
                 self._note_hidden()
             index = specular_index(self._wet_value(inputs["IOR"]), level, NODES)
             found |= {"clear": clear, "index": index * clear}
         mirror = base * metal
         weight = mean(mirror) + clear * _CLEAR_REFLECTS
         found |= {"mirror": mirror, "edge": metal - mirror, "facets": weight}
-        found |= {"roughness": self._value(inputs["Roughness"]) * weight}
-        coat = self._value(inputs["Coat Weight"])
+        found |= {"roughness": self.value(inputs["Roughness"]) * weight}
+        coat = self.value(inputs["Coat Weight"])
         if self.surfaces.facets > 1 and not is_zero(coat):
             coat = coat * alpha
             found |= {
                 "coat": coat,
-                "coat_roughness": self._value(inputs["Coat Roughness"]) * coat,
+                "coat_roughness": self.value(inputs["Coat Roughness"]) * coat,
                 "coat_index": self._wet_value(inputs["Coat IOR"]) * coat,
             }
         return found
@@ -239,51 +158,8 @@ class ClosureWalk:
                 source = socket_rules.source(node.inputs[name]) or geometry[name]
                 self.tree.links.new(source, group.inputs[name])
         for name in realtime_highlights.NUMBERS[kind]:
-            self.graph.assign(self._value(node.inputs[name]), group.inputs[name])
+            self.graph.assign(self.value(node.inputs[name]), group.inputs[name])
         return self.graph.term(group.outputs[0])
-
-    def _principled(self, node: bpy.types.Node) -> Closure:
-        inputs = node.inputs
-        alpha, base = self._value(inputs["Alpha"]), self._value(inputs["Base Color"])
-        metallic = self._value(inputs["Metallic"])
-        passing = self._value(inputs["Transmission Weight"]) * (1.0 - metallic)
-        transmittance = 1.0 - alpha
-        if not is_zero(passing):
-            self._note("transmits light; in real time it goes straight through")
-            # Each of two faces tints; what both leave of a channel is no product of means.
-            if self.closed:
-                left = NODES.sqrt(NODES.maximum(self._filtered(base), 0.0))
-            else:
-                left = self._filtered(NODES.sqrt(base))
-            transmittance = transmittance + alpha * passing * left
-        if not is_idle(self.tree, node, "Anisotropic"):
-            self._note(_ANISOTROPIC)
-        glow = self._glow(inputs["Emission Color"], inputs["Emission Strength"])
-        coat, tint = self._value(inputs["Coat Weight"]), self._value(inputs["Coat Tint"])
-        if not is_zero(coat) and isinstance(tint, NodeValue):
-            through = 1.0 + coat * (tint - 1.0)
-            base, glow = base * through, glow.times(through)
-        facets = self._principled_facets(node, base, alpha, metallic, passing)
-        colour = base * (alpha * (1.0 - passing))
-        if not is_zero(metallic):
-            facets |= self._mirrored(colour * metallic, inputs["Roughness"])
-        normals = self._normal(node), self._normal(node, "Coat Normal")
-        own = Closure(
-            colour, transmittance=transmittance, normal=normals[0], coat_normal=normals[1],
-            **facets,
-        )  # fmt: skip
-        return own.combined(glow.times(alpha), lambda a, b: a + b)
-
-    def _group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
-        group = node.node_tree
-        if not group.is_editable:
-            self._note(f"uses the linked group {group.name!r}; its colour counts as grey {_GREY}")
-            return Closure(colour=_GREY)
-        names = self._names(output)
-        if names["colour"] not in node.outputs:
-            _open_group(group, output.identifier, names, self)
-        found = {q: self.graph.term(node.outputs[n]) for q, n in names.items() if n in node.outputs}
-        return Closure(**found)
 
     def _names(self, shader: bpy.types.NodeSocket) -> dict[str, str]:
         """Names of the outputs for what a shader of a group is, in a closed body or not."""
@@ -291,13 +167,13 @@ class ClosureWalk:
         names = (part.name for part in fields(Closure))
         return {name: f"UW {name.replace('_', ' ').title()} {end}" for name in names}
 
-    def _value(self, socket: bpy.types.NodeSocket) -> Operand:
+    def value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return what a socket holds: its link, or a constant that follows its value."""
         own, limits = own_input(socket, but=_READ), socket_rules.limits(socket)
         source = socket_rules.source(own)
         if source is not None:
             if self.measures and socket_rules.before(own, _MEASURING) is not None:
-                self._note(_CHANGED)
+                self.note(_CHANGED)
             return _limited(self._of_type(_alpha_beside_colour(source), socket.type), limits)
         values, still = np.atleast_1d(own.default_value)[:3], not value_curves(self.tree, own)
         if still and (np.all(values == 0.0) or np.all(values == 1.0)):
@@ -319,7 +195,7 @@ class ClosureWalk:
         wet_trees.repeat(self.tree, constant, socket)
         return self.graph.term(constant.outputs[0])
 
-    def _filtered(self, colour: Operand) -> Operand:
+    def filtered(self, colour: Operand) -> Operand:
         """Return what the channels have left of what a colour lets through."""
         clear = self.surfaces.clear
         if clear is None or not isinstance(colour, NodeValue):
@@ -331,14 +207,15 @@ class ClosureWalk:
     def _wet_value(self, socket: bpy.types.NodeSocket) -> Operand:
         """Return an index against what is around an object: what arrives where it is used."""
         source = socket_rules.source(socket)
-        return self._value(socket) if source is None else self._of_type(source, socket.type)
+        return self.value(socket) if source is None else self._of_type(source, socket.type)
 
     def _normal(self, node: bpy.types.Node, name: str = "Normal") -> NodeValue | None:
         socket = node.inputs.get(name)
         source = None if socket is None else socket_rules.source(socket)
         return None if source is None else self.graph.term(source)
 
-    def _note(self, text: str) -> None:
+    def note(self, text: str) -> None:
+        """Tell it of what the walk is through."""
         self.notes.append(f"{self.name} {text}")
 
 
@@ -369,10 +246,8 @@ class Surfaces:
 
     def is_apart(self, tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
         """Whether the sun lights a node by another closure than its own."""
-        known = SHADER_NODES.get(node.bl_idname)
-        if known is None:
-            return False
-        return known.behind or drawn_by(tree, node) in self.highlights
+        row = row_of(node)
+        return row is not None and (row.behind or row.drawn_by(tree, node) in self.highlights)
 
 
 def _open_group(
@@ -396,34 +271,10 @@ def _open_group(
     group[wet_trees.OPENED] = made
 
 
-def drawn_by(tree: bpy.types.NodeTree, node: bpy.types.Node) -> str | None:
-    """Group of highlights by which the sun lights a node."""
-    known = SHADER_NODES.get(node.bl_idname)
-    kind = None if known is None else known.sunlit
-    if kind == realtime_highlights.STRETCHED and is_idle(tree, node, "Anisotropy"):
-        return None
-    if kind == realtime_highlights.TOON and node.component != "DIFFUSE":
-        return None
-    return kind
-
-
 def _limited(value: Operand, limits: tuple[float, float]) -> Operand:
     least, most = limits
     value = value if least == -math.inf else NODES.maximum(value, least)
     return value if most == math.inf else NODES.minimum(value, most)
-
-
-def is_zero(value: object) -> bool:
-    """Whether a value is 0 for good."""
-    return not isinstance(value, NodeValue) and value == 0.0
-
-
-def mean(colour: Operand) -> Operand:
-    """Return the mean of the three channels."""
-    if not isinstance(colour, NodeValue) or colour.size == 1:
-        return colour
-    x, y, z = colour.graph.components(colour)
-    return (x + y + z) / 3.0
 
 
 def _alpha_beside_colour(socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:

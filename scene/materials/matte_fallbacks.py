@@ -8,18 +8,18 @@ import bpy
 
 from ...node_groups import uplift
 from .inserted import has_inserted, new_node, own_trees, put_before, repeat
-from .shader_nodes import SHADER_NODES
-
-_KINDS = {name: node.matte for name, node in SHADER_NODES.items() if node.matte is not None}
+from .shader_nodes import row_of
 
 
 def insert(materials: Iterable[bpy.types.Material]) -> None:
     """Put the groups before the colours of such nodes."""
     for tree in own_trees(materials):
-        for node in [n for n in tree.nodes if n.bl_idname in _KINDS]:
-            colour = node.inputs["Color"]
+        for node, row in [(n, row_of(n)) for n in tree.nodes]:
+            if row is None or row.matte is None:
+                continue
+            colour = node.inputs[row.colour]
             if has_inserted(colour) or not colour.enabled:
                 continue
-            group = put_before(tree, colour, new_node(tree, _KINDS[node.bl_idname]))
+            group = put_before(tree, colour, new_node(tree, row.matte))
             if uplift.ROUGHNESS in group.inputs:
                 repeat(tree, node.inputs["Roughness"], group.inputs[uplift.ROUGHNESS])

@@ -20,18 +20,9 @@ from ...uw_spectral.transfer.closures import hair_albedo, sheen_albedo
 from .. import contents
 from ..stored_materials import is_porous
 from .sampled_sockets import SampledSockets
-from .shader_nodes import (
-    ADD,
-    EMITS,
-    HIDES,
-    MIX,
-    PASSES,
-    PRINCIPLED,
-    REFRACTS,
-    SHADER_NODES,
-    nodes_that,
-)
-from .socket_rules import limits, source
+from .shader_nodes import ShaderNode
+from .shader_walk import GREY, Closure, ShaderWalk, mean
+from .socket_rules import limits
 from .surface_points import SurfacePoints
 from .wet_trees import own_shader
 
@@ -46,12 +37,7 @@ _GRAINS = GRAIN_INDEX / REFRACTIVE_INDEX
 _FROM_BEHIND = 0.5
 _SIDES = 64
 _APART = 0.05  # of what is reflected or covered, by which it matters what a node gives
-_CLEAR, _DARK = nodes_that(PASSES, REFRACTS), nodes_that(EMITS, HIDES)
-_DARKNESS = np.zeros((1, 3)), np.ones((1, 1))
-_GREY = np.full((1, 3), 0.5), np.ones((1, 1))
-
-type _Shown = tuple[Array, Array]
-"""Colour times coverage, shape (1 or n, 3), and coverage, (1 or n, 1)."""
+_UNKNOWN = Closure(colour=GREY)
 
 
 @dataclass(frozen=True)
@@ -118,67 +104,41 @@ def mean_surface(
 def _shown(
     material: bpy.types.Material, shader: bpy.types.NodeSocket, sockets: SampledSockets
 ) -> MeanSurface:
-    colour, coverage = _Closures(sockets).of(shader)
+    found = _SampledWalk(sockets).closure(shader)
+    coverage = 1.0 - mean(np.atleast_2d(found.transmittance))
+    colour = found.colour - (1.0 - _FROM_BEHIND) * found.behind
     coverage = np.clip(np.nan_to_num(coverage), 0.0, 1.0)
-    shown = np.nan_to_num(colour) / np.maximum(coverage, _THINNEST)
+    shown = np.nan_to_num(np.atleast_2d(colour)) / np.maximum(coverage, _THINNEST)
     if is_porous(material):
         shown = wet_reflectance_TwomeyEtAl1986(
             np.clip(shown, 0.0, 1.0), mean_cosine_of_grains(_GRAINS), -1.0
         )
     covers = float(coverage.mean())
-    mean = np.broadcast_to(shown * coverage, (max(len(shown), len(coverage)), 3)).mean(axis=0)
-    reflected = _rgb(np.clip(mean / max(covers, _THINNEST), 0.0, 1.0))
+    whole = np.broadcast_to(shown * coverage, (max(len(shown), len(coverage)), 3)).mean(axis=0)
+    reflected = _rgb(np.clip(whole / max(covers, _THINNEST), 0.0, 1.0))
     return MeanSurface(reflected, covers, not sockets.asked, tuple(sorted(sockets.unknown)))
 
 
 @dataclass
-class _Closures:
+class _SampledWalk(ShaderWalk):
     sockets: SampledSockets
 
-    def of(self, socket: bpy.types.NodeSocket) -> _Shown:
-        output = source(socket)
-        if output is None:
-            return _DARKNESS
-        return self.sockets.followed(lambda: self._closure(output), _GREY)
-
-    def _closure(self, output: bpy.types.NodeSocket) -> _Shown:
-        node, at = output.node, self.sockets
-        kind, inputs = node.bl_idname, node.inputs
-        if kind in (MIX, ADD):
-            (one, covers), (other, also) = (self.of(i) for i in inputs if i.type == "SHADER")
-            if kind == ADD:
-                return one + other, covers * also
-            fraction = self._limited(inputs[0])
-            return one + fraction * (other - one), covers + fraction * (also - covers)
-        if kind == "NodeGroupInput" or (kind == "ShaderNodeGroup" and node.node_tree is not None):
-            return at.within(output, self.of, _GREY)
-        if kind in _DARK:
-            return _DARKNESS
-        if kind in _CLEAR:
-            passing = at.of(inputs[SHADER_NODES[kind].colour]).mean(axis=1, keepdims=True)
-            return np.zeros((1, 3)), 1.0 - passing
-        if kind == PRINCIPLED:
-            return self._principled(node)
-        colour = inputs.get("Base Color") or inputs.get("Color")
-        base = _GREY[0] if colour is None else self._limited(colour)
-        known = SHADER_NODES.get(kind)
-        if known is not None and known.matte == uplift.SHEEN:
-            base = base * _mean_sheen(float(at.of(inputs["Roughness"]).mean()))
-        elif known is not None and known.matte == uplift.HAIR:
-            base = np.asarray(hair_albedo(base))
-        elif known is not None and known.behind:
-            base = base * _FROM_BEHIND
-        return base, _DARKNESS[1]
-
-    def _principled(self, node: bpy.types.Node) -> _Shown:
-        names = "Base Color", "Alpha", "Transmission Weight", "Coat Weight", "Coat Tint"
-        base, alpha, passing, coat, tint = (self._limited(node.inputs[name]) for name in names)
-        base = base * (1.0 + coat * (tint - 1.0))
-        through = alpha * passing * base.mean(axis=1, keepdims=True)
-        return base * (alpha * (1.0 - passing)), alpha - through
-
-    def _limited(self, socket: bpy.types.NodeSocket) -> Array:
+    def value(self, socket: bpy.types.NodeSocket) -> Array:
         return np.clip(self.sockets.of(socket), *limits(socket))
+
+    def closure(self, socket: bpy.types.NodeSocket) -> Closure:
+        return self.sockets.followed(lambda: super(_SampledWalk, self).closure(socket), _UNKNOWN)
+
+    def group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
+        if getattr(node, "node_tree", output) is None:
+            return Closure()
+        return self.sockets.within(output, self.closure, _UNKNOWN)
+
+    def colour(self, node: bpy.types.Node, row: ShaderNode) -> Array:
+        colour = super().colour(node, row)
+        if row.matte == uplift.SHEEN:
+            return colour * _mean_sheen(float(self.sockets.of(node.inputs["Roughness"]).mean()))
+        return np.asarray(hair_albedo(colour)) if row.matte == uplift.HAIR else colour
 
 
 def _mean_sheen(roughness: float) -> float:

@@ -10,21 +10,11 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from .closure_walk import Surfaces
 from .inserted import is_idle
-from .shader_nodes import (
-    ADD,
-    EMITS,
-    MIX,
-    PASSES,
-    PRINCIPLED,
-    REFLECTS,
-    makes_closure,
-    nodes_that,
-)
+from .shader_nodes import ADD, MIX, makes_closure, row_of
 from .wet_trees import OPENED
 
 SUNLIGHT = "uw_sunlight"
 """On the one node of a tree that knows the sunlight there."""
-_KEPT = nodes_that(REFLECTS, EMITS, PASSES)
 _JOINING = {MIX, ADD, "ShaderNodeGroup"}
 
 
@@ -73,11 +63,12 @@ def _can_be_native(tree: bpy.types.ShaderNodeTree, node: bpy.types.Node) -> bool
         return False
     if not any(output.type == "SHADER" for output in node.outputs):
         return True
-    if node.bl_idname == PRINCIPLED:
-        inputs = node.inputs
+    row = row_of(node)
+    if row is None:
+        return node.bl_idname in _JOINING
+    if row.coat and not is_idle(tree, node, "Coat Weight"):
         # What layers filter has no colour of its own to be seen by the channels.
-        tinted = any(part != 1.0 for part in inputs["Coat Tint"].default_value[:3])
-        if (tinted or inputs["Coat Tint"].is_linked) and not is_idle(tree, node, "Coat Weight"):
+        tint = node.inputs["Coat Tint"]
+        if tint.is_linked or any(part != 1.0 for part in tint.default_value[:3]):
             return False
-        return is_idle(tree, node, "Transmission Weight")
-    return node.bl_idname in _KEPT or node.bl_idname in _JOINING
+    return not row.hides and not row.may_bend(tree, node)

@@ -13,7 +13,7 @@ from .. import contents, marks
 from ..animation import curves
 from ..rendered import ever_rendered
 from ..temporary import held
-from .shader_nodes import REFRACTS, SHADER_NODES
+from .shader_nodes import row_of
 
 _WIDE, _FLAT, _NEAR = 10.0, 0.2, 1.5  # m; height over width; m from z = 0
 _CLEAR = 0.3  # transmission from which a surface is clear
@@ -89,11 +89,11 @@ def found(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.Object, str]]:
 
 def _is_clear(material: bpy.types.Material) -> bool:
     for node in material.node_tree.nodes:
-        known = SHADER_NODES.get(node.bl_idname)
-        weight = node.inputs.get("Transmission Weight")
-        if known is not None and known.does == REFRACTS:
-            return True
-        if weight is not None and (weight.is_linked or weight.default_value >= _CLEAR):
+        row = row_of(node)
+        if row is None or not row.refracts:
+            continue
+        weight = node.inputs[row.clear] if isinstance(row.clear, str) else None
+        if weight is None or weight.is_linked or weight.default_value >= _CLEAR:
             return True
     return False
 

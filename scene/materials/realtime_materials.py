@@ -30,20 +30,17 @@ from . import (
     wet_colours,
     wet_trees,
 )
-from .closure_walk import Closure, ClosureWalk, Surfaces, drawn_by, is_zero, mean
-from .inserted import is_idle, new_node, own_input, put_before, value_curves
+from .closure_walk import ClosureWalk, Surfaces
+from .inserted import new_node, put_before
 from .native_closures import SUNLIGHT, groups_of_shaders, has_sunlight, native_materials
-from .shader_nodes import EMITS, PASSES, PRINCIPLED, REFRACTS, SHADER_NODES, nodes_that
+from .shader_nodes import row_of
+from .shader_walk import Closure, is_zero, mean
 from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE, surface_node
 
 _SHEET, _BODY = "SLAB", "SPHERE"
 _DARKEST = 1e-3
 _LEAST_FACETS = 1e-6
 _MATTE = "mirrors; in real time it throws back the water's light as a matte object does"
-
-_EMITTING = nodes_that(EMITS)
-_MIRRORING = {name for name, node in SHADER_NODES.items() if node.mirrors}
-_TRANSLUCENT = {name for name, node in SHADER_NODES.items() if node.behind}
 
 
 @dataclass(frozen=True)
@@ -142,49 +139,18 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
     trees = {material.node_tree for material in materials if MARK not in material}
     own = [tree for tree in trees | contents.inner_groups(trees) if MARK not in tree]
     nodes = [(tree, node) for tree in own for node in tree.nodes if MARK not in node]
+    rows = [(row, at) for at in nodes if (row := row_of(at[1])) is not None]
+    drawn_by = {row.drawn_by(*at) for row, at in rows}
     return Kinds(
-        any(_may(tree, node, _MIRRORING, "Metallic") for tree, node in nodes),
-        any(_may(tree, node, _EMITTING, "Emission Strength") for tree, node in nodes)
+        mirrors=any(row.may_mirror(*at) for row, at in rows),
+        glows=any(row.may_glow(*at) for row, at in rows)
         or any(next(bare_colours.bare(tree), None) is not None for tree in own),
-        any(node.bl_idname in _TRANSLUCENT for _, node in nodes),
-        any(_filters(tree, node) for tree, node in nodes),
-        any(drawn_by(*found) == realtime_highlights.STRETCHED for found in nodes),
-        any(drawn_by(*found) == realtime_highlights.TOON for found in nodes),
-        max((_count_facets(tree, node) for tree, node in nodes), default=0),
+        translucent=any(row.behind for row, _ in rows),
+        filters=any(row.may_filter(*at) for row, at in rows),
+        stretched=realtime_highlights.STRETCHED in drawn_by,
+        toons=realtime_highlights.TOON in drawn_by,
+        facets=max((row.count_facets(*at) for row, at in rows), default=0),
     )
-
-
-def _count_facets(tree: bpy.types.NodeTree, node: bpy.types.Node) -> int:
-    """How many of :data:`.realtime_lamps.FACETS` a node may have."""
-    if node.bl_idname == PRINCIPLED:
-        if not is_idle(tree, node, "Coat Weight"):
-            return 2
-        return int(not all(is_idle(tree, node, x) for x in ("Specular IOR Level", "Metallic")))
-    known = SHADER_NODES.get(node.bl_idname)
-    return int(known is not None and bool(known.facets))
-
-
-def _filters(tree: bpy.types.NodeTree, node: bpy.types.Node) -> bool:
-    """Whether a node may let through more of one colour than of another."""
-    if node.bl_idname == PRINCIPLED:
-        clear, colour = not is_idle(tree, node, "Transmission Weight"), node.inputs["Base Color"]
-    else:
-        known = SHADER_NODES.get(node.bl_idname)
-        if known is None or known.does not in (PASSES, REFRACTS):
-            return False
-        clear, colour = True, node.inputs[known.colour]
-    own = own_input(colour)
-    grey = len(set(own.default_value[:3])) == 1
-    return clear and (own.is_linked or not grey or bool(value_curves(tree, own)))
-
-
-def _may(tree: bpy.types.NodeTree, node: bpy.types.Node, always: set[str], weight: str) -> bool:
-    """Whether a node is of some kinds, or a principled one that may have a weight."""
-    if node.bl_idname != PRINCIPLED:
-        return node.bl_idname in always
-    socket = node.inputs[weight]
-    # What may change while a job runs counts from its beginning: its nodes stay.
-    return socket.is_linked or socket.default_value != 0.0 or bool(value_curves(tree, socket))
 
 
 def write_reflectance(

@@ -14,7 +14,7 @@ from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..stored_materials import is_filled_with_air
 from .inserted import has_inserted, is_idle, is_inserted, new_node, own_trees, put_before, take_out
-from .shader_nodes import PRINCIPLED, makes_closure
+from .shader_nodes import makes_closure, row_of
 
 _KINDS = {
     "IOR": uplift.INDEX,
@@ -70,5 +70,6 @@ def _insert_into_tree(tree: bpy.types.NodeTree) -> None:
 
 def _opaque(kind: str, tree: bpy.types.NodeTree, node: bpy.types.Node) -> str:
     """Return the kind of a socket of a node that may let nothing through."""
-    is_opaque = node.bl_idname == PRINCIPLED and is_idle(tree, node, "Transmission Weight")
+    row = row_of(node)
+    is_opaque = row is not None and row.coat and not row.may_be_clear(tree, node)
     return uplift.OPAQUE_INDEX if kind == uplift.INDEX and is_opaque else kind

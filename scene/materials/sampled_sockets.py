@@ -50,7 +50,7 @@ class SampledSockets:
         output = source(socket)
         if output is None:
             return _value(socket)
-        return self.followed(lambda: converted(self._output(output), output, socket), self.guess)
+        return self.followed(lambda: converted(self.output(output), output, socket), self.guess)
 
     def number(self, socket: bpy.types.NodeSocket) -> Array:
         """Return what an input of a number gets, shape (1 or n,)."""
@@ -86,7 +86,8 @@ class SampledSockets:
         finally:
             self.groups = groups
 
-    def _output(self, output: bpy.types.NodeSocket) -> Array:
+    def output(self, output: bpy.types.NodeSocket) -> Array:
+        """Return what comes out of a node."""
         node = output.node
         kind = node.bl_idname
         if kind == "ShaderNodeGroup" and uplift.is_uplift(node.node_tree):

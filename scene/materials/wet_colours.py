@@ -10,11 +10,7 @@ from ...node_groups import uplift
 from ...node_groups.node_mathematics import MARK
 from ..stored_materials import is_porous
 from .inserted import has_inserted, new_node, own_trees, put_before
-from .shader_nodes import PRINCIPLED, SHADER_NODES
-
-_MATTE = {PRINCIPLED: "Base Color"} | {
-    name: node.colour for name, node in SHADER_NODES.items() if node.porous
-}
+from .shader_nodes import row_of
 
 
 def of(materials: Iterable[bpy.types.Material]) -> tuple[str, ...]:
@@ -32,7 +28,9 @@ def insert(materials: Iterable[bpy.types.Material]) -> None:
     porous = [material for material in known if is_porous(material)]
     others = [material for material in known if material not in porous]
     for tree in own_trees(porous) - own_trees(others):
-        for node in [n for n in tree.nodes if n.bl_idname in _MATTE and MARK not in n]:
-            colour = node.inputs[_MATTE[node.bl_idname]]
+        for node, row in [(n, row_of(n)) for n in tree.nodes if MARK not in n]:
+            if row is None or not row.porous:
+                continue
+            colour = node.inputs[row.colour]
             if colour.enabled and not has_inserted(colour):
                 put_before(tree, colour, new_node(tree, uplift.WET))

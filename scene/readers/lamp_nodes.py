@@ -14,11 +14,13 @@ from ...uw_spectral.lamps.emission import colour_of_blackbody
 from ...uw_spectral.lamps.ies import Photometry, parse_ies, read_ies
 from ..materials import socket_rules
 from ..materials.sampled_sockets import EVERYWHERE, SampledSockets
-from ..materials.shader_nodes import ADD, MIX
+from ..materials.shader_nodes import ShaderNode
+from ..materials.shader_walk import Closure, ShaderWalk
 from ..materials.surface_points import Array, SurfacePoints
 
 WATTS_PER_CANDELA = 0.0706650768394
 """Blender's value of an IES texture per candela: 4π over 177.83 lm/W."""
+_WHITE = Closure(emission=1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +48,8 @@ def nodes_of(light: bpy.types.Light) -> LampNodes:
     if output is None:
         return LampNodes(np.zeros(3))
     found = _LampSockets(SurfacePoints(), light=light)
-    (factor,) = found.shader(output.inputs["Surface"])
+    emission = _LampWalk(found).closure(output.inputs["Surface"]).emission
+    factor = np.broadcast_to(emission, (1, 3))[0]
     return LampNodes(factor, found.photometry, tuple(sorted(found.unknown)))
 
 
@@ -57,29 +60,7 @@ class _LampSockets(SampledSockets):
     light: bpy.types.Light = field(kw_only=True)
     photometry: Photometry | None = None
 
-    def shader(self, socket: bpy.types.NodeSocket) -> Array:
-        """Light that arrives at a shader's input, shape (1, 3)."""
-        output = socket_rules.source(socket)
-        if output is None:
-            return np.zeros((1, 3))
-        node = output.node
-        if output.type != "SHADER":  # Blender takes it for an Emission
-            return np.broadcast_to(self._output(output), (1, 3))
-        if node.bl_idname == "ShaderNodeEmission":
-            return self.of(node.inputs["Color"]) * self.of(node.inputs["Strength"])
-        if node.bl_idname not in (ADD, MIX):
-            return self._unknown(node)
-        one, other = (
-            self._apart(functools.partial(self.shader, i))
-            for i in node.inputs
-            if i.type == "SHADER"
-        )
-        if node.bl_idname == ADD:
-            return one + other
-        fraction = self._apart(functools.partial(self.of, node.inputs[0]))
-        return one + np.clip(fraction, *socket_rules.limits(node.inputs[0])) * (other - one)
-
-    def _output(self, output: bpy.types.NodeSocket) -> Array:
+    def output(self, output: bpy.types.NodeSocket) -> Array:
         node = output.node
         kind, inputs = node.bl_idname, node.inputs
         if kind == "ShaderNodeBlackbody" and not inputs[0].is_linked:
@@ -94,8 +75,8 @@ class _LampSockets(SampledSockets):
             return self.of(inputs["Strength"]) * (highest * WATTS_PER_CANDELA)
         if kind not in EVERYWHERE:
             return self._unknown(node)
-        find = functools.partial(super()._output, output)
-        return find() if self._multiplies(node) else self._apart(find)
+        find = functools.partial(super().output, output)
+        return find() if self._multiplies(node) else self.apart(find, np.ones((1, 3)))
 
     def _multiplies(self, node: bpy.types.Node) -> bool:
         """Whether a node does nothing but multiply, as an IES texture may be."""
@@ -107,13 +88,13 @@ class _LampSockets(SampledSockets):
         fraction = next(i for i in node.inputs if not i.is_unavailable)
         return node.blend_type == "MULTIPLY" and not clamps and bool(self.of(fraction) == 1.0)
 
-    def _apart(self, find: Callable[[], Array]) -> Array:
+    def apart[Found](self, find: Callable[[], Found], otherwise: Found) -> Found:
         """Find a part of the light, which an IES texture cannot shape by itself."""
         before, self.photometry = self.photometry, None
         found = find()
         if self.photometry is not None:
             self.unknown.add("IES Texture")
-            found = np.ones((1, 3))
+            found = otherwise
         self.photometry = before
         return found
 
@@ -126,3 +107,34 @@ class _LampSockets(SampledSockets):
     def _unknown(self, node: bpy.types.Node) -> Array:
         self.unknown.add(node.bl_label)
         return np.ones((1, 3))
+
+
+@dataclass
+class _LampWalk(ShaderWalk):
+    """Light of the shaders of a lamp, of which only Emission is known."""
+
+    sockets: _LampSockets
+
+    def value(self, socket: bpy.types.NodeSocket) -> Array:
+        found = self.sockets.apart(lambda: self.sockets.of(socket), np.ones((1, 3)))
+        return np.clip(found, *socket_rules.limits(socket))
+
+    def group(self, node: bpy.types.Node, output: bpy.types.NodeSocket) -> Closure:
+        del output
+        return self.unknown(node)
+
+    def part(self, socket: bpy.types.NodeSocket) -> Closure:
+        return self.sockets.apart(lambda: self.closure(socket), _WHITE)
+
+    def bare(self, output: bpy.types.NodeSocket) -> Closure:
+        return Closure(emission=self.sockets.output(output))
+
+    def unknown(self, node: bpy.types.Node) -> Closure:
+        self.sockets.unknown.add(node.bl_label)
+        return _WHITE
+
+    def of(self, node: bpy.types.Node, row: ShaderNode) -> Closure:
+        return self.unknown(node) if row.colour else super().of(node, row)
+
+    def glow(self, colour: bpy.types.NodeSocket, strength: bpy.types.NodeSocket) -> Closure:
+        return Closure(emission=self.sockets.of(colour) * self.sockets.of(strength))

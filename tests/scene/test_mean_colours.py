@@ -203,3 +203,16 @@ def test_a_guess_that_changes_nothing_is_not_said():
     assert mean_colours.mean_surface(material).unknown == ()
     other.default_value = (0.8, 0.4, 0.4, 1.0)
     assert mean_colours.mean_surface(material).unknown == ("Magic Texture",)
+
+
+@pytest.mark.parametrize(("metallic", "coverage", "colour"), [(0.0, 0.4, 0.0), (1.0, 1.0, 0.36)])
+def test_metals_let_nothing_through_and_faces_the_root_of_their_colour(metallic, coverage, colour):
+    """A body has two faces: both together leave the colour."""
+    material = bpy.data.materials.new("pane")
+    inputs = material.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Base Color"].default_value = (0.36, 0.36, 0.36, 1.0)
+    inputs["Transmission Weight"].default_value = 1.0
+    inputs["Metallic"].default_value = metallic
+    found = mean_colours.mean_surface(material)
+    assert found.coverage == pytest.approx(coverage)
+    assert found.colour == pytest.approx((colour,) * 3)
