@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from typing import Any, Self, override
 
 import bpy
+import numpy as np
 
 from ...node_groups import realtime_adjacency, realtime_occlusion
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
+from ...uw_spectral.occlusion.unoccluded_field import AXES
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from ...uw_spectral.transfer.pixel_parts import COLOURS
@@ -23,6 +25,8 @@ from ..water.scene_frame import SceneFrame
 from ..water.term import Term
 from . import scene_occlusion as occlusion
 
+_IN_ROOM = 0.35  # of the light of open water
+
 
 @dataclass(frozen=True, eq=False)
 class OcclusionTerm(Term):
@@ -31,14 +35,17 @@ class OcclusionTerm(Term):
     table: OcclusionTable  #: What they keep away and throw back.
     low_stream_field: SolvedField  #: Of :class:`.OcclusionSpectrum`.
     buffer: VisibilityBuffer | None = None  #: What of the camera's view they fill.
+    in_room: bool = False  #: Whether little light reaches the camera's place.
 
     @classmethod
     @override
     def read(cls, frame: SceneFrame) -> Self | None:
         if not occlusion.has_occlusion(frame.scene, frame.plan):
             return None
+        table = occlusion.table(frame)
+        light = table.on_patches(np.tile(frame.eye.place, (len(AXES), 1)), AXES)[:, 0].mean()
         return cls(
-            occlusion.table(frame), occlusion.low_stream_field(frame), occlusion.buffer(frame)
+            table, occlusion.low_stream_field(frame), occlusion.buffer(frame), light < _IN_ROOM
         )
 
     @override
@@ -62,6 +69,10 @@ class OcclusionTerm(Term):
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_occlusion.write_table(marks.part(scene, realtime_occlusion.PART), self.table)
+        for item in marks.objects(scene):
+            if item.get(marks.IS_SUN):
+                # A filtered shadow lets sun in where walls meet, its only light in a dark room.
+                item.data.shadow_filter_radius = 0.0 if self.in_room else 1.0
         if self.buffer is not None:
             self.write_adjacency(scene, water, self.buffer)
 
