@@ -14,7 +14,7 @@ import numpy as np
 from ..uw_spectral.water.inelastic_processes import raman_coefficient
 from ..uw_spectral.water.phase_functions import FournierForand
 from ..validation import caustic_causes as causes
-from ..validation import constituent_seas, ecolight, raman_at_sea, tyler
+from ..validation import constituent_seas, ecolight, hydrolight, raman_at_sea, tyler
 from ..validation import measured_waters as waters
 from ..validation.canonical_problems import PROBLEMS, canonical_field, canonical_values, closed_form
 from . import planted_errors
@@ -122,7 +122,15 @@ def _ecolight(rows: Rows) -> Mapping[str, Any]:
         "EcoLight 6.0.1", worst, "its directions are 10° wide", MET,
     ))  # fmt: skip
     heads = ("quantity", "median", "median of the amount", "95 %", "worst")
-    return {"ecolight": table(heads, lines)}
+    leaving = hydrolight.differences()
+    extremes = [f"{100 * off.min():+.1f} to {100 * off.max():+.1f}" for off in leaving.values()]
+    rows.append((
+        "reflectance of 16 waters, deep or over a floor, under a sky; under a sun",
+        "HydroLight 4.2", "; ".join(f"{x} %" for x in extremes), "± 2 %",
+        MET if all(np.abs(off).max() <= 0.02 for off in leaving.values()) else MISSED,
+    ))  # fmt: skip
+    sky, sun = extremes
+    return {"ecolight": table(heads, lines), "under_sky": sky, "under_sun": sun}
 
 
 def _waters(rows: Rows) -> Mapping[str, Any]:
@@ -348,6 +356,11 @@ CIE), and that theirs is an average over directions 10° wide. The largest are o
 2 m.
 
 {ecolight}
+
+HydroLight 4.2, remote-sensing reflectance at the nadir of 16 waters
+(`validation/hydrolight.csv`; b/c of .1 to .9, deep or over a floor of .2 at 2 m, flat surface, same
+phase function): {under_sky} % off under a uniform sky, {under_sun} % under a sun at 30°; its middle direction
+is 10° wide.
 
 ## Kd and b against measurement
 a and b are the points of Williamson & Hollins (2022), means over 5 to 34 campaigns, Kd is Jerlov's

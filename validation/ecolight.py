@@ -30,9 +30,9 @@ _STREAMS = 32
 Row = Mapping[str, float]
 
 
-def published() -> list[Row]:
+def published(path: Path = _FILE) -> list[Row]:
     """Return what EcoLight was given and printed, a row per water and wavelength."""
-    with _FILE.open(encoding="utf-8") as file:
+    with path.open(encoding="utf-8") as file:
         lines = (line for line in file if not line.startswith("#"))
         return [{name: float(x) for name, x in row.items()} for row in csv.DictReader(lines)]
 

@@ -19,7 +19,13 @@ from underwater_spectral.uw_spectral.water.phase_functions import (
     PetzoldAverage,
     Rayleigh,
 )
-from underwater_spectral.validation import constituent_seas, ecolight, raman_at_sea, tyler
+from underwater_spectral.validation import (
+    constituent_seas,
+    ecolight,
+    hydrolight,
+    raman_at_sea,
+    tyler,
+)
 from underwater_spectral.validation import measured_waters as waters
 from underwater_spectral.validation.canonical_problems import (
     PROBLEMS,
@@ -87,6 +93,13 @@ def test_light_is_that_of_ecolight():
     for planted in ({"a_factor": 1.1}, {"b_factor": 1.1}):
         wrong = ecolight.differences(**planted)
         assert any(np.median(np.abs(wrong[name])) > bound for name, bound in ECOLIGHT.items())
+
+
+def test_light_that_leaves_water_is_that_of_hydrolight():
+    """Within 2 % (its middle direction is wide); a tenth of absorption or scattering is seen."""
+    assert max(np.abs(off).max() for off in hydrolight.differences().values()) < 0.02
+    for planted in ({"a_factor": 1.1}, {"b_factor": 1.1}):
+        assert min(np.abs(off).max() for off in hydrolight.differences(**planted).values()) > 0.05
 
 
 def test_raman_light_of_the_canonical_problem():
