@@ -126,7 +126,7 @@ def _spread(
     pictures = np.concatenate([covered[None], L])
     blocked, adjacency = np.zeros_like(L), np.zeros_like(L)
     for part, phase in zip(light.parts, light.components, strict=True):
-        of_buffer, *of_light = spread(pictures, phase, buffer.view)
+        of_buffer, *of_light = spread(pictures, phase, float(buffer.view.per_unit))
         blocked += part[:, None, None] * of_buffer
         adjacency += part[:, None, None] * np.stack(of_light)
     return blocked, adjacency / np.maximum(blocked, _LEAST)

@@ -27,17 +27,22 @@ from .visibility_buffer import VisibilityBuffer
 
 _ANGLES, _STEPS = 1500, 200
 _FINE = 5  # parts along a texel in which the kernel is added up
-_TWICE = (2 * SIZE, 2 * SIZE)  # so that nothing comes round the sides
+_TWICE = (2 * SIZE, 2 * SIZE)
 _BRIGHT = 1.5  # standard deviations up to which a cloud is bright
 _PLACES, _NEAREST = 16, 0.02  # m
 _NEAR = 6  # texels from its middle that it is done in
 
 
-def spread(pictures: Array, phase: PhaseFunction, view: ViewMap) -> Array:
-    """Pictures (..., SIZE, SIZE) as scattering forward spreads them: K * picture."""
-    kernel = _kernel(phase, float(view.per_unit))
-    found = np.fft.irfft2(np.fft.rfft2(pictures, _TWICE) * kernel, _TWICE)
-    return found[..., :SIZE, :SIZE]
+def spread(pictures: Array, phase: PhaseFunction, per_unit: float) -> Array:
+    """Pictures (..., h, w) as scattering forward spreads them: K * picture.
+
+    ``per_unit`` is their resolution, pixels in a unit of 2 sin(φ/2).
+    """
+    height, width = pictures.shape[-2:]
+    twice = 2 * height, 2 * width  # so that nothing comes round the sides
+    kernel = _kernel(phase, per_unit, twice)
+    found = np.fft.irfft2(np.fft.rfft2(pictures, twice) * kernel, twice)
+    return found[..., :height, :width]
 
 
 def at_middle(phase: PhaseFunction, view: ViewMap) -> float:
@@ -61,7 +66,8 @@ def blocked_along(
     column, row = buffer.view.place([*(np.asarray(buffer.view.centre) + ways).T])
     at = np.rint(row).astype(np.intp), np.rint(column).astype(np.intp)
     pictures = np.stack([buffer.covered, buffer.with_floor])
-    each = [spread(pictures, part, buffer.view)[:, *at] for part in components]
+    per_unit = float(buffer.view.per_unit)
+    each = [spread(pictures, part, per_unit)[:, *at] for part in components]
     fractions = np.stack([np.where(on_floor, floor, surfaces) for surfaces, floor in each], axis=1)
     return np.clip(fractions @ parts, 0.0, 1.0)
 
@@ -104,11 +110,13 @@ def fraction_on_path(phase: PhaseFunction, tangent: Array) -> Array:
 
 @functools.lru_cache(maxsize=16)
 def _middle(phase: PhaseFunction, per_unit: float) -> float:
-    return float(np.fft.irfft2(_kernel(phase, per_unit), _TWICE)[0, 0])
+    return float(np.fft.irfft2(_kernel(phase, per_unit, _TWICE), _TWICE)[0, 0])
 
 
 @functools.lru_cache(maxsize=16)
-def _kernel(phase: PhaseFunction, per_unit: float) -> NDArray[np.complex128]:
+def _kernel(
+    phase: PhaseFunction, per_unit: float, shape: tuple[int, int]
+) -> NDArray[np.complex128]:
     """Fourier transform of K times the texel's solid angle, for texels about the middle."""
     angle = np.concatenate([[0.0], np.geomspace(1e-4, math.pi / 2 - 1e-4, _ANGLES)])
     total = fraction_on_path(phase, np.tan(angle))
@@ -124,8 +132,8 @@ def _kernel(phase: PhaseFunction, per_unit: float) -> NDArray[np.complex128]:
         area = math.pi * ((radius + step) ** 2 - low**2)
         return (within(radius + step) - within(low)) / area
 
-    offset = np.fft.fftfreq(2 * SIZE, 1.0 / (2 * SIZE))
-    radius = np.hypot(offset[:, None], offset)
+    down, across = (np.fft.fftfreq(side, 1.0 / side) for side in shape)
+    radius = np.hypot(down[:, None], across)
     kernel = per_texel(radius)
     near = np.arange(-_NEAR, _NEAR + 1)
     parts = (np.arange(_FINE) + 0.5) / _FINE - 0.5

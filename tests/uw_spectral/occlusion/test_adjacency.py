@@ -99,7 +99,7 @@ def test_at_an_edge_both_sides_bring_what_the_other_sends(water):
     halves[0, :, edge:], halves[1] = 1.0, 1.0
     fraction, all_of_it = np.sum(
         [
-            part * spread(halves, phase, buffer.view)[:, row, edge - 1, None]
+            part * spread(halves, phase, float(buffer.view.per_unit))[:, row, edge - 1, None]
             for part, phase in zip(projected.parts, projected.components, strict=True)
         ],
         axis=0,
