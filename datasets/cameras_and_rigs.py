@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.housing import find_glass
 from ..uw_spectral.housing.description import NONE
-from ..uw_spectral.lamps.emission import LUMENS, UNITS, parse_emission
+from ..uw_spectral.lamps import IsotropicProfile, Lamp, SpotProfile, radiant_intensity
+from ..uw_spectral.lamps.emission import CANDELAS, LUMENS, SPHERE, UNITS, WATTS, parse_emission
+from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
+from ..uw_spectral.spectra.illuminant import RELATIVE, full_sun
 from ..uw_spectral.spectra.sensor import parse_sensor
+from .axes import Array
 from .camera import PinholeCamera
 from .tables import SpecTable, in_folder
 
+LAMP_RADIUS = 0.03
+"""Of a lamp of a rig, m."""
+LAMP_BLEND = 0.35
+"""Of a spot's cone."""
 _PORT_NUMBERS = (
     *("port_distance", "port_thickness", "port_tilt", "port_tilt_towards"),
     *("dome_radius", "dome_forward", "salinity", "temperature"),
@@ -136,3 +147,23 @@ def read_rig(table: SpecTable, folder: Path) -> CameraRig:
         lamp.close()
     table.close()
     return CameraRig(name, tuple(lamps))
+
+
+def rig_lamps(rig: CameraRig, camera_to_world: Array, bands: Bands, unit: str) -> tuple[Lamp, ...]:
+    """Return the lamps of a rig at a camera in Blender's axes, (4, 4), in the world.
+
+    ``unit`` is that of the irradiance that the scene is lit with (:attr:`.Illuminant.unit`).
+    """
+    turn, place = camera_to_world[:3, :3], camera_to_world[:3, 3]
+    found = []
+    for lamp in rig.lamps:
+        size = math.radians(lamp.size)
+        profile = SpotProfile(size, LAMP_BLEND) if size else IsotropicProfile()
+        spread = {WATTS: SPHERE, CANDELAS: 1.0}.get(lamp.unit, float(profile.solid_angle))
+        shape = parse_emission(lamp.emission)
+        intensity = radiant_intensity(shape, lamp.power, bands, lamp.unit, spread)
+        intensity = intensity / full_sun() if unit == RELATIVE else intensity
+        axis = turn @ (np.array(lamp.axis) / np.linalg.norm(lamp.axis))
+        position = tuple((place + turn @ lamp.position).tolist())
+        found.append(Lamp(position, tuple(axis.tolist()), intensity, profile, LAMP_RADIUS))
+    return tuple(found)

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
+from ..datasets.cameras_and_rigs import LAMP_BLEND, LAMP_RADIUS
 from ..scene.animation import curves_of
 from ..scene.readers.pinhole import set_pinhole
 from ..scene.stored_lamps import PROPERTY
@@ -20,8 +21,6 @@ from . import job_files
 from .stage import Place, Stage, StageCamera, StageLamp
 
 _NEAR, _FAR = 1e-3, 1e4  # m
-_RADIUS = 0.03  # m, of a lamp
-_BLEND = 0.35
 
 
 @contextlib.contextmanager
@@ -190,8 +189,8 @@ def _lamp(scene: bpy.types.Scene, camera: bpy.types.Object, number: int, lamp: S
         )
     light = bpy.data.lights.new(f"{camera.name} lamp {number}", "SPOT" if lamp.size else "POINT")
     if light.type == "SPOT":
-        light.spot_size, light.spot_blend = math.radians(lamp.size), _BLEND
-    light.energy, light.shadow_soft_size = lamp.power, _RADIUS
+        light.spot_size, light.spot_blend = math.radians(lamp.size), LAMP_BLEND
+    light.energy, light.shadow_soft_size = lamp.power, LAMP_RADIUS
     chosen = getattr(light, PROPERTY)
     chosen.spectrum, chosen.unit = lamp.emission, lamp.unit
     item = bpy.data.objects.new(light.name, light)
