@@ -115,6 +115,9 @@ def test_the_wheel_is_described_in_one_place(wheel):
     assert found["Requires-Python"] == ">=3.11"
     assert not any("bpy" in need for need in found.get_all("Requires-Dist"))
     assert any(n.endswith("/licenses/LICENSE") for n in archive.namelist())
+    (name,) = (n for n in archive.namelist() if n.endswith("/entry_points.txt"))
+    command = "uw-spectral = underwater_spectral.datasets.command_line:main"
+    assert command in archive.read(name).decode().splitlines()
 
 
 def test_the_wheel_works_without_blender(unpacked, tmp_path):

@@ -288,6 +288,11 @@ def srgb_encode(rgb: ArrayLike) -> NDArray[np.float64]:
     )
 
 
+def srgb_decode(codes: ArrayLike) -> NDArray[np.float64]:
+    """Linear Rec.709 of sRGB values from 0 to 1."""
+    return np.asarray(colour_science().cctf_decoding(codes, function="sRGB"), dtype=np.float64)
+
+
 def delta_e_CIE2000_images(rgb: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
     """ΔE2000 per pixel of two scene-linear Rec.709 images, white at (1, 1, 1)."""
     return np.asarray(

@@ -1,0 +1,384 @@
+"""Water applied to pictures with depth that others made: one in memory, or a set on disk."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..uw_spectral.detector import capture
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.imaging.applied_water import applied_water
+from ..uw_spectral.imaging.description import Description, SurfaceDescription
+from ..uw_spectral.imaging.layer_sums import transmittance_ratio
+from ..uw_spectral.imaging.layers import layer
+from ..uw_spectral.imaging.optics import resolve
+from ..uw_spectral.imaging.ray_tables import RayTables, SeenComponents, ray_tables
+from ..uw_spectral.spectra.colour_rendering import srgb_encode
+from ..uw_spectral.spectra.spectral_image import write_codes, write_jpeg, write_rgb_exr
+from .camera import PinholeCamera
+from .cameras_and_rigs import CameraRig, rig_lamps
+from .depth_maps import RANGE, planar_depth
+from .files import make_folder, write_json
+from .layer_file import SENSOR, FrameLayers, LayerImage, write_layers
+from .outputs import RawOutputs
+from .pose_sets import heading_pose
+from .rgb_files import linear_codes, read_rgb
+from .rgbd_layouts import LAYOUTS, Intrinsics, RgbdPair, at_size, camera_from, filled, read_depth
+from .truth import image_truth, write_truth
+from .view import DataSetView
+
+Array = NDArray[np.float64]
+OPEN, FILL = "open", "fill"
+INVALID = (OPEN, FILL)
+"""What pixels without depth are: open water, or surfaces as far as those around."""
+FILES = ("png", "jpg", "exr")
+FLAT = SurfaceDescription("flat")
+STAMP = "apply.json"
+_TYPICAL, _LOOKED_AT = (0.02, 5000.0), 20_000  # m, of the median of so many pixels
+_HEADING = 90.0  # along +y
+_ROWS = 32  # of a picture that are done together, which stay in the processor's cache
+_CODES = 1 << 14
+_LAYERS = ("I", "J", "D", "B", "F", "T", "range", "planar_depth")
+
+
+@dataclass(frozen=True)
+class AppliedSettings:
+    """What is applied to pictures."""
+
+    description: Description = field(default_factory=lambda: Description(surface=FLAT))
+    depth: float = 5.0  #: Of the camera, m.
+    pitch: float = 0.0  #: Degrees above the horizon that it looks; it looks along +y of the world.
+    #: Reflectance of what is white in the pictures, which are under a white light of that exposure.
+    white: float = 1.0
+    linear: bool = False  #: Whether codes are linear, not sRGB; those of EXR are.
+    invalid: str = OPEN  #: One of :data:`INVALID`.
+    blur: bool = False  #: Whether light of the objects in view is scattered forward.
+    rig: CameraRig | None = None  #: Lamps at the camera.
+    iso: float | None = None  #: Of a detector with its noise; None is without.
+
+    def __post_init__(self) -> None:
+        if self.invalid not in INVALID:
+            raise InputError(f"pixels without depth are {' or '.join(INVALID)}, not {self.invalid}")
+        if not 0 < self.white < math.inf or not -90 <= self.pitch <= 90:
+            raise InputError(
+                f"give a reflectance of white above 0 and a pitch of -90 to 90°, not "
+                f"{self.white:g} and {self.pitch:g}°"
+            )
+
+
+class PictureFilter:
+    """Puts water before pictures; what does not depend on them is computed once a camera.
+
+    What a picture has above the surface or below the floor is lit as what is at them; the water on
+    the way to it goes on.
+
+    Raises
+    ------
+    InputError
+        If the water is unknown, the camera not in it, or its sensor not of three channels.
+    """
+
+    def __init__(self, settings: AppliedSettings) -> None:
+        self.settings, self.optics = settings, resolve(settings.description)
+        self.pose = heading_pose((0.0, 0.0, -settings.depth), _HEADING, settings.pitch)
+        rig = settings.rig
+        self.lamps = () if rig is None else rig_lamps(
+            rig, self.pose, self.optics.bands, self.optics.illuminant.unit
+        )  # fmt: skip
+        self.water = applied_water(self.optics, settings.depth, self.lamps)
+        self.tables = functools.lru_cache(maxsize=2)(self._tables)
+        self.truth = functools.lru_cache(maxsize=2)(self._truth)
+
+    def picture(
+        self, rgb: ArrayLike, depth: ArrayLike, camera: PinholeCamera, *, seed: int = 0
+    ) -> NDArray[np.float32]:
+        """Return a picture in the water, linear Rec.709 (h, w, 3).
+
+        Parameters
+        ----------
+        rgb : array_like, shape (h, w, 3)
+            8 or 16-bit codes, or linear Rec.709.
+        depth : array_like, shape (h, w)
+            Planar depth, m; where it is 0 or not finite there is none.
+        seed : int
+            Of the detector's noise.
+
+        Raises
+        ------
+        InputError
+            If sizes differ, or a number is not finite or negative.
+        """
+        colours = self.colours(np.asarray(rgb), "the picture")
+        distances = self.distances(np.asarray(depth), camera, "the depth")
+        return np.moveaxis(self.developed(colours, distances, camera, seed), 0, -1)
+
+    def colours(self, rgb: NDArray[Any], where: str) -> NDArray[np.float32]:
+        """Reflectances of a picture's codes or linear values, (3, h, w)."""
+        if rgb.ndim != 3 or rgb.shape[2] != 3:
+            raise InputError(f"{where}: three channels are needed, got shape {rgb.shape}")
+        if np.issubdtype(rgb.dtype, np.floating):
+            found = np.ascontiguousarray(np.moveaxis(rgb, -1, 0), np.float32)
+            bad = ~(np.isfinite(found) & (found >= 0)).all(axis=0)
+            if bad.any():
+                row, column = np.argwhere(bad)[0]
+                raise InputError(
+                    f"{where}: {int(bad.sum())} pixels are negative or not finite, the first in "
+                    f"row {row}, column {column}; mend them, or give 8-bit pictures"
+                )
+            return found * np.float32(self.settings.white)
+        codes = linear_codes(rgb.dtype, linear=self.settings.linear)
+        table = codes * np.float32(self.settings.white)
+        return np.stack([table.take(rgb[..., k], mode="clip") for k in range(3)])
+
+    def distances(
+        self, depth: NDArray[Any], camera: PinholeCamera, where: str, *, ranges: bool = False
+    ) -> NDArray[np.float32]:
+        """Distances of planar depth (or of ranges), infinite where there is none, (h, w)."""
+        size = camera.height, camera.width
+        if depth.shape != size:
+            raise InputError(
+                f"{where} has {depth.shape[::-1]} pixels, the picture {size[::-1]}; give depth of "
+                "the picture's size, of the same view"
+            )
+        known = np.where(np.isfinite(depth) & (depth != 0), depth, np.inf)
+        least = float(known.min())
+        if not 0 < least < math.inf:
+            raise InputError(
+                f"{where} has {'negative values' if least < 0 else 'no pixel with depth'}; give m "
+                "along the camera's axis, 0 or NaN where there is none, or leave the picture out"
+            )
+        some = known.flat[:: 1 + known.size // _LOOKED_AT]
+        some = some[np.isfinite(some)]
+        middle = float(np.median(some)) if some.size else least
+        if not _TYPICAL[0] <= middle <= _TYPICAL[1]:
+            raise InputError(
+                f"{where} has a median of {middle:.3g} m, so its unit is another; give how many "
+                "of its numbers are a metre (--scale, 1000 of mm)"
+            )
+        if self.settings.invalid == FILL:
+            known = filled(known)
+        found = known.astype(np.float32)
+        return found if ranges else found * _secant(camera)
+
+    def developed(
+        self,
+        colours: NDArray[np.float32],
+        P: NDArray[np.float32],
+        camera: PinholeCamera,
+        seed: int = 0,
+        parts: SeenComponents | None = None,
+    ) -> NDArray[np.float32]:
+        """Picture of reflectances at distances, linear Rec.709 (3, h, w)."""
+        tables, chosen = self.tables(camera), self.settings
+        if parts is None and (chosen.blur or self.lamps):
+            parts = tables.components(colours, P, blur=chosen.blur)
+
+        def seen(rows: slice = slice(None)) -> NDArray[np.float32]:
+            if parts is not None:
+                return parts.total(rows)
+            return tables.total(colours[:, rows], P[rows], rows)
+
+        noisy = None if chosen.iso is None else self._noisy(seen(), seed)
+        matrix, found = self.water.to_rec709.astype(np.float32), np.empty_like(colours)
+        for first in range(0, len(P), _ROWS):
+            rows = slice(first, first + _ROWS)
+            channels = seen(rows) if noisy is None else noisy[:, rows]
+            for d, row in enumerate(matrix):
+                mixed = row[0] * channels[0]
+                mixed += row[1] * channels[1]
+                mixed += row[2] * channels[2]
+                found[d, rows] = mixed
+        return found
+
+    def _noisy(self, seen: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
+        """Channels as the detector's counts tell them."""
+        white = np.linalg.solve(self.water.to_rec709, np.ones(3))
+        raw = RawOutputs(white=1.0, iso=self.settings.iso).settings(float(white.max()), seed)
+        detector = raw.detector
+        counts = capture(np.moveaxis(seen, 0, -1), raw) - np.float32(detector.black_level)
+        per_count = raw.saturation / (detector.gain_at(raw.iso) * detector.full_well)
+        return np.moveaxis(counts, -1, 0) * np.float32(per_count)
+
+    def _tables(self, camera: PinholeCamera) -> RayTables:
+        rays = camera.rays() * (1.0, -1.0, -1.0) @ self.pose[:3, :3].T
+        return ray_tables(self.water, rays, camera.fx)
+
+    def _truth(self, camera: PinholeCamera) -> dict[str, Any]:
+        view = DataSetView("", Path(), camera, self.pose)
+        return image_truth(self.optics, view, self.lamps, stops=self.water.view.stops)
+
+
+@dataclass(frozen=True)
+class SetSettings:
+    """How a set on disk is read and written."""
+
+    layout: str = "plain"
+    scale: float | None = None  #: Codes of depth in a metre; that of the layout by default.
+    ranges: bool = False  #: Whether depth is Euclidean range, not planar.
+    #: Of all pictures, instead of those of the layout; or the horizontal field of view, degrees.
+    intrinsics: Intrinsics | None = None
+    field_of_view: float | None = None
+    file: str = "png"  #: One of :data:`FILES`.
+    truth: bool = False  #: Whether layers and image-formation truth are written beside.
+
+
+def apply_to_set(
+    pairs: Sequence[RgbdPair],
+    folder: Path,
+    settings: AppliedSettings,
+    of_set: SetSettings = SetSettings(),
+    progress: Callable[[str], None] = lambda _: None,
+) -> int:
+    """Write pictures with water into a folder, those that are not there; return how many.
+
+    Each appears whole, after its layers and truth. ``progress`` is told each name.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be used, or the folder has pictures of other settings.
+    """
+    stamp = {name: repr(value) for name, value in {**vars(settings), **vars(of_set)}.items()}
+    _check_stamp(folder, stamp)
+    water: PictureFilter | None = None
+    done = 0
+    for pair in pairs:
+        target = folder / "images" / f"{pair.name}.{of_set.file}"
+        if target.exists():
+            continue
+        water = water or PictureFilter(settings)
+        colours, P, camera = _read(water, pair, of_set)
+        if not target.parent.is_dir():  # nothing was wrong so far
+            write_json(make_folder(folder) / STAMP, stamp)
+            make_folder(target.parent)
+        parts = None
+        if of_set.truth:
+            parts = water.tables(camera).components(colours, P, blur=settings.blur)
+            _write_truth(water, pair.name, parts, P, camera, folder)
+        seed = int.from_bytes(hashlib.sha256(pair.name.encode()).digest()[:4], "big")
+        write_picture(target, water.developed(colours, P, camera, seed, parts))
+        done += 1
+        progress(pair.name)
+    return done
+
+
+def _check_stamp(folder: Path, wanted: dict[str, str]) -> None:
+    """Refuse a folder with pictures of other settings."""
+    if not (folder / "images").is_dir():
+        return
+    path = folder / STAMP
+    try:
+        there = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot read {path}: {error}; take another folder") from error
+    other = [name for name, value in wanted.items() if there.get(name) != value]
+    if other:
+        raise InputError(
+            f"{folder} has pictures of other settings ({', '.join(other)}); take another folder, "
+            "or the same settings"
+        )
+
+
+def _read(
+    water: PictureFilter, pair: RgbdPair, of_set: SetSettings
+) -> tuple[NDArray[np.float32], NDArray[np.float32], PinholeCamera]:
+    """Reflectances and distances of a pair, and the camera that took it."""
+    rgb = read_rgb(pair.picture)
+    height, width = rgb.shape[:2]
+    camera, layout = _camera(pair, width, height, of_set), LAYOUTS[of_set.layout]
+    depth, kind = read_depth(pair.depth, of_set.scale, layout.scale)
+    if layout.resampled and depth.shape != (height, width):
+        depth = at_size(depth, height, width)
+    ranges = kind == RANGE if kind else of_set.ranges
+    colours = water.colours(rgb, str(pair.picture))
+    return colours, water.distances(depth, camera, str(pair.depth), ranges=ranges), camera
+
+
+def _camera(pair: RgbdPair, width: int, height: int, of_set: SetSettings) -> PinholeCamera:
+    if of_set.field_of_view is not None:
+        return PinholeCamera.from_field_of_view(width, height, of_set.field_of_view)
+    if of_set.intrinsics is not None:
+        return camera_from(of_set.intrinsics, width, height)
+    if pair.intrinsics is None:
+        raise InputError(
+            f"{pair.picture}: the layout {of_set.layout} does not say what took it; give the field "
+            "of view (--fov DEGREES), or --intrinsics FX,FY,CX,CY in pixels"
+        )
+    if pair.size not in (None, (width, height)):
+        raise InputError(
+            f"{pair.picture} has {width} × {height} pixels, the calibration of its set is for "
+            f"{pair.size}; give --intrinsics FX,FY,CX,CY of these pictures"
+        )
+    return camera_from(pair.intrinsics, width, height)
+
+
+def _write_truth(
+    water: PictureFilter,
+    name: str,
+    parts: SeenComponents,
+    P: NDArray[np.float32],
+    camera: PinholeCamera,
+    folder: Path,
+) -> None:
+    truth = {**water.truth(camera), "view": name}
+    values = {
+        **{part.name: getattr(parts, part.name) for part in dataclasses.fields(parts)},
+        "I": parts.D + parts.B + parts.F,
+        "T": transmittance_ratio(parts.D, parts.J),
+        "range": P[..., None],
+        "planar_depth": planar_depth(P, camera)[..., None],
+    }
+    images = {}
+    for known in map(layer, _LAYERS):
+        channels = known.channels if known.is_map else SENSOR
+        images[known.name] = LayerImage(
+            values[known.name], channels, known.units, known.text, known.whole
+        )
+    taken = {**truth["camera"], "distortion": truth["camera"]["distortion"]["coefficients"]}
+    header = {"camera": taken, "sensor": truth["sensor"]["name"],
+              "bands_nm": truth["bands"]["centres_nm"]}  # fmt: skip
+    write_layers(make_folder(folder / "layers") / f"{name}.exr", FrameLayers(images, header))
+    write_truth(make_folder(folder / "truth") / f"{name}.json", truth)
+
+
+def write_picture(path: Path, linear: NDArray[np.float32]) -> None:
+    """Write linear Rec.709, (3, h, w), as its suffix says: sRGB of 8 bits, or linear EXR."""
+    if path.suffix == ".exr":
+        write_rgb_exr(path, np.moveaxis(linear, 0, -1))
+    elif path.suffix == ".jpg":
+        write_jpeg(path, np.moveaxis(linear, 0, -1))
+    else:
+        write_codes(path, srgb_codes(linear), {"oiio:ColorSpace": "srgb_rec709_scene"})
+
+
+def srgb_codes(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """8-bit sRGB codes (h, w, 3) of linear Rec.709 (3, h, w)."""
+    codes, (_, height, width) = _table_of_codes(), linear.shape
+    found = np.empty((height, width, 3), np.uint8)
+    for first in range(0, height, _ROWS):
+        rows = slice(first, first + _ROWS)
+        for k, channel in enumerate(linear[:, rows]):
+            place = np.clip(channel, 0.0, 1.0) * np.float32(_CODES - 1) + np.float32(0.5)
+            found[rows, :, k] = codes.take(place.astype(np.int32), mode="clip")
+    return found
+
+
+@functools.cache
+def _table_of_codes() -> NDArray[np.uint8]:
+    return np.round(srgb_encode(np.linspace(0.0, 1.0, _CODES)) * 255).astype(np.uint8)
+
+
+@functools.lru_cache(maxsize=2)
+def _secant(camera: PinholeCamera) -> NDArray[np.float32]:
+    """Euclidean range over planar depth."""
+    return (1.0 / camera.rays()[..., 2]).astype(np.float32)
