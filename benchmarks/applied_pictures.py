@@ -29,7 +29,7 @@ from .runner import Ask, Page, Target, table
 SIZE, FIELD, DEPTH, FLOOR = (160, 90), 70.0, 5.0, 7.5
 PITCH = -10.0
 _SUN_IN_WATER = math.asin(math.sin(math.radians(30.0)) / 1.34)
-_SAMPLES, _DRY_SAMPLES, _REPEATED, _BLOCK = 128, 64, 5, 3
+_SAMPLES, _DRY_SAMPLES, _REPEATED, _BLOCK = 128, 64, 3, 5
 _NEAR, _FAR = 1.0, 12.0  # m, of the floor of pictures that are timed
 _FULL_HD = PinholeCamera.from_field_of_view(1920, 1080, FIELD)
 _RIG = CameraRig(
@@ -214,7 +214,7 @@ PAGE = Page(
 `uw-spectral apply`, or `PictureFilter`, is given a dry picture and its depth: 160 × 90, Cycles,
 under a white sun and sky, in which white that faces upwards is 1. The same scenes are rendered in
 the water, by EEVEE in real time and by Cycles ({samples} samples, 3 bands). Camera at 5 m, 10°
-down, floor at 7.5 m, flat surface, clear sky, sun at 30°. ΔE2000 of blocks of 3 × 3 pixels; *dry*:
+down, floor at 7.5 m, flat surface, clear sky, sun at 30°. ΔE2000 of blocks of 5 × 5 pixels; *dry*:
 of the picture without water.
 
 {rows}
