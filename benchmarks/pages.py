@@ -97,6 +97,11 @@ PAGES = (
             "tests/scene/test_data_sets.py",
         ),
     ),
+    Row(
+        "applied_pictures",
+        "in the open met against EEVEE, missed against Cycles",
+        "applied_pictures",
+    ),
     Row("auto_choice", "Auto keeps its target", "auto_choice"),
     Row("optimised_bands", "half the bands or less in deep water", "optimised_bands"),
     Row("colorchecker", "met with many", "colorchecker_bands"),
