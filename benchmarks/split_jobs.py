@@ -26,8 +26,10 @@ from ..jobs import command_line, planning, work
 from ..jobs.frame_plans import FramePlans
 from ..jobs.manifest import Manifest
 from ..jobs.manifest_files import read_manifest, write_manifest
+from ..jobs.tasks import Part
 from ..scene import stored_settings
 from ..scene.engines import cycles_settings, engines, exr_output
+from ..scene.water.water_body import WaterExtent
 from ..settings.render_plan import make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import DataWarning
@@ -149,7 +151,7 @@ def _wet(
 ) -> Iterator[None]:
     plan = make_plan(chosen)
     with engines.cycles_bands(
-        scene, scene.camera, plan, planning.extent_of(manifest), seed=0
+        scene, scene.camera, plan, WaterExtent(*manifest.output.extent), seed=0
     ) as engine:
         for view in manifest.views:
             scene.frame_set(view.frame)
@@ -161,7 +163,7 @@ def _wet(
 
 def _worker(scene: bpy.types.Scene, manifest: Manifest) -> Iterator[object]:
     return work.render(
-        scene, manifest, work.Part().tasks(manifest), FramePlans(manifest), lambda _: None
+        scene, manifest, Part().tasks(manifest), FramePlans(manifest), lambda _: None
     )
 
 

@@ -25,7 +25,6 @@ from . import (
     job_status,
     render_job,
     same_job,
-    work,
 )
 from .data_set_plan import plan_data_set
 from .manifest import Manifest, View
@@ -33,6 +32,7 @@ from .manifest_files import read_manifest
 from .opening import SceneOpener
 from .picture_files import is_developed
 from .progress import Progress
+from .tasks import Part, Task, done
 
 _DECIDED = ("quality", "target_delta_e", "time_budget")
 _SET = {"sensor", "white_balance", "exposure"}  # by each [[camera]]
@@ -197,14 +197,14 @@ def _develop(index: Index, progress: Progress) -> None:
     """Develop what is rendered and has no pictures yet; what is not rendered may come later."""
     for name in index.jobs:
         manifest = _manifest(index, name)
-        by_view: dict[View, list[work.Task]] = {}
+        by_view: dict[View, list[Task]] = {}
         for task in _tasks(index, name, manifest):
             by_view.setdefault(task.view, []).append(task)
         left = [
             view
             for view, tasks in by_view.items()
             if not is_developed(manifest, view)
-            and all(work.done(manifest, task, thorough=False) for task in tasks)
+            and all(done(manifest, task, thorough=False) for task in tasks)
         ]
         if left:
             same_job.check_programs(manifest)
@@ -217,12 +217,12 @@ def _manifest(index: Index, name: str) -> Manifest:
     return read_manifest(index.manifest(name))
 
 
-def _tasks(index: Index, name: str, manifest: Manifest) -> list[work.Task]:
+def _tasks(index: Index, name: str, manifest: Manifest) -> list[Task]:
     frames = tuple(index.frames(name))
-    return work.Part(frames=frames).tasks(manifest) if frames else []
+    return Part(frames=frames).tasks(manifest) if frames else []
 
 
-def _left(index: Index, name: str) -> list[work.Task]:
+def _left(index: Index, name: str) -> list[Task]:
     """Return the passes of the views of a job that have no pictures."""
     manifest = _manifest(index, name)
     tasks = _tasks(index, name, manifest)

@@ -12,7 +12,7 @@ from ..datasets.layer_file import FrameLayers, read_layers
 from ..scene.engines.denoising_guides import ALBEDO, NORMAL
 from . import band_passes
 from .manifest import Manifest, View
-from .work import Rendered
+from .tasks import Rendered
 
 
 @dataclass(frozen=True, eq=False)

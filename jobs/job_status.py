@@ -6,10 +6,11 @@ import json
 from collections import Counter
 from dataclasses import dataclass
 
-from . import band_passes, claims
 from .band_passes import State
+from .claims import claim_path, is_living
 from .manifest import Manifest
 from .picture_files import is_developed
+from .tasks import Task, state_of
 
 
 @dataclass(frozen=True)
@@ -101,14 +102,12 @@ def status_of(manifest: Manifest) -> JobStatus:
     seconds: list[list[float]] = [[] for _ in manifest.passes]
     left = [0] * len(manifest.passes)
     for view, number in manifest.tasks():
-        path = manifest.pass_path(view, number)
-        key, layers = manifest.key(view, number), manifest.has_layers(number)
-        state, stamp = band_passes.look_at(path, key, manifest.output.size, layers=layers)
+        state, stamp = state_of(manifest, Task(view, number))
         if state is State.DONE and stamp is not None:
             seconds[number].append(stamp.seconds)
             continue
         left[number] += 1
-        is_claimed = claims.is_living(claims.claim_path(path))
+        is_claimed = is_living(claim_path(manifest.pass_path(view, number)))
         unfinished.append(PassStatus(view.frame, view.camera, number, state, is_claimed))
     spent = sum(map(sum, seconds))
     done = sum(map(len, seconds))

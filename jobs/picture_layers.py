@@ -30,11 +30,9 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import backscatter, transmittance_ratio, unscattered
 from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_layers
 from ..uw_spectral.spectra.spectral_image import band_labels
-from . import band_passes
-from .manifest import Manifest, View
-from .picture_files import files_of
+from .band_passes import layers_path
 from .render_region import Region
-from .work import Rendered
+from .view_passes import ViewPasses, Written
 
 _FROM_BANDS = "sum over bands by the responses of the sensor"
 _SENSOR = "response of {sensor} to {units}, before white balance and exposure"
@@ -51,35 +49,27 @@ def missing_layers(plan: RenderPlan, wanted: Sequence[str], *, traced: bool) -> 
     return tuple(name for name in wanted if name in OF_ONE_WATER)
 
 
-def develop_layers(
-    manifest: Manifest, view: View, passes: Sequence[Rendered], plan: RenderPlan
-) -> list[str]:
+def write_picture_layers(passes: ViewPasses) -> Written:
     """Write the layers of a view, if any are wanted, and the truth of its colours.
 
-    ``passes`` are those of the view, in order, with their layers beside them; ``plan`` that of the
-    frame. Returns what could not be done, a line each; raises InputError if layers of a pass are
-    missing or damaged, or a file cannot be written.
+    Raises InputError if layers of a pass are missing or damaged, or a file cannot be written.
     """
+    manifest, view, plan, output = passes.manifest, passes.view, passes.plan, passes.output
     wanted = parse_layers(manifest.settings_of(view.frame).layers)
     if not wanted:
-        return []
-    output = manifest.output
-    method = manifest.method
-    by_pass: dict[int, list[FrameLayers]] = {}
-    for item in passes:
-        of_pass = by_pass.setdefault(item.task.number // manifest.parts, [])
-        of_pass.append(read_layers(band_passes.layers_path(item.file.path)))
-    found = side_by_side([_mean(parts) for parts in by_pass.values()])
+        return {}, []
+    parts = [[read_layers(layers_path(x.file.path)) for x in item.parts] for item in passes.whole]
+    found = side_by_side(list(map(_mean, parts)))
     camera = found.header["camera"]
     if output.region is not None:
         found = _cut(found, output.region)
         camera = found.header["camera"] if output.crop else camera
     together = dict(found.layers)
-    seen = _seen(manifest, view, found.header)
+    seen = _seen(passes, found.header)
     way = _way(together["range"], found.header)
     if UNTOUCHED in together:
         together |= _unscattered(plan, seen, together, way)
-    elif "T" in wanted and not method.draws_colours:
+    elif "T" in wanted and not manifest.method.draws_colours:
         together[bands_name("T")] = _transmittance(plan, seen, way)
     together |= _of_sensor(together, plan, plan.response(view.depth))
     together |= _derived(together)
@@ -96,16 +86,14 @@ def develop_layers(
         name: replace(image, values=output.framed(image.values))
         for name, image in _chosen(together, wanted).items()
     }
-    write_layers(files_of(manifest, view).layers, FrameLayers(chosen, header, found.attributes))
-    notes = _write_truth(manifest, view, plan, _seen(manifest, view, header), found.header["lamps"])
-    missing = missing_layers(plan, wanted, traced=method.traced)
+    write_layers(passes.files.layers, FrameLayers(chosen, header, found.attributes))
+    missing, notes = missing_layers(plan, wanted, traced=manifest.method.traced), []
     if missing:
         notes = [
             f"layers {', '.join(missing)} were not written: Cycles gives them in water that is the "
-            "same at every depth only",
-            *notes,
+            "same at every depth only"
         ]
-    return notes
+    return {}, notes + _write_truth(passes, _seen(passes, header), found.header["lamps"])
 
 
 def _cut(found: FrameLayers, region: Region) -> FrameLayers:
@@ -222,25 +210,23 @@ def _unscattered(
     }  # fmt: skip
 
 
-def _seen(manifest: Manifest, view: View, header: Mapping[str, Any]) -> DataSetView:
+def _seen(passes: ViewPasses, header: Mapping[str, Any]) -> DataSetView:
     """Return the picture and its camera."""
-    picture = files_of(manifest, view).picture
+    picture = passes.files.picture
     pinhole, pose = camera_of(header)
-    name = picture.relative_to(manifest.out).with_suffix("").as_posix()
+    name = picture.relative_to(passes.manifest.out).with_suffix("").as_posix()
     return DataSetView(name, picture, pinhole, pose)
 
 
 def _write_truth(
-    manifest: Manifest,
-    view: View,
-    plan: RenderPlan,
-    seen: DataSetView,
-    lamps: Sequence[Mapping[str, Any]],
+    passes: ViewPasses, seen: DataSetView, lamps: Sequence[Mapping[str, Any]]
 ) -> list[str]:
-    stops = plan.viewpoint(view.depth, 0.0).reduction.stops_to(manifest.weights(view))
+    plan, view = passes.plan, passes.view
+    weights = passes.manifest.weights(view)
+    stops = plan.viewpoint(view.depth, 0.0).reduction.stops_to(weights)
     try:
         truth = image_truth(plan, seen, lamps, stops=stops)
     except InputError as error:
         return [f"the truth of the picture was not written: {error}"]
-    write_truth(files_of(manifest, view).truth, truth)
+    write_truth(passes.files.truth, truth)
     return []

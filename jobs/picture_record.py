@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.metadata
 import json
 import platform
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,19 +13,15 @@ import bpy
 
 from ..datasets.files import relative
 from ..scene.terms import particles
-from ..settings.render_plan import RenderPlan
 from ..uw_spectral.spectra.spectral_image import replacing
-from .manifest import Manifest, View
-from .work import Rendered
+from .view_passes import ViewPasses
 
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
 
 
-def record_of(
-    manifest: Manifest, view: View, rendered: Sequence[Rendered], plan: RenderPlan
-) -> dict[str, Any]:
+def record_of(passes: ViewPasses) -> dict[str, Any]:
     """Return what is known of a picture beforehand, as JSON holds it."""
-    output = manifest.output
+    manifest, view, plan, output = passes.manifest, passes.view, passes.plan, passes.output
     chosen = manifest.developments[view.development]
     return {
         "key": manifest.view_key(view),
@@ -50,7 +45,10 @@ def record_of(
             "camera": view.camera,
             "water_extent_m": output.extent,
         },
-        "notes": [*plan.notes, *dict.fromkeys(note for item in rendered for note in item.notes)],
+        "notes": [
+            *plan.notes,
+            *dict.fromkeys(note for item in passes.rendered for note in item.notes),
+        ],
         **plan.record(),
         **particles.record(plan.settings, plan.column),
         "versions": _versions(),
@@ -68,7 +66,7 @@ def record_of(
                 "bands_nm": [manifest.bands_nm[i] for i in item.file.bands],
                 "seconds": item.file.seconds,
             }
-            for item in rendered
+            for item in passes.rendered
         ],
     }
 

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..datasets.outputs import RawOutputs
 from ..datasets.raw_files import write_counts
 from ..settings.render_plan import RenderPlan
-from ..settings.scene_settings import NO_RAW, SceneSettings
+from ..settings.scene_settings import NO_RAW
 from ..uw_spectral.detector import Detector, capture
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import response_matrix
 from .manifest import Manifest, View
-from .picture_files import files_of
+from .view_passes import ViewPasses, Written
 
 _MOSAIC = "RGGB"
 _WHITE = 0.5  # of the counts' range
@@ -32,31 +30,21 @@ def require_raw(plan: RenderPlan) -> None:
         )
 
 
-def write_raw_picture(
-    manifest: Manifest, view: View, plan: RenderPlan, linear: NDArray[np.float32]
-) -> dict[str, Any]:
-    """Write the raw picture of a view, if one is wanted, and return how it was taken.
-
-    ``plan`` is that of the frame; ``linear`` the developed picture, linear Rec.709, shape (height,
-    width, 3).
-    """
-    chosen = plan.settings
+def write_raw_picture(passes: ViewPasses) -> Written:
+    """Write the raw picture of a view, if one is wanted, and return how it was taken."""
+    manifest, view, plan, chosen = passes.manifest, passes.view, passes.plan, passes.plan.settings
     if chosen.raw == NO_RAW:
-        return {}
+        return {}, []
     to_rec709 = response_matrix(manifest.weights(view), plan.response(view.depth))
-    raw = _outputs(chosen)
-    white = np.linalg.solve(to_rec709, np.ones(3))
-    taken = raw.settings(float(white.max()), _seed(manifest, view))
-    counts = capture(linear @ np.linalg.inv(to_rec709).T, taken)
-    path = files_of(manifest, view).raw(chosen.raw)
-    write_counts(path, taken, counts, to_rec709, plan.sensor.name, raw.file)
-    return {**taken.record(), "to_linear_rec709": to_rec709.tolist()}
-
-
-def _outputs(chosen: SceneSettings) -> RawOutputs:
     detector = Detector(full_well=chosen.full_well, read_noise=chosen.read_noise)
     pattern = _MOSAIC if chosen.raw == "dng" else None
-    return RawOutputs(detector, _WHITE, iso=chosen.iso, pattern=pattern, file=chosen.raw)
+    raw = RawOutputs(detector, _WHITE, iso=chosen.iso, pattern=pattern, file=chosen.raw)
+    white = np.linalg.solve(to_rec709, np.ones(3))
+    taken = raw.settings(float(white.max()), _seed(manifest, view))
+    counts = capture(passes.output.framed(passes.linear) @ np.linalg.inv(to_rec709).T, taken)
+    path = passes.files.raw(chosen.raw)
+    write_counts(path, taken, counts, to_rec709, plan.sensor.name, raw.file)
+    return {"raw": {**taken.record(), "to_linear_rec709": to_rec709.tolist()}}, []
 
 
 def _seed(manifest: Manifest, view: View) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +15,9 @@ from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import DARKEST, white_response
 from ..uw_spectral.spectra.receptors import Receptors, parse_false_colour, parse_receptors
 from ..uw_spectral.spectra.spectral_image import write_exr, write_png
-from .manifest import Manifest, View
-from .picture_files import files_of
+from .view_passes import ViewPasses, Written
 
 _LEGEND = (24, 320)  # height and width, pixels
-
-
-class Developed(Protocol):
-    """The bands of a view through weights."""
-
-    def __call__(self, weights: NDArray[np.float64], /, *, denoise: bool) -> NDArray[np.float32]:
-        """Shape (3, n) to (height, width, 3)."""
-        ...
 
 
 def require_bands(plan: RenderPlan, method: Method) -> None:
@@ -46,29 +36,25 @@ def require_bands(plan: RenderPlan, method: Method) -> None:
     parse_false_colour(chosen.false_colour, receptors)
 
 
-def write_receptor_pictures(
-    manifest: Manifest,
-    view: View,
-    plan: RenderPlan,
-    developed: Developed,
-) -> dict[str, Any]:
+def write_receptor_pictures(passes: ViewPasses) -> Written:
     """Write what receptors see of a view, if there are some, and return what the files hold.
 
     Responses are as rendered: not denoised, neither balanced nor exposed, in units of radiance
     times nm; false colours are denoised where the picture is.
     """
-    chosen, output, files = plan.settings, manifest.output, files_of(manifest, view)
-    if not chosen.receptors:
-        return {}
+    manifest, view, plan, output = passes.manifest, passes.view, passes.plan, passes.output
+    chosen = plan.settings
+    if not chosen.receptors or manifest.method.draws_colours:
+        return {}, []
     receptors = parse_receptors(chosen.receptors)
     false_colour = parse_false_colour(chosen.false_colour, receptors)
     response = receptors.response_in(plan.bands)
     # The compositor combines bands into three channels at a time.
     triples = np.zeros((math.ceil(len(response) / 3), 3, response.shape[1]))
     triples.reshape(-1, response.shape[1])[: len(response)] = response
-    found = [developed(weights, denoise=False) for weights in triples]
+    found = [passes.developed(weights, denoise=False) for weights in triples]
     seen = np.concatenate(found, axis=-1)[..., : len(response)]
-    exr, tiff, shown, legend = files.receptors
+    exr, tiff, shown, legend = passes.files.receptors
     camera = plan.viewpoint(view.depth, 0.0, manifest.lamplight_of(view))
     white = _white(plan, camera, receptors, response)
     stops = camera.reduction.stops_to(manifest.weights(view))
@@ -82,10 +68,10 @@ def write_receptor_pictures(
     header = {"ImageDescription": ", ".join(receptors.channels), "receptors": record}
     for path in (exr, tiff):
         write_exr(path, output.framed(seen), receptors.channels, header)
-    colours = developed(matrix @ response, denoise=output.denoise)
+    colours = passes.developed(matrix @ response, denoise=output.denoise)
     write_png(shown, output.framed(colours))
     write_png(legend, _legend(matrix, receptors, plan.bands))
-    return record
+    return {"receptors": record}, []
 
 
 def _white(

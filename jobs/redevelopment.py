@@ -11,9 +11,9 @@ from ..settings.scene_settings import BY_PICTURE, flag
 from ..settings.water_settings import AUTO
 from ..uw_spectral.errors import InputError
 from . import band_passes, job_files
-from .exposures import developments
+from .exposures import Light, developed_views
 from .frame_plans import FramePlans
-from .manifest import SHOWN, Development, Exposed, Manifest, View
+from .manifest import SHOWN, Exposed, Manifest, View
 from .manifest_files import read_manifest, write_manifest
 from .picture_files import files_of
 from .render_job import JOB_FILE
@@ -70,21 +70,15 @@ def redeveloped(
 
 def _weighed(before: Manifest, made: Manifest) -> Manifest:
     """Return a job with the weights that its settings ask for."""
-    plans, found, places = FramePlans(made), dict[Development, int](), dict[View, int]()
-    by_frame: dict[int, list[View]] = {}
-    for view in made.views:
-        by_frame.setdefault(view.frame, []).append(view)
-    for frame, views in by_frame.items():
+    plans = FramePlans(made)
+
+    def light_of(frame: int) -> Light:
         lit = before.exposed_of(frame)
-        stops = _stops(before, made, frame, lit)
-        lamplight = lit.lamplight or (None,) * len(views)
-        depths = [view.depth for view in views]
-        for view, chosen in zip(
-            views, developments(plans.of(frame), depths, lamplight, stops), strict=True
-        ):
-            places[view] = found.setdefault(chosen, len(found))
-    views = tuple(replace(view, development=places[view]) for view in made.views)
-    return replace(made, developments=tuple(found), views=views)
+        lamplight = lit.lamplight or (None,) * len(made.cameras)
+        return plans.of(frame), lamplight, _stops(before, made, frame, lit)
+
+    developments, views = developed_views(made.views, light_of)
+    return replace(made, developments=developments, views=views)
 
 
 def _stops(before: Manifest, made: Manifest, frame: int, lit: Exposed) -> float | None:

@@ -24,7 +24,7 @@ from .manifest_files import read_manifest, write_manifest
 from .picture_files import files_of
 from .planning import plan_job
 from .rounds import Rounds
-from .work import Rendered, Task
+from .tasks import Rendered, Task
 
 JOB_FILE = "job.json"
 """The manifest of a job in its output folder."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.readers.picture_size import rendered_size
+from ..scene.temporary import held
 from ..uw_spectral.errors import InputError
 
 _SIDES = ("border_min_x", "border_min_y", "border_max_x", "border_max_y")
@@ -77,3 +80,14 @@ def wanted_settings(
         )
         wanted += [(render, name, min(side, 1.0)) for name, side in zip(_SIDES, sides, strict=True)]
     return wanted
+
+
+@contextlib.contextmanager
+def sized(
+    scene: bpy.types.Scene, resolution: tuple[int, int, int], region: Region | None
+) -> Iterator[None]:
+    """Give a scene a resolution (width, height, percentage) and a region while the block runs."""
+    names = ("resolution_x", "resolution_y", "resolution_percentage")
+    wanted = [(scene.render, *row) for row in zip(names, resolution, strict=True)]
+    with held([*wanted, *wanted_settings(scene, region, rendered_size(*resolution))]):
+        yield

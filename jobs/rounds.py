@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from ..quality import sampling
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr
-from . import work
 from .manifest import Manifest, View
-from .work import Rendered, Task
+from .tasks import Rendered, Task, by_pass, done
 
 _FIRST = 2  # parts of a pass in the first round
 
@@ -71,10 +70,7 @@ def require_fixed(manifest: Manifest, option: str) -> None:
 def reached(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Reached:
     """Return the noise of a picture of parts: of each pass the first ones, an even number."""
     weights = manifest.weights(view)
-    by_pass: dict[int, list[Rendered]] = {}
-    for item in rendered:
-        by_pass.setdefault(item.task.number // manifest.parts, []).append(item)
-    parts = [by_pass[number] for number in sorted(by_pass)]
+    parts = by_pass(manifest, rendered)
     each = manifest.passes[0].samples
     return Reached(
         manifest.noise,
@@ -134,7 +130,7 @@ class Rounds:
     def rendered(self, view: View) -> tuple[list[Rendered], list[int]]:
         """Return the passes of a picture that are on disk, and the numbers of those missing."""
         self._decide(view)
-        found = {task.number: work.done(self._manifest, task) for task in self._of(view)}
+        found = {task.number: done(self._manifest, task) for task in self._of(view)}
         there = [item for item in found.values() if item is not None]
         return there, [number for number, item in found.items() if item is None]
 
@@ -162,7 +158,7 @@ class Rounds:
     def _decide(self, view: View) -> None:
         """Decide rounds for as long as those before are on disk."""
         while view not in self._complete:
-            found = [work.done(self._manifest, task, thorough=False) for task in self._of(view)]
+            found = [done(self._manifest, task, thorough=False) for task in self._of(view)]
             there = [item for item in found if item is not None]
             if len(there) < len(found):
                 return

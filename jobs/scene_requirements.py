@@ -3,36 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
-import numpy as np
 
-from ..quality.combinations import BandChoice, Workload
+from ..quality.combinations import Workload
 from ..quality.methods import Method, method_of
-from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
-from ..scene.readers import clouds, moving_surface
 from ..scene.readers.picture_size import rendered_size
-from ..scene.readers.volume_grids import GridCache
-from ..scene.terms.eevee_water import eevee_water
-from ..scene.water.scene_frame import Eye
-from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
-from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
+from ..settings.render_plan import forget_files, plan_of, quiet
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.description import REFERENCE_BANDS
+from .band_choices import band_choices, everything_on_many_bands
 from .job import Job
-from .seen_views import sampled_frames, seen_views
-
-OPTIMISED_COUNTS = (3, 6, 9)
-BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
-
-_WAVE_RESOLUTION = 64
-_OCCLUDED = {"diffuse_shadows": True, "shafts": False}
-_WITHOUT_OBJECTS = {"diffuse_shadows": False, "scene_floor": False}
+from .seen_views import sampled_frames, seen_views, shaft_end
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,56 +70,24 @@ def choose(
                 )
             with quiet():
                 plan = plan_of(chosen)
-                everything = _everything(scene, chosen)
-            views, from_above = seen_views(
-                scene,
-                (camera, *others),
-                frames,
-                plan.column,
-                everything.view.field,
-                None if method.traced else replace(plan, settings=replace(chosen, **_OCCLUDED)),
+                everything = everything_on_many_bands(scene, chosen)
+            seen = seen_views(
+                scene, (camera, *others), frames, plan, everything.view.field, traced=method.traced
             )
     finally:
         scene.frame_set(before)
-    if not views:
-        raise InputError(
-            f"camera {camera.name!r} is above the water and sees only sky; turn it down, or choose "
-            "the settings by hand (Quality)"
-        )
-    layered = bool(plan.column.below)
-    shafts = not (method.traced or from_above or layered)
-    if from_above or layered:
-        # Shafts are not drawn then, in no frame of a job.
-        views = [replace(view, path_sunlit=np.ones((len(view), 1), dtype=bool)) for view in views]
-    shaft_end = 0.0
-    if shafts:
-        occluded = replace(plan, settings=replace(chosen, shafts=True, **_WITHOUT_OBJECTS))
-        drawn = eevee_water(
-            occluded, scene, Eye(camera, views[0].depth), np.ones((3, len(plan.bands)))
-        )
-        shaft_end = drawn.shafts.end if drawn.shafts is not None else 0.0
-    render = scene.render
-    width, height = rendered_size(
-        render.resolution_x, render.resolution_y, render.resolution_percentage
-    )
-    workload = Workload(
-        method,
-        width * height / 1e6,
-        max(len(job.frames), 1),
-        chosen.samples if "samples" in keep else None,
-        shaft_end,
-        job.denoise,
-    )
+    end = shaft_end(scene, camera, plan, seen, traced=method.traced)
+    workload = _workload(scene, job, chosen.samples if "samples" in keep else None, end)
     given = {term.name for term in TERMS if term.setting in keep and job.engine in term.engines}
     on = given & switched_on(vars(chosen))
-    if from_above:
+    if seen.from_above:
         # What the surface mirrors is not weighed.
         on |= {SURFACE, WAVES} & switched_on(vars(chosen))
     with quiet():
         required = decide(
-            views,
+            seen.views,
             everything,
-            _choices(chosen, keep, method, layered=layered),
+            band_choices(chosen, keep, method, layered=bool(plan.column.below)),
             target=target,
             budget=budget,
             workload=workload,
@@ -142,59 +97,14 @@ def choose(
     return Choice(required, _changes(chosen, required, method, keep))
 
 
-def _optics(plan: RenderPlan) -> Optics:
-    """The water of a plan; the rays bring their own depth."""
-    return Optics(plan.viewpoint(0.0), plan.excitation)
-
-
-def _everything(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
-    """Everything the settings ask for, on many bands."""
-    many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
-    plan = plan_of(many)
-    floating = clouds.clouds_of(scene, plan.bands.centres)
-    grids, _ = GridCache().of(scene, floating.grids)
-    found = replace(_optics(plan), caustics=chosen.caustics, clouds=(*floating.blobs, *grids))
-    if chosen.surface != moving_surface.WAVES:
-        return found
-    coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
-    return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
-
-
-def _choices(
-    chosen: SceneSettings, keep: frozenset[str], method: Method, *, layered: bool
-) -> list[BandChoice]:
-    """Bands to choose from: the settings' own if they must stay, all in real time.
-
-    In layered water they are not optimised.
-    """
-    # Only the elastic light of a calm sea is compared.
-    plain = replace(
-        chosen,
-        inelastic="",
-        surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
+def _workload(scene: bpy.types.Scene, job: Job, samples: int | None, end: float) -> Workload:
+    """What the pictures of a job take; ``samples`` are those that are given."""
+    render, method = scene.render, method_of(job.engine, job.mode)
+    width, height = rendered_size(
+        render.resolution_x, render.resolution_y, render.resolution_percentage
     )
-    if keep & {"bands", "wavelengths", "range_start", "range_end"}:
-        plan = plan_of(plain.in_mode(method.mode))
-        name = f"{len(plan.bands)}, as given"
-        return [BandChoice(name, _optics(plan), {}, len(plan.passes))]
-    placements = {EQUAL: BAND_COUNTS, OPTIMISED: OPTIMISED_COUNTS}
-    if layered:
-        placements = {EQUAL: BAND_COUNTS}
-    if "band_placement" in keep:
-        placements = {chosen.band_placement: placements[chosen.band_placement]}
-    default: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
-    free = replace(plain, **default).in_mode(method.mode)
-    if method.draws_colours and EQUAL in placements and free.bands == method.default_bands:
-        name = f"{free.bands}, which cost nothing"
-        return [BandChoice(name, _optics(plan_of(free)), default)]
-    found = []
-    for placement, counts in placements.items():
-        for count in counts:
-            changes = {"bands": count, "wavelengths": "", "band_placement": placement}
-            plan = plan_of(replace(plain, **changes))
-            name = f"{count} {placement}"
-            found.append(BandChoice(name, _optics(plan), changes, len(plan.passes)))
-    return found
+    count = max(len(job.frames), 1)
+    return Workload(method, width * height / 1e6, count, samples, end, job.denoise)
 
 
 def _changes(

@@ -23,7 +23,7 @@ from .planning import plan_job
 from .progress import Progress
 from .redevelopment import redeveloped, take_folder
 from .rounds import require_fixed
-from .work import Part
+from .tasks import Part
 
 
 def plan(
