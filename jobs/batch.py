@@ -6,24 +6,19 @@ import argparse
 import contextlib
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 from typing import TextIO
 
 import bpy
 
-from ..quality.terms import SHAFTS
+from ..datasets.index import is_index
 from ..scene import stored_settings
-from ..scene.readers import picture_size
-from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.water.named import list_waters
-from . import command_line, data_set_batch, render_job, scene_requirements, split_batch
-from .farm import farm_bundle
-from .job import AutoRequest, Job
+from . import command_line, data_set_batch, scene_batch, split_batch
+from .data_set_request import request_of, with_render_options
 from .opening import SceneOpener
-from .planning import find_cameras
 from .progress import Progress
 
 _GO_ON = "The same command goes on; without a data set or --from, it takes --resume"
@@ -39,7 +34,7 @@ def main(
     try:
         with _notes_to_stderr():
             options = command_line.parse(arguments, program)
-            options = data_set_batch.with_render_options(options, list(arguments))
+            options = with_render_options(options, list(arguments))
             run(options, inside_blender=inside_blender)
     except InputError as error:
         print(f"{program}: {error}", file=sys.stderr)
@@ -58,7 +53,7 @@ def main(
 
 
 def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
-    """Render what the options ask for; raise InputError if that cannot be done."""
+    """Do what the options ask for; raise InputError if that cannot be done."""
     if options.list_sensors:
         print("\n".join(list_sensors()))
         return
@@ -68,64 +63,18 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         return
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
-    asked = data_set_batch.request_of(options)
+    data_set = request_of(options)
     progress = Progress(options.progress, options.quiet)
     opener = SceneOpener(progress.note, options.scene, options.trust_scripts, inside_blender)
-    if asked is not None:
-        data_set_batch.run(asked, options, progress, opener)
+    if data_set is not None:
+        data_set_batch.run(data_set, options, progress, opener)
         return
     split = command_line.split(options)
-    if split is not None and split.plan is None and split.bundle is None:
-        split_batch.run(split, options.blend, progress, opener)
+    if split.source is None:
+        scene_batch.run(options, split, progress, opener)
         return
-    job, auto = command_line.job(options), command_line.auto(options)
-    if job.resolution is not None:
-        picture_size.check_resolution(job.resolution)
-    opener.open(job.blend)
-    scene = bpy.context.scene
-    if job.resolution is not None:
-        scene.render.resolution_x, scene.render.resolution_y = job.resolution
-        scene.render.resolution_percentage = 100
-
-    def settings_now() -> SceneSettings:
-        return command_line.merge(stored_settings.stored_settings(scene), options)
-
-    if auto is not None:
-        job, settings_now = _chosen(scene, settings_now, job, auto)
-    if split is not None and split.plan is not None:
-        split_batch.plan(scene, settings_now, job, split.plan, progress)
-        return
-    if split is not None and split.bundle is not None:
-        made = farm_bundle.bundle_job(split.bundle, scene, settings_now, job)
-        progress.say(
-            f"bundled: {len(made.frames)} frame(s), {made.passes} pass(es), in {split.bundle}"
-        )
-        return
-    for step in render_job.render(scene, settings_now, job, progress.note):
-        progress.report(step)
-    progress.say(f"done: {len(job.frames) or 1} frame(s) in {job.out}")
-
-
-def _chosen(
-    scene: bpy.types.Scene,
-    settings_now: Callable[[], SceneSettings],
-    job: Job,
-    auto: AutoRequest,
-) -> tuple[Job, Callable[[], SceneSettings]]:
-    """Return job and settings with what the scene requires."""
-    camera, *others = find_cameras(scene, job)
-    choice = scene_requirements.choose(
-        scene, camera, settings_now, job,
-        target=auto.target, budget=auto.budget, keep=auto.keep, others=others,
-    )  # fmt: skip
-    if auto.explain:
-        print("\n".join(choice.lines))
-    job = replace(
-        job,
-        froxels=choice.required.froxels if SHAFTS in choice.required.options else None,
-        decisions=tuple(choice.lines),
-    )
-    return job, lambda: replace(settings_now(), **choice.settings)
+    way = data_set_batch.work_on if is_index(split.source) else split_batch.run
+    way(split, split.source, options.blend, progress, opener)
 
 
 @contextlib.contextmanager

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NoReturn, get_args
 
+import bpy
+
 from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
+from ..scene import stored_settings
 from ..scene.scripts import TRUST
 from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import BANDS, RANGE, REALTIME, SETTINGS, SceneSettings, flag
@@ -257,6 +260,11 @@ def merge(stored: SceneSettings, options: argparse.Namespace) -> SceneSettings:
     return SceneSettings(**values)
 
 
+def settings_of(scene: bpy.types.Scene, options: argparse.Namespace) -> Callable[[], SceneSettings]:
+    """Return what returns the settings at the current frame of a scene, with the options given."""
+    return lambda: merge(stored_settings.stored_settings(scene), options)
+
+
 def job(options: argparse.Namespace) -> Job:
     """Return the job that the options describe."""
     quality = getattr(options, "quality", None)
@@ -292,8 +300,8 @@ def job(options: argparse.Namespace) -> Job:
     )
 
 
-def split(options: argparse.Namespace) -> SplitRequest | None:
-    """Return what the options ask for with a manifest; None if nothing."""
+def split(options: argparse.Namespace) -> SplitRequest:
+    """Return what the options ask for with a manifest; nothing, where one process does all."""
     source = options.manifest
     for name, needed, there in (
         ("--passes", "--from", not options.passes or source),
@@ -303,32 +311,28 @@ def split(options: argparse.Namespace) -> SplitRequest | None:
     ):
         if not there:
             raise InputError(f"{name} needs {needed} and a manifest")
-    planned = options.plan or options.bundle
-    if planned is None and source is None and options.status is None:
-        return None
-    if planned is None:
-        decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
-        free = {*CHANGEABLE, "denoise"} if options.develop else set()
-        settled = [flag(name) for name in SETTINGS if name in vars(options) and name not in free]
-        settled += [flag(name) for name in decided if name in vars(options)]
-        others = ("seed", "denoise", "resolution", "device", "parts", "resume", "scene")
-        default = vars(parser().parse_args([]))
-        settled += [
-            flag(name)
-            for name in others
-            if getattr(options, name) != default[name] and name not in free
-        ]
-        if settled:
-            raise InputError(
-                f"{', '.join(settled)}: the manifest decides; plan again with other options"
-            )
+    if source is None and options.status is None:
+        return SplitRequest(plan=options.plan, bundle=options.bundle)
+    decided = ("engine", "mode", "quality", "target_delta_e", "time_budget", "range")
+    free = {*CHANGEABLE, "denoise"} if options.develop else set()
+    settled = [flag(name) for name in SETTINGS if name in vars(options) and name not in free]
+    settled += [flag(name) for name in decided if name in vars(options)]
+    others = ("seed", "denoise", "resolution", "device", "parts", "resume", "scene")
+    default = vars(parser().parse_args([]))
+    settled += [
+        flag(name)
+        for name in others
+        if getattr(options, name) != default[name] and name not in free
+    ]
+    if settled:
+        raise InputError(
+            f"{', '.join(settled)}: the manifest decides; plan again with other options"
+        )
     changed = {n: v for n, v in vars(options).items() if options.develop and n in CHANGEABLE}
     if options.develop and options.out is None and (changed or options.denoise is not None):
         names = ", ".join(map(flag, changed or ("denoise",)))
         raise InputError(f"{names}: to develop otherwise, name an --out of its own")
     return SplitRequest(
-        plan=options.plan,
-        bundle=options.bundle,
         path_mapping=options.path_mapping,
         work=None if options.develop else source,
         develop=source if options.develop else None,

@@ -10,19 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..datasets.exporting import export_set
-from ..datasets.index import Index, IndexedView
+from ..datasets.index import IndexedView
 from ..datasets.set_files import Development, RenderedView, Shape
 from ..datasets.specification import DataSetSpec
 from ..scene.readers.mesh_shapes import mesh_shape
 from ..scene.readers.silhouettes import silhouettes
 from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
+from .data_set_jobs import SetJobs
 from .frame_plans import FramePlans
-from .manifest_files import read_manifest
 from .picture_files import files_of, is_developed
 
 
 def export(
-    index: Index,
+    jobs: SetJobs,
     spec: DataSetSpec,
     scene: Callable[[], bpy.types.Scene],
     report_note: Callable[[str], None],
@@ -32,11 +32,11 @@ def export(
     ``scene`` opens the scene, where silhouettes are needed; ``report_note`` receives what a format
     could not hold. Raises InputError if nothing is rendered, or a file cannot be read or written.
     """
-    jobs = {name: read_manifest(index.manifest(name)) for name in index.jobs}
-    plans = {name: FramePlans(manifest) for name, manifest in jobs.items()}
+    index, manifests = jobs.index, jobs.manifests
+    plans = {name: FramePlans(manifest) for name, manifest in manifests.items()}
 
     def rendered(view: IndexedView) -> RenderedView:
-        manifest = jobs[view.job]
+        manifest = manifests[view.job]
         shown = next(item for item in manifest.views if item.frame == view.frame)
         files = files_of(manifest, shown)
         is_done = is_developed(manifest, shown)
@@ -72,7 +72,7 @@ def export(
         made = {model: mesh_shape(opened(), first[model]) for model in models}
         return {model: shape for model, shape in made.items() if shape is not None}
 
-    versions = jobs[index.jobs[0]].versions
+    versions = manifests[index.jobs[0]].versions
     views = export_set(index, spec, rendered, versions, alone, shapes, report_note)
     left = len(index.views) - len(views)
     return f"exported: {len(views)} view(s)" + (f", {left} not rendered yet" if left else "")

@@ -80,3 +80,8 @@ class SplitRequest:
     path_mapping: Path | None = None
     changed: Mapping[str, Any] = field(default_factory=dict)
     denoise: bool | None = None
+
+    @property
+    def source(self) -> Path | None:
+        """The manifest, or the index of a data set, to read."""
+        return self.status or self.develop or self.work

@@ -26,6 +26,8 @@ from .manifest import (
 from .render_region import Region
 from .stage import Stage, stage_of
 
+JOB_FILE = "job.json"
+"""The manifest of a job in its output folder."""
 _KIND = "underwater-spectral job"
 
 

@@ -14,9 +14,8 @@ from . import band_passes, job_files
 from .exposures import Light, developed_views
 from .frame_plans import FramePlans
 from .manifest import SHOWN, Exposed, Manifest, View
-from .manifest_files import read_manifest, write_manifest
+from .manifest_files import JOB_FILE, read_manifest, write_manifest
 from .picture_files import files_of
-from .render_job import JOB_FILE
 
 
 def redeveloped(

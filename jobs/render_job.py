@@ -20,14 +20,11 @@ from .frame_plans import FramePlans
 from .grown_job import with_earlier
 from .job import Job
 from .manifest import Manifest, View, differences
-from .manifest_files import read_manifest, write_manifest
+from .manifest_files import JOB_FILE, read_manifest, write_manifest
 from .picture_files import files_of
 from .planning import plan_job
 from .rounds import Rounds
 from .tasks import Rendered, Task
-
-JOB_FILE = "job.json"
-"""The manifest of a job in its output folder."""
 
 
 @dataclass(frozen=True)

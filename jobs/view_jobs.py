@@ -9,20 +9,18 @@ from typing import Any
 
 import bpy
 
-from ..datasets.cameras_and_rigs import DataSetCamera
-from ..datasets.formats import FORMATS
+from ..datasets.exporting import needed_layers
 from ..datasets.grouping import ViewJob
 from ..datasets.index import job_folder
 from ..datasets.specification import DataSetSpec
 from ..settings.render_plan import quiet
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.errors import InputError
-from ..uw_spectral.housing.description import NONE
+from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
-from .frame_plans import FramePlans
+from .band_passes import make_folder
+from .format_checks import require_formats
 from .job import Job
-from .manifest import Manifest
-from .picture_layers import missing_layers
+from .manifest_files import JOB_FILE, read_manifest, write_manifest
 from .planning import plan_job
 from .stage import Place, Stage, StageCamera, StageLamp
 
@@ -38,16 +36,16 @@ _IN_AIR = {
 """Water that neither absorbs nor scatters nor refracts."""
 
 
-def plan_views(
+def write_job(
     scene: bpy.types.Scene,
+    spec: DataSetSpec,
     item: ViewJob,
     settings_now: Callable[[], SceneSettings],
     job: Job,
     held: int,
-    layers: str,
-) -> Manifest:
-    """Plan the job of views that are rendered together; the animation is held at a frame."""
-    camera = item.camera
+) -> None:
+    """Plan views that are rendered together; the animation is held at a frame."""
+    camera, layers = item.camera, ",".join(needed_layers(spec))
 
     def settings_of_frame() -> SceneSettings:
         chosen = settings_now()
@@ -66,20 +64,31 @@ def plan_views(
             values["floor_depth"] = chosen.floor_depth + view.lowered
         return replace(chosen, **values)
 
+    wanted = replace(
+        job,
+        frames=tuple(item.frames),
+        camera=camera.name,
+        cameras=(),
+        seed=item.seed,
+        out=job_folder(job.out, item.name).absolute(),
+        stage=_stage(item, held),
+    )
     with quiet():
-        return plan_job(
-            scene,
-            settings_of_frame,
-            replace(
-                job,
-                frames=tuple(item.frames),
-                camera=camera.name,
-                cameras=(),
-                seed=item.seed,
-                out=job_folder(job.out, item.name).absolute(),
-                stage=_stage(item, held),
-            ),
-        )
+        manifest = plan_job(scene, settings_of_frame, wanted)
+    job_files.require_all(manifest.files)
+    require_formats(spec, camera, manifest)
+    make_folder(manifest.out)
+    write_manifest(manifest.out / JOB_FILE, manifest)
+
+
+def add_layers(path: Path, spec: DataSetSpec) -> None:
+    """Let a job that was planned before have more layers; its passes are then of another key."""
+    manifest = read_manifest(path)
+    known = parse_layers(manifest.settings["layers"])
+    wanted = dict.fromkeys((*known, *parse_layers(",".join(needed_layers(spec)))))
+    if len(wanted) > len(known):
+        settings = {**manifest.settings, "layers": ",".join(wanted)}
+        write_manifest(path, replace(manifest, settings=settings))
 
 
 def _stage(item: ViewJob, held: int) -> Stage:
@@ -95,20 +104,3 @@ def _stage(item: ViewJob, held: int) -> Stage:
         for frame, view in item.frames.items()
     }
     return Stage(camera, held, tuple(lamps), places)
-
-
-def require_formats(spec: DataSetSpec, camera: DataSetCamera, manifest: Manifest) -> None:
-    """Refuse formats that could not be written in the end, before anything is rendered."""
-    settings = manifest.settings_of(manifest.frames[0])
-    of_scene = settings.housing != NONE or (settings.lens and not camera.coefficients)
-    for name in spec.outputs.formats if of_scene else ():
-        FORMATS[name].require_lens(name, camera.name, 5)
-    plan = FramePlans(manifest).of(manifest.frames[0])
-    for name in spec.outputs.formats:
-        missing = missing_layers(plan, FORMATS[name].layers, traced=manifest.method.traced)
-        if missing:
-            raise InputError(
-                f"{name} is made of the layer {', '.join(missing)}, which Cycles gives in water "
-                "that is the same at every depth only; render with engine = 'eevee', or leave "
-                f"{name} out"
-            )

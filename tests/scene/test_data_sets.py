@@ -35,11 +35,12 @@ from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.datasets.specification import read_spec
 from underwater_spectral.jobs import (
     batch,
-    data_set_batch,
     data_set_export,
+    data_set_jobs,
     scene_objects,
     staging,
 )
+from underwater_spectral.jobs.data_set_jobs import read_jobs
 from underwater_spectral.jobs.manifest_files import read_manifest
 from underwater_spectral.jobs.progress import Progress
 from underwater_spectral.jobs.stage import Place, Stage, StageCamera, StageLamp
@@ -464,7 +465,7 @@ def test_a_set_grows_by_what_is_new(made, tmp_path):
     manifests = [read_manifest(index.manifest(job)) for job in index.jobs]
     places = [manifest.stage.places for manifest in manifests]
     assert places[0] == places[2]
-    assert data_set_batch.status(index)[0].count("2 of 2 passes done") == 2
+    assert read_jobs(index).status()[0].count("2 of 2 passes done") == 2
 
 
 def test_what_is_rendered_can_be_exported_before_the_rest(made, tmp_path, capsys):
@@ -673,7 +674,9 @@ def test_a_model_without_a_mesh_is_named(made, tmp_path, capsys):
         bpy.data.objects[name].data.clear_geometry()
     notes: list[str] = []
     moved = replace(index, folder=folder)
-    data_set_export.export(moved, read_spec(made.spec), lambda: bpy.context.scene, notes.append)
+    data_set_export.export(
+        read_jobs(moved), read_spec(made.spec), lambda: bpy.context.scene, notes.append
+    )
     (note,) = notes
     assert f"models {lost.model} ({lost.category}) have no mesh" in note
     assert note in (folder / "README.md").read_text()
@@ -813,7 +816,7 @@ def test_a_full_disk_says_how_much_is_needed(tmp_path, capsys, monkeypatch):
     _discs(tmp_path / "discs.blend")
     (tmp_path / "spec.toml").write_text(SPEC)
     usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
-    monkeypatch.setattr(data_set_batch.shutil, "disk_usage", lambda _: usage)
+    monkeypatch.setattr(data_set_jobs.shutil, "disk_usage", lambda _: usage)
     assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 2
     assert "make room, choose another --out, or shorten" in capsys.readouterr().err
 

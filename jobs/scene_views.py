@@ -1,4 +1,4 @@
-"""Ways of a scene's own cameras, as poses of a data set."""
+"""The views of a data set in its scene: where its own cameras go, and where others fit."""
 
 from __future__ import annotations
 
@@ -7,18 +7,24 @@ from fractions import Fraction
 
 import bpy
 
+from ..datasets.enumeration import PlannedView, enumerate_views
 from ..datasets.pose_sets import ScenePath
 from ..datasets.specification import DataSetSpec
 from ..datasets.trajectory_files import TimedPoses
+from ..scene.as_rendered import as_rendered
 from ..scene.readers.cameras import camera_of
 from ..scene.readers.pinhole import pose_of
+from ..scene.readers.room import Room
 from ..uw_spectral.errors import InputError
 
 
-def with_scene_paths(spec: DataSetSpec, scene: bpy.types.Scene) -> DataSetSpec:
-    """Return a specification with the ways of the scene's cameras, pose by pose."""
+def views_in(scene: bpy.types.Scene, spec: DataSetSpec, held: int) -> list[PlannedView]:
+    """Return the views of a specification in a scene, whose animation is held at a frame."""
     poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
-    return replace(spec, poses=tuple(poses))
+    with as_rendered(scene):
+        scene.frame_set(held)
+        room = Room(bpy.context.evaluated_depsgraph_get())
+    return enumerate_views(replace(spec, poses=tuple(poses)), room)
 
 
 def _way(path: ScenePath, scene: bpy.types.Scene) -> TimedPoses:
