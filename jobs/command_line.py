@@ -14,6 +14,7 @@ import bpy
 from ..datasets.quantities import LARGEST_SEED
 from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
 from ..scene import stored_settings
+from ..scene.readers.picture_size import check_resolution
 from ..scene.scripts import TRUST
 from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import BANDS, RANGE, REALTIME, SETTINGS, SceneSettings, flag
@@ -282,6 +283,9 @@ def job(options: argparse.Namespace) -> Job:
     for name in ("denoise", "noise"):
         if drawn and getattr(options, name, False):
             raise InputError(f"{flag(name)}: {engine} has no such noise; leave it out")
+    resolution = tuple(options.resolution) if options.resolution else None
+    if resolution is not None:
+        check_resolution(resolution)
     measured = options.dataset is not None
     return Job(
         blend=options.blend,
@@ -289,7 +293,7 @@ def job(options: argparse.Namespace) -> Job:
         mode=mode,
         frames=parse_numbers(options.frames),
         camera=options.camera,
-        resolution=tuple(options.resolution) if options.resolution else None,
+        resolution=resolution,
         seed=options.seed,
         out=options.out or _OUT,
         resume=options.resume,

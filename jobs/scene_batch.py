@@ -11,7 +11,6 @@ from pathlib import Path
 import bpy
 
 from ..quality.terms import SHAFTS
-from ..scene.readers import picture_size
 from ..scene.readers.missing_data import require_data
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
@@ -30,8 +29,6 @@ def run(
 ) -> None:
     """Open a scene and do what is asked for; raise InputError if that cannot be done."""
     job, auto = command_line.job(options), command_line.auto(options)
-    if job.resolution is not None:
-        picture_size.check_resolution(job.resolution)
     opener.open(job.blend)
     scene = bpy.context.scene
     if job.resolution is not None:

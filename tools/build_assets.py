@@ -67,7 +67,7 @@ def looks() -> Iterable[Any]:
             for setting in bpy.context.scene.underwater.bl_rna.properties.keys():  # noqa: SIM118
                 scene.underwater.property_unset(setting)
             presets.apply(kind, name)
-            given = {n: getattr(scene.underwater, n) for n in presets.held_by(kind)}
+            given = {n: getattr(scene.underwater, n) for n in presets.KINDS[kind].settings}
             rows = _open_water()
             world = bpy.data.worlds.new(name)
             background = world.node_tree.nodes["Background"]

@@ -19,11 +19,10 @@ from .reporting import CameraOperator, ReportingOperator
 
 
 class AddLamps(CameraOperator):
-    """Hangs lamps on the camera."""
+    """Hang a torch, strobes or the lights of a vehicle on the camera."""
 
     bl_idname = "underwater.add_lamps"
     bl_label = "Add Lamps"
-    bl_description = "Hang a torch, strobes or the lights of a vehicle on the camera"
 
     rig: bpy.props.EnumProperty(
         name="Lamps", description="What to add",
@@ -37,11 +36,10 @@ class AddLamps(CameraOperator):
 
 
 class AddCloud(ReportingOperator):
-    """Adds a cloud before the camera."""
+    """Add a cloud before the camera: an empty, whose outline is its size."""
 
     bl_idname = "underwater.add_cloud"
     bl_label = "Add Cloud"
-    bl_description = "Add a cloud before the camera: an empty, whose outline is its size"
 
     constituent: bpy.props.EnumProperty(
         name="Cloud of",
@@ -60,14 +58,12 @@ class AddCloud(ReportingOperator):
 
 
 class AddPlumes(ReportingOperator):
-    """Adds plumes of bubbles below the foam of this frame."""
+    """Add clouds of bubbles below the largest whitecaps before the camera at this frame. By
+    keyframes they follow the waves, and thin out in nine seconds.
+    """
 
     bl_idname = "underwater.add_plumes"
     bl_label = "Add Bubble Plumes"
-    bl_description = (
-        "Add clouds of bubbles below the largest whitecaps before the camera at this frame. By "
-        "keyframes they follow the waves, and thin out in nine seconds"
-    )
 
     count: bpy.props.IntProperty(name="Plumes", description="How many", default=3, min=1, max=8)
     keyed: bpy.props.BoolProperty(
@@ -84,11 +80,10 @@ class AddPlumes(ReportingOperator):
 
 
 class ChooseSpectrum(ReportingOperator):
-    """Gives a lamp a measured spectrum."""
+    """Give the lamp a measured spectrum: LEDs, halogen, metal halide, xenon."""
 
     bl_idname = "underwater.choose_spectrum"
     bl_label = "Measured Spectra"
-    bl_description = "Give the lamp a measured spectrum: LEDs, halogen, metal halide, xenon"
 
     spectrum: bpy.props.EnumProperty(
         name="Spectrum",

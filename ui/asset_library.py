@@ -7,6 +7,9 @@ from typing import override
 
 import bpy
 
+from ..uw_spectral.errors import InputError
+from .reporting import ReportingOperator
+
 NAME = "Underwater Spectral"
 FOLDER = Path(__file__).resolve().parent.parent / "assets"
 FILE = "underwater_spectral.blend"
@@ -18,32 +21,28 @@ def library() -> bpy.types.UserAssetLibrary | None:
     return next((item for item in found if item.name == NAME), None)
 
 
-class AddAssets(bpy.types.Operator):
-    """Adds the folder of the assets to the asset libraries, or corrects its path."""
+class AddAssets(ReportingOperator):
+    """Show the waters, looks, node groups, lamps and particles of the extension in the asset
+    browser.
+    """
 
     bl_idname = "underwater.add_assets"
     bl_label = "Add Asset Library"
-    bl_description = (
-        "Show the waters, looks, node groups, lamps and particles of the extension in the asset "
-        "browser"
-    )
+    bl_options = set()  # noqa: RUF012 - as Blender wants it
 
     @override
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def run(self, context: bpy.types.Context) -> None:
         if not (FOLDER / FILE).is_file():
-            self.report(
-                {"ERROR"},
+            raise InputError(
                 f"{FOLDER / FILE} is missing: install the extension from its zip, or in a "
-                "checkout run python3 dev.py run tools/build_assets.py",
+                "checkout run python3 dev.py run tools/build_assets.py"
             )
-            return {"CANCELLED"}
         found = library()
         if found is None:
             libraries = context.preferences.filepaths.asset_libraries
             found = libraries.new(name=NAME, directory=str(FOLDER))
         found.path, found.import_method = str(FOLDER), "APPEND"
         self.report({"INFO"}, f"the asset browser has the library {NAME}")
-        return {"FINISHED"}
 
 
 register, unregister = bpy.utils.register_classes_factory((AddAssets,))

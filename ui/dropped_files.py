@@ -27,14 +27,12 @@ _EXTENSIONS = ".sb;.env;.csv;.txt;.json;.ies"
 
 
 class UseFiles(ReportingOperator):
-    """Gives measured files to the settings and lamps that they are for."""
+    """Use tables of a water, a camera, a floor, a light or a lamp, by what their headers say. What
+    belongs to a lamp goes to the active one; a profile without one makes a lamp.
+    """
 
     bl_idname = "underwater.use_files"
     bl_label = "Use Measured Files"
-    bl_description = (
-        "Use tables of a water, a camera, a floor, a light or a lamp, by what their headers say. "
-        "What belongs to a lamp goes to the active one; a profile without one makes a lamp"
-    )
 
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})

@@ -5,16 +5,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import override
 
 import bpy
 
-from ..scene import stored_settings as optics
 from ..scene.session import is_live
 from . import example_scenes, live_updates, migration, panel_job, preferences
 from .added_objects import AddCloud, AddLamps, AddPlumes, ChooseSpectrum
-from .render_operators import FarmBundle, Render, RenderReference
+from .render_operators import Auto, FarmBundle, Render, RenderReference
 from .reporting import CameraOperator, ReportingOperator
 
 _DEFAULT_DEPTH = 5.0
@@ -22,14 +20,12 @@ _START_DEPTH = 3.0
 
 
 class AddWater(ReportingOperator):
-    """Puts live water into the scene."""
+    """Fill the scene with water. Its surface is z = 0; sun and sky take the place of lamps and
+    world until the water is removed.
+    """
 
     bl_idname = "underwater.add_water"
     bl_label = "Add Water"
-    bl_description = (
-        "Fill the scene with water. Its surface is z = 0; sun and sky take the place of lamps and "
-        "world until the water is removed"
-    )
 
     start: bpy.props.BoolProperty(
         name="Start settings",
@@ -84,11 +80,10 @@ def _show_water(context: bpy.types.Context) -> None:
 
 
 class AddExample(ReportingOperator):
-    """Builds an example."""
+    """Build an example as a scene of its own in this file, and fill it with water."""
 
     bl_idname = "underwater.add_example"
     bl_label = "Add Example"
-    bl_description = "Build an example as a scene of its own in this file, and fill it with water"
 
     example: bpy.props.EnumProperty(
         name="Example",
@@ -117,14 +112,12 @@ class _LiveOperator(ReportingOperator):
 
 
 class RemoveWater(_LiveOperator):
-    """Takes live water out."""
+    """Take the water out: lamps, world, materials and render settings are as before. The water's
+    settings stay in the file.
+    """
 
     bl_idname = "underwater.remove_water"
     bl_label = "Remove Water"
-    bl_description = (
-        "Take the water out: lamps, world, materials and render settings are as before. The "
-        "water's settings stay in the file"
-    )
 
     @override
     def run(self, context: bpy.types.Context) -> None:
@@ -134,11 +127,10 @@ class RemoveWater(_LiveOperator):
 
 
 class Show(_LiveOperator):
-    """Lets the viewport show the water."""
+    """Look through the camera, with the viewport set to Rendered."""
 
     bl_idname = "underwater.show"
     bl_label = "Show the Water"
-    bl_description = "Look through the camera, with the viewport set to Rendered"
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
 
     @override
@@ -147,11 +139,10 @@ class Show(_LiveOperator):
 
 
 class Rebuild(_LiveOperator):
-    """Builds live water anew."""
+    """Build the water anew; data files are read again."""
 
     bl_idname = "underwater.rebuild"
     bl_label = "Refresh Water"
-    bl_description = "Build the water anew; data files are read again"
 
     @override
     def run(self, context: bpy.types.Context) -> None:
@@ -161,14 +152,12 @@ class Rebuild(_LiveOperator):
 
 
 class Submerge(CameraOperator):
-    """Lowers the scene below the surface."""
+    """Lower everything in the scene, and an added floor, until the camera is at a depth. Keyframes
+    of locations are left alone: only delta locations change.
+    """
 
     bl_idname = "underwater.submerge"
     bl_label = "Submerge Scene"
-    bl_description = (
-        "Lower everything in the scene, and an added floor, until the camera is at a depth. "
-        "Keyframes of locations are left alone: only delta locations change"
-    )
 
     depth: bpy.props.FloatProperty(
         name="Camera depth", description="Depth of the camera afterwards", default=_DEFAULT_DEPTH,
@@ -184,36 +173,6 @@ class Submerge(CameraOperator):
         with live_updates.transaction():
             self.tell(submerging.lower(context.scene, self.depth + above))
             context.view_layer.update()
-
-
-class Auto(ReportingOperator):
-    """Chooses everything by what the scene requires."""
-
-    bl_idname = "underwater.auto"
-    bl_label = "Auto"
-    bl_description = (
-        "Look at the scene through its camera, and choose bands, terms, shafts and samples: the "
-        "cheapest that keep the colour error. A stricter error brings back what was left out"
-    )
-
-    @override
-    def run(self, context: bpy.types.Context) -> None:
-        from ..jobs import scene_requirements
-        from ..scene.readers import cameras
-
-        scene = context.scene
-        panel = getattr(scene, panel_job.PROPERTY)
-        earlier = panel_job.before_auto(scene)
-        choice = scene_requirements.choose(
-            scene,
-            cameras.find_camera(scene, None),
-            lambda: replace(optics.stored_settings(scene), **earlier),
-            panel_job.job(scene),
-            target=panel.target_delta_e,
-        )
-        panel_job.write_choice(scene, earlier, choice)
-        for line in choice.lines:
-            self.report({"INFO"}, line)
 
 
 CLASSES = (

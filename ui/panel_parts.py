@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import bpy
 
 from . import previews
@@ -25,16 +27,13 @@ def panel_settings(context: bpy.types.Context) -> bpy.types.PropertyGroup:
 def say(layout: bpy.types.UILayout, text: str, icon: str = "INFO") -> None:
     """Write a text over as many lines as it needs."""
     box = layout.box().column(align=True)
-    context = bpy.context
-    scale = context.preferences.system.ui_scale
-    width = context.region.width if context.region is not None else 0
+    scale, region = bpy.context.preferences.system.ui_scale, bpy.context.region
+    width = region.width if region is not None else 0
     longest = max(int((width / scale - _MARGIN) / _CHARACTER), 20)
-    line = ""
-    for word in [*text.split(), None]:
-        if word is None or (line and len(line) + len(word) > longest):
-            box.label(text=line.strip(), icon=icon)
-            icon, line = "BLANK1", ""
-        line += f"{word} "
+    lines = textwrap.wrap(text, longest, break_long_words=False, break_on_hyphens=False)
+    for line in lines:
+        box.label(text=line, icon=icon)
+        icon = "BLANK1"
 
 
 def plot(layout: bpy.types.UILayout, name: str) -> None:

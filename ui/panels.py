@@ -2,34 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
-import math
-from typing import TYPE_CHECKING, Any, override
+from typing import Any, override
 
 import bpy
 
-from ..scene import stored_settings as optics
-from ..scene.session import is_live
-from ..scene.unsupported import unsupported, unsupported_of_camera
-from ..uw_spectral.errors import InputError
-from . import migration, presets, previews
-from .panel_parts import (
-    LOOK_SCALE,
-    TAB,
-    Panel,
-    SubPanel,
-    panel_settings,
-    plot,
-    say,
-    shows_water,
-)
-from .reporting import sentence, water_settings
+from . import presets, previews
+from .main_panel import MainPanel
+from .object_panels import LampsPanel, ParticlesPanel
+from .panel_parts import LOOK_SCALE, TAB, SubPanel, panel_settings
+from .reporting import water_settings
 from .section_panels import (
     DepthPanel,
     HousingPanel,
-    LampsPanel,
-    ParticlesPanel,
     QualityPanel,
+    ReadoutsPanel,
     SensorPanel,
     SunPanel,
     WaterPanel,
@@ -37,64 +23,6 @@ from .section_panels import (
     draw_depth,
     draw_water,
 )
-
-if TYPE_CHECKING:
-    from ..uw_spectral.imaging.water_colour import DominantColour
-
-
-class MainPanel(Panel, bpy.types.Panel):
-    """Adds and removes the water."""
-
-    bl_idname = "UNDERWATER_PT_main"
-    bl_label = "Underwater"
-
-    @override
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        presets.UNDERWATER_PT_look_presets.draw_panel_header(self.layout)
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        from ..scene.engines import transparent_film
-        from ..scene.materials import own_water
-        from ..scene.readers.cameras import camera_of
-        from ..scene.viewport import preview_depths, problems
-
-        layout, scene = self.layout, context.scene
-        column = layout.column()
-        column.scale_y = 1.4
-        if is_live(scene):
-            row = column.row(align=True)
-            row.operator("underwater.remove_water", icon="X")
-            row.operator("underwater.rebuild", text="", icon="FILE_REFRESH")
-        else:
-            column.operator("underwater.add_water", icon="MOD_OCEAN")
-        layout.operator_menu_enum("underwater.add_example", "example", icon="SCENE_DATA")
-        if not scene.is_editable:
-            say(layout, "This scene is linked: make it local to change its water.", "LINKED")
-        if migration.is_newer(scene):
-            say(layout, "A newer version of the extension has saved this file.", "ERROR")
-        notes = unsupported(scene)
-        camera = camera_of(scene)
-        if camera is not None:
-            notes += unsupported_of_camera(scene, camera, traced=not is_live(scene))
-            if not is_live(scene):  # there the film is Blender's own
-                with contextlib.suppress(InputError):  # which a render tells
-                    stored = optics.stored_settings(scene)
-                    notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
-        for note in (*notes, *problems.standing_notes(scene)):
-            say(layout, sentence(note), "ERROR")
-        if any(own_water.ADVICE in note for note in notes):
-            layout.prop(water_settings(context), "hide_own_water")
-        problem = problems.problem(scene)
-        if problem:
-            say(layout, problem, "ERROR")
-        depth = preview_depths.camera_depth(scene)
-        # Add Water lowers a dry scene itself.
-        if is_live(scene) and depth is not None and depth <= 0:
-            say(layout, "The camera looks at the water from above.", "INFO")
-            layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
-        if is_live(scene) and not shows_water(context):
-            layout.operator("underwater.show", icon="SHADING_RENDERED")
 
 
 class LooksPanel(SubPanel, bpy.types.Panel):
@@ -113,7 +41,7 @@ class LooksPanel(SubPanel, bpy.types.Panel):
                 cell.template_icon(icon_value=picture, scale=LOOK_SCALE)
             button = cell.operator("underwater.apply_preset", text=name)
             button.filepath = str(path)
-            button.menu_idname = presets.UNDERWATER_PT_look_presets.__name__
+            button.menu_idname = presets.KINDS["look"].panel.__name__
 
 
 class EssentialsPanel(SubPanel, bpy.types.Panel):
@@ -172,53 +100,6 @@ class AdvancedPanel(SubPanel, bpy.types.Panel):
     @override
     def draw(self, context: bpy.types.Context) -> None:
         pass
-
-
-class ReadoutsPanel(SubPanel, bpy.types.Panel):
-    """What the settings mean, in words and numbers."""
-
-    bl_parent_id = "UNDERWATER_PT_advanced"
-    bl_idname = "UNDERWATER_PT_readouts"
-    bl_label = "Read-outs"
-
-    @override
-    def draw(self, context: bpy.types.Context) -> None:
-        pictures = previews.of_scene(context.scene)
-        found = pictures.readouts
-        if pictures.error:
-            say(self.layout, pictures.error, "ERROR")
-        if found is None:
-            if not pictures.error:
-                self.layout.label(text="Computing…", icon="TIME")
-            return
-        self.layout.template_icon(icon_value=previews.icon_id("open water"), scale=2.0)
-        rows = {
-            "Visibility": f"{_metres(found.visibility)} (contrast 2 %)",
-            "1 % light": f"at {_metres(found.euphotic_depth)}",
-            "Colour": _colour(found.colour),
-            "Colour error": f"ΔE {found.colour_error.mean:.2f}, "
-            f"max {found.colour_error.maximum:.2f}",
-        }
-        if pictures.inelastic is not None:
-            rows["Inelastic"] = f"{100 * pictures.inelastic:.2g} % of the water's luminance"
-        grid = self.layout.column(align=True)
-        for name, value in rows.items():
-            split = grid.split(factor=0.38)
-            split.label(text=name)
-            split.label(text=value)
-        self.layout.label(text="Light left at the camera")
-        plot(self.layout, "light")
-
-
-def _metres(value: float) -> str:
-    return f"{value:.3g} m" if math.isfinite(value) else "no limit"
-
-
-def _colour(colour: DominantColour) -> str:
-    if math.isnan(colour.wavelength):
-        return colour.name
-    complementary = " (complement)" if colour.wavelength < 0 else ""
-    return f"{colour.name}, {abs(colour.wavelength):.0f} nm{complementary}"
 
 
 CLASSES = (

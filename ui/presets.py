@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import override
+from typing import Any, override
 
 import bpy
 from bl_operators.presets import AddPresetBase
@@ -20,12 +21,12 @@ from ..settings.former_names import FORMER_NAMES
 from ..settings.setting import SECTIONS
 from ..uw_spectral.errors import unknown_name
 from .live_updates import transaction
+from .reporting import Described
 from .sections import settings_of
 
 _FOLDER = Path(__file__).resolve().parent.parent
 _SCENE = "bpy.context.scene.underwater"
 
-_WATER, _CAMERA = settings_of("water"), settings_of("sensor")
 # Of the camera that one dives with, whatever the look.
 _DEVICE = {
     *("filter", "raw", "iso", "full_well", "read_noise", "receptors", "false_colour"),
@@ -36,10 +37,6 @@ _LOOK = tuple(
     for name in settings_of(*(section for section in SECTIONS if section != "quality"))
     if name not in _DEVICE
 )
-
-
-def _values(names: tuple[str, ...]) -> list[str]:
-    return [f"{_SCENE}.{name}" for name in names]
 
 
 @contextmanager
@@ -61,12 +58,11 @@ def _in_present_names(path: Path) -> Iterator[Path]:
         yield copy
 
 
-class ApplyPreset(bpy.types.Operator):
-    """Runs a preset as Blender does; live water follows once, and undo is one step."""
+class ApplyPreset(Described, bpy.types.Operator):
+    """Apply a preset to the water of the scene."""
 
     bl_idname = "underwater.apply_preset"
     bl_label = "Apply Preset"
-    bl_description = "Apply a preset to the water of the scene"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
 
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE", "HIDDEN"})
@@ -84,95 +80,52 @@ class ApplyPreset(bpy.types.Operator):
             return {"CANCELLED"}
 
 
-class _PresetPanel(PresetPanel, bpy.types.Panel):
-    """Popover with the presets of one kind."""
+@dataclass(frozen=True)
+class PresetKind:
+    """Presets that hold some settings: their popover, and what adds and removes them."""
 
-    preset_operator = ApplyPreset.bl_idname
-
-    def __init_subclass__(cls) -> None:
-        cls.preset_operator_defaults = {"menu_idname": cls.__name__}
-
-
-class UNDERWATER_PT_water_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
-    """Waters."""
-
-    bl_label = "Water Presets"
-    preset_subdir = "underwater_spectral/water"
-    preset_add_operator = "underwater.water_preset_add"
+    panel: Any
+    adder: Any
+    settings: tuple[str, ...]
 
 
-class UNDERWATER_PT_look_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
-    """Waters with their light and floor."""
-
-    bl_label = "Looks"
-    preset_subdir = "underwater_spectral/look"
-    preset_add_operator = "underwater.look_preset_add"
-
-
-class UNDERWATER_PT_camera_presets(_PresetPanel):  # noqa: N801 - the name is the identifier
-    """Cameras and how they are developed."""
-
-    bl_label = "Camera Presets"
-    preset_subdir = "underwater_spectral/camera"
-    preset_add_operator = "underwater.camera_preset_add"
-
-
-class WaterPresetAdd(AddPresetBase, bpy.types.Operator):
-    """Add or remove a water preset."""
-
-    bl_idname = "underwater.water_preset_add"
-    bl_description = "Add or remove a water preset"
-    bl_label = "Add Water Preset"
-    preset_menu = "UNDERWATER_PT_water_presets"
-    preset_subdir = UNDERWATER_PT_water_presets.preset_subdir
-    preset_values = _values(_WATER)
-
-
-class LookPresetAdd(AddPresetBase, bpy.types.Operator):
-    """Add or remove a look."""
-
-    bl_idname = "underwater.look_preset_add"
-    bl_description = "Add or remove a look: water, light, floor and development"
-    bl_label = "Add Look"
-    preset_menu = "UNDERWATER_PT_look_presets"
-    preset_subdir = UNDERWATER_PT_look_presets.preset_subdir
-    preset_values = _values(_LOOK)
-
-
-class CameraPresetAdd(AddPresetBase, bpy.types.Operator):
-    """Add or remove a camera preset."""
-
-    bl_idname = "underwater.camera_preset_add"
-    bl_description = "Add or remove a camera preset"
-    bl_label = "Add Camera Preset"
-    preset_menu = "UNDERWATER_PT_camera_presets"
-    preset_subdir = UNDERWATER_PT_camera_presets.preset_subdir
-    preset_values = _values(_CAMERA)
+def _kind(name: str, label: str, settings: tuple[str, ...], holds: str = "") -> PresetKind:
+    """Make the classes that Blender wants of each kind; ``label`` names one of its presets."""
+    menu, folder = f"UNDERWATER_PT_{name}_presets", f"underwater_spectral/{name}"
+    panel = {
+        "bl_label": f"{label}s",
+        "preset_subdir": folder,
+        "preset_operator": ApplyPreset.bl_idname,
+        "preset_operator_defaults": {"menu_idname": menu},
+        "preset_add_operator": f"underwater.{name}_preset_add",
+    }
+    adder = {
+        "bl_idname": panel["preset_add_operator"],
+        "bl_label": f"Add {label}",
+        "bl_description": f"Add or remove a {label.lower()}{holds}",
+        "preset_menu": menu,
+        "preset_subdir": folder,
+        "preset_values": [f"{_SCENE}.{setting}" for setting in settings],
+    }
+    return PresetKind(
+        type(menu, (PresetPanel, bpy.types.Panel), panel),
+        type(f"{name.title()}PresetAdd", (AddPresetBase, bpy.types.Operator), adder),
+        settings,
+    )
 
 
 KINDS = {
-    "water": UNDERWATER_PT_water_presets,
-    "look": UNDERWATER_PT_look_presets,
-    "camera": UNDERWATER_PT_camera_presets,
+    "water": _kind("water", "Water Preset", settings_of("water")),
+    "look": _kind("look", "Look", _LOOK, ": water, light, floor and development"),
+    "camera": _kind("camera", "Camera Preset", settings_of("sensor")),
 }
 
-CLASSES = (
-    ApplyPreset,
-    *KINDS.values(),
-    WaterPresetAdd,
-    LookPresetAdd,
-    CameraPresetAdd,
-)
-
-
-def held_by(kind: str) -> tuple[str, ...]:
-    """Return the names of the settings that a preset of a kind holds."""
-    return {"water": _WATER, "look": _LOOK, "camera": _CAMERA}[kind]
+_CLASSES = (ApplyPreset, *(x.panel for x in KINDS.values()), *(x.adder for x in KINDS.values()))
 
 
 def names(kind: str) -> dict[str, Path]:
     """Return the presets of a kind (``water``, ``look``, ``camera``): name to file."""
-    folders = bpy.utils.preset_paths(KINDS[kind].preset_subdir)
+    folders = bpy.utils.preset_paths(KINDS[kind].panel.preset_subdir)
     files = (path for folder in folders for path in sorted(Path(folder).glob("*.py")))
     return {bpy.path.display_name(path.name, title_case=False): path for path in files}
 
@@ -185,12 +138,14 @@ def apply(kind: str, name: str) -> None:
     known = names(kind)
     if name not in known:
         raise unknown_name(f"{kind} preset", name, list(known))
-    bpy.ops.underwater.apply_preset(filepath=str(known[name]), menu_idname=KINDS[kind].__name__)
+    bpy.ops.underwater.apply_preset(
+        filepath=str(known[name]), menu_idname=KINDS[kind].panel.__name__
+    )
 
 
 def register() -> None:
     """Register classes and the folder of the factory presets."""
-    for cls in CLASSES:
+    for cls in _CLASSES:
         bpy.utils.register_class(cls)
     bpy.utils.register_preset_path(str(_FOLDER))
 
@@ -198,5 +153,5 @@ def register() -> None:
 def unregister() -> None:
     """Undo :func:`register`; the user's presets stay."""
     bpy.utils.unregister_preset_path(str(_FOLDER))
-    for cls in reversed(CLASSES):
+    for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -6,7 +6,8 @@ missing; a timer computes it and draws the sidebar again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import functools
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,20 +18,14 @@ from numpy.typing import NDArray
 
 from ..scene import stored_settings
 from ..settings.known_words import JERLOV_TEXTS
-from ..settings.scene_settings import SETTINGS, SceneSettings
-from ..settings.water_settings import CONSTITUENTS
+from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.water.optical_properties import JERLOV_TYPES
 from .panel_job import method
-from .reporting import sentence
 
 if TYPE_CHECKING:
     from ..uw_spectral.imaging.summary import Readouts
-    from ..uw_spectral.imaging.viewpoint import Viewpoint
-    from ..uw_spectral.spectra.spectrum import Spectrum
 
-SWATCH_SIZE = 64
-PLOT_SIZE = (360, 240)
 _DELAY = 0.15
 _THUMBNAILS = Path(__file__).resolve().parent / "thumbnails"
 
@@ -113,6 +108,8 @@ def of_scene(scene: bpy.types.Scene) -> Pictures:
 
 def compute(scene: bpy.types.Scene) -> Pictures:
     """Compute pictures and read-outs of a scene now."""
+    from . import preview_optics
+
     state = _states[-1]
     key = _key(scene)
     pictures = Pictures(key)
@@ -121,7 +118,7 @@ def compute(scene: bpy.types.Scene) -> Pictures:
         pictures.error = _settings_error(scene)
         return pictures
     try:
-        _fill(state, pictures, *key)
+        preview_optics.fill(pictures, *key, functools.partial(_show, state))
     except InputError as error:
         pictures.error = str(error)
     return pictures
@@ -132,92 +129,12 @@ def concentration_for(scene: bpy.types.Scene, visibility: float) -> float:
 
     Raises InputError if the settings cannot be used, or no light is left at the camera.
     """
-    from ..settings.render_plan import plan_of, quiet
-    from ..uw_spectral.imaging import visibility as seen
-    from ..uw_spectral.imaging.description import REFERENCE_BANDS
+    from . import preview_optics
 
     key = _key(scene)
     if key is None:
         raise InputError(_settings_error(scene))
-    chosen, depth = key
-    fine = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", inelastic="")
-
-    def at(concentration: float) -> float:
-        plan = plan_of(replace(fine, concentration=concentration))
-        return seen.horizontal_visibility(plan.viewpoint(depth))
-
-    with quiet():
-        most = SETTINGS["concentration"].limits[1]
-        return seen.concentration_for(visibility, at, most)
-
-
-def _fill(state: _State, pictures: Pictures, chosen: SceneSettings, depth: float) -> None:
-    from ..settings.render_plan import plan_of, quiet
-    from ..uw_spectral.imaging.description import REFERENCE_BANDS
-    from ..uw_spectral.imaging.summary import readouts
-    from ..uw_spectral.imaging.visibility import visibility_by_source
-    from ..uw_spectral.imaging.water_colour import inelastic_fraction, water_swatch
-    from ..uw_spectral.transfer.water_column import FEW_STREAMS
-    from . import plots
-
-    fine = replace(chosen, bands=REFERENCE_BANDS, wavelengths="")
-    gallery = JERLOV_TYPES if chosen.water != CONSTITUENTS else ()  # it is not shown then
-    for name in gallery:
-        try:
-            plan = plan_of(
-                replace(fine, water=f"jerlov:{name}", water_source=_source(chosen, name),
-                        second_water="", second_water_fraction=0.0, inelastic="")
-            )  # fmt: skip
-            swatch = water_swatch(plan.viewpoint(depth))
-        except InputError:
-            continue
-        _show(state, f"swatch {name}", _plain(swatch))
-    plan, reference = plan_of(chosen), plan_of(fine)
-    pictures.source, pictures.sensor = plan.water.source, sentence(plan.sensor.note)
-    scheme, _, water_type = chosen.water.partition(":")
-    if scheme == "jerlov":
-        each = visibility_by_source(water_type).items()
-        ranges = ", ".join(f"{metres:.3g} m ({source})" for source, metres in each)
-        pictures.visibility = f"Visibility at 550 nm: {ranges}"
-    view = plan.viewpoint(depth)
-    with quiet():
-        fine_view = reference.viewpoint(depth)
-        pictures.readouts = readouts(view, fine_view)
-        emission = reference.emission(FEW_STREAMS)
-        if emission is not None:
-            pictures.inelastic = inelastic_fraction(fine_view, emission)
-    _show(state, "open water", _plain(pictures.readouts.swatch))
-    water = plan.waters.at(depth)
-    coefficients = {"a": water.absorption, "b": water.scattering}
-    coefficients["bb"] = _backscattering(fine_view)
-    if water.diffuse_attenuation is not None:
-        coefficients["Kd"] = water.diffuse_attenuation
-    _show(state, "water", plots.plot_coefficients(coefficients, plan.bands, PLOT_SIZE))
-    _show(state, "sensor", plots.plot_sensor(plan.sensor, plan.bands, PLOT_SIZE))
-    light = pictures.readouts.transmitted_light
-    _show(state, "light", plots.plot_transmitted_light(light, plan.bands, PLOT_SIZE))
-
-
-def _backscattering(view: Viewpoint) -> Spectrum:
-    from ..uw_spectral.spectra.spectrum import Spectrum
-
-    values = view.layer.phase.backscatter_ratio * view.layer.scattering
-    return Spectrum(view.column.bands.centres, values, "bb")
-
-
-def _source(chosen: SceneSettings, name: str) -> str:
-    """Source of a swatch: the chosen one if it has the type."""
-    from ..uw_spectral.water.named import list_waters
-    from ..uw_spectral.water.optical_properties import DEFAULT_SOURCE
-
-    known = f"jerlov:{name}" in list_waters()[chosen.water_source]
-    return chosen.water_source if known else DEFAULT_SOURCE
-
-
-def _plain(colour: NDArray[np.float64]) -> NDArray[np.float32]:
-    picture = np.ones((SWATCH_SIZE, SWATCH_SIZE, 4), dtype=np.float32)
-    picture[..., :3] = colour
-    return picture
+    return preview_optics.concentration_for(*key, visibility)
 
 
 def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:

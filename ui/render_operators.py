@@ -1,4 +1,4 @@
-"""Buttons that render: pictures, the reference, and bundles for farms."""
+"""Buttons that decide how and render: Auto, pictures, the reference, bundles for farms."""
 
 # pyright: reportInvalidTypeForm=false
 # Blender declares properties as annotations that are calls.
@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, override
 
@@ -16,7 +17,7 @@ import bpy
 from ..scene import stored_settings as optics
 from ..uw_spectral.errors import InputError
 from . import migration, panel_job, shown_pictures
-from .reporting import ReportingOperator
+from .reporting import Described, ReportingOperator
 
 if TYPE_CHECKING:
     from ..jobs.job import Job
@@ -25,7 +26,35 @@ if TYPE_CHECKING:
 _STEP_SECONDS = 0.05
 
 
-class _RenderOperator(bpy.types.Operator):
+class Auto(ReportingOperator):
+    """Look at the scene through its camera, and choose bands, terms, shafts and samples: the
+    cheapest that keep the colour error. A stricter error brings back what was left out.
+    """
+
+    bl_idname = "underwater.auto"
+    bl_label = "Auto"
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..jobs import scene_requirements
+        from ..scene.readers import cameras
+
+        scene = context.scene
+        panel = getattr(scene, panel_job.PROPERTY)
+        earlier = panel_job.before_auto(scene)
+        choice = scene_requirements.choose(
+            scene,
+            cameras.find_camera(scene, None),
+            lambda: replace(optics.stored_settings(scene), **earlier),
+            panel_job.job(scene),
+            target=panel.target_delta_e,
+        )
+        panel_job.write_choice(scene, earlier, choice)
+        for line in choice.lines:
+            self.report({"INFO"}, line)
+
+
+class _RenderOperator(Described, bpy.types.Operator):
     """Renders pass by pass, while the window answers in between, and shows what is finished."""
 
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
@@ -144,14 +173,12 @@ class _RenderOperator(bpy.types.Operator):
 
 
 class Render(_RenderOperator):
-    """Renders what the panel says into the output folder."""
+    """Render into the output folder. Esc stops after the current pass; finished passes stay, and
+    Continue goes on with them.
+    """
 
     bl_idname = "underwater.render"
     bl_label = "Render"
-    bl_description = (
-        "Render into the output folder. Esc stops after the current pass; finished passes stay, "
-        "and Continue goes on with them"
-    )
 
     resume: bpy.props.BoolProperty(
         name="Continue",
@@ -169,14 +196,12 @@ class Render(_RenderOperator):
 
 
 class RenderReference(_RenderOperator):
-    """Renders the current frame with Cycles, whatever the quality of the panel is."""
+    """Render the current frame with Cycles, band by band, into the folder reference of the output
+    folder, and show it. Esc stops after the current pass.
+    """
 
     bl_idname = "underwater.render_reference"
     bl_label = "Render Reference"
-    bl_description = (
-        "Render the current frame with Cycles, band by band, into the folder reference of the "
-        "output folder, and show it. Esc stops after the current pass"
-    )
 
     @override
     def job(self, scene: bpy.types.Scene) -> Job:
@@ -188,14 +213,12 @@ class RenderReference(_RenderOperator):
 
 
 class FarmBundle(ReportingOperator):
-    """Writes the render as a job for a farm."""
+    """Plan the render and write it as a folder for a render farm: a job of Open Job Description,
+    which AWS Deadline Cloud and openjd run. The file must be saved.
+    """
 
     bl_idname = "underwater.farm_bundle"
     bl_label = "Farm Bundle…"
-    bl_description = (
-        "Plan the render and write it as a folder for a render farm: a job of Open Job "
-        "Description, which AWS Deadline Cloud and openjd run. The file must be saved"
-    )
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
 
     directory: bpy.props.StringProperty(

@@ -20,7 +20,15 @@ def sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
-class ReportingOperator(bpy.types.Operator):
+class Described:
+    """Has its docstring as its tooltip."""
+
+    def __init_subclass__(cls) -> None:
+        if "bl_description" not in vars(cls):
+            cls.bl_description = " ".join((cls.__doc__ or "").split()).removesuffix(".")
+
+
+class ReportingOperator(Described, bpy.types.Operator):
     """Reports errors of the input instead of raising them."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it

@@ -2,60 +2,31 @@
 
 from __future__ import annotations
 
-from typing import override
+import math
+from typing import TYPE_CHECKING, override
 
 import bpy
 
-from ..scene import stored_clouds, stored_lamps
 from ..scene.raised_limits import raised_limits
 from ..scene.session import is_live
 from ..settings.scene_settings import SETTINGS
-from ..settings.setting import SECTIONS
-from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.transfer.water_column import WAVES
-from . import panel_job, presets, previews, sections, sun_handle
+from . import panel_job, presets, previews, sun_handle
 from .panel_parts import SWATCH_SCALE, SubPanel, panel_settings, plot, say
 from .reporting import sentence, water_settings
+from .sections import SectionPanel
+
+if TYPE_CHECKING:
+    from ..uw_spectral.imaging.water_colour import DominantColour
 
 
-class _SectionPanel(SubPanel):
-    """The settings of a section; what is drawn otherwise stands before them or behind."""
-
-    bl_parent_id = "UNDERWATER_PT_advanced"
-    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
-    section: str
-    apart: tuple[str, ...] = ()
-    popover: type[presets.PresetPanel] | None = None
-
-    def __init_subclass__(cls) -> None:
-        if "bl_idname" not in vars(cls):
-            cls.bl_idname = f"UNDERWATER_PT_{cls.section}"
-            cls.bl_label = SECTIONS[cls.section].title
-
-    def draw_header_preset(self, _: bpy.types.Context) -> None:
-        sections.draw_reset(self.layout, self.section)
-        if self.popover is not None:
-            self.popover.draw_panel_header(self.layout)
-
-    def draw(self, context: bpy.types.Context) -> None:
-        self.before(context)
-        sections.draw(self.column(), context.scene, self.section, self.apart)
-        self.after(context)
-
-    def before(self, context: bpy.types.Context) -> None:
-        """Draw what stands before the settings."""
-
-    def after(self, context: bpy.types.Context) -> None:
-        """Draw what stands behind them."""
-
-
-class WaterPanel(_SectionPanel, bpy.types.Panel):
+class WaterPanel(SectionPanel, bpy.types.Panel):
     """What makes a water one's own."""
 
     section = "water"
     apart = ("water", "inelastic")
-    popover = presets.UNDERWATER_PT_water_presets
+    popover = presets.KINDS["water"].panel
 
     @override
     def before(self, context: bpy.types.Context) -> None:
@@ -75,7 +46,7 @@ class WaterPanel(_SectionPanel, bpy.types.Panel):
         plot(self.layout, "water")
 
 
-class DepthPanel(_SectionPanel, bpy.types.Panel):
+class DepthPanel(SectionPanel, bpy.types.Panel):
     """Where the camera and the floor are."""
 
     section = "depth"
@@ -87,7 +58,7 @@ class DepthPanel(_SectionPanel, bpy.types.Panel):
         column.label(text="The surface is z = 0; 1 unit is 1 m", icon="MOD_OCEAN")
 
 
-class WavesPanel(_SectionPanel, bpy.types.Panel):
+class WavesPanel(SectionPanel, bpy.types.Panel):
     """The moving surface and its caustics."""
 
     section = "waves"
@@ -100,40 +71,7 @@ class WavesPanel(_SectionPanel, bpy.types.Panel):
                 say(self.layout, sentence(said))
 
 
-class ParticlesPanel(_SectionPanel, bpy.types.Panel):
-    """What floats in the water and is seen by itself."""
-
-    section = "particles"
-
-    @override
-    def before(self, context: bpy.types.Context) -> None:
-        self.column().label(text="Larger than 0.1 mm, per litre", icon="PARTICLES")
-
-    @override
-    def after(self, context: bpy.types.Context) -> None:
-        from ..scene.readers import clouds
-
-        column = self.column()
-        column.separator()
-        column.operator_menu_enum("underwater.add_cloud", "constituent", icon="OUTLINER_OB_VOLUME")
-        water = water_settings(context)
-        if water.surface == WAVES and water.raised_waves and water.whitecaps:
-            column.operator("underwater.add_plumes", icon="MOD_OCEAN")
-        found, active = clouds.marked(context.scene), context.object
-        if active is not None and active not in found and active.type in (clouds.BLOB, clouds.GRID):
-            own = getattr(active, stored_clouds.PROPERTY)
-            column.prop(own, "constituent", text=active.name)
-        for item in found:
-            box = column.box().column()
-            box.label(text=item.name, icon="OUTLINER_OB_VOLUME")
-            own = getattr(item, stored_clouds.PROPERTY)
-            box.prop(own, "constituent")
-            box.prop(own, "concentration", text=f"Concentration ({UNITS[own.constituent]})")
-            for said in clouds.diagnostics(item):
-                say(box, sentence(said))
-
-
-class SunPanel(_SectionPanel, bpy.types.Panel):
+class SunPanel(SectionPanel, bpy.types.Panel):
     """The light above the water."""
 
     section = "sun"
@@ -144,49 +82,7 @@ class SunPanel(_SectionPanel, bpy.types.Panel):
             self.layout.operator("underwater.add_sun_handle", icon="LIGHT_SUN")
 
 
-class LampsPanel(_SectionPanel, bpy.types.Panel):
-    """Torches, strobes and lights of vehicles, and how much sun there is beside them."""
-
-    section = "lamps"
-
-    @override
-    def after(self, context: bpy.types.Context) -> None:
-        from ..scene.readers import lamps
-
-        column = self.column()
-        column.operator_menu_enum("underwater.add_lamps", "rig", icon="LIGHT_SPOT")
-        for item, why in lamps.left_out(context.scene).items():
-            row = column.row()
-            row.active = False
-            row.label(text=f"{item.name}: dark here", icon=f"LIGHT_{item.data.type}")
-            row.prop(getattr(item.data, stored_lamps.PROPERTY), "in_water", text="Light")
-            say(column, sentence(why))
-        for item in lamps.objects_of(context.scene):
-            light = item.data
-            box = column.box().column()
-            box.label(text=item.name, icon=f"LIGHT_{light.type}")
-            own = getattr(light, stored_lamps.PROPERTY)
-            box.prop(light, "energy", text=f"Power ({own.unit if own.spectrum else 'W'})")
-            row = box.row(align=True)
-            row.prop(own, "spectrum")
-            chosen = row.operator_menu_enum(
-                "underwater.choose_spectrum", "spectrum", text="", icon="COLLAPSEMENU"
-            )
-            chosen.lamp = light.name
-            if own.spectrum:
-                box.prop(own, "unit")
-            else:
-                box.prop(light, "color")
-            box.prop(own, "profile")
-            if own.profile or light.type == "SPOT":
-                box.prop(own, "behind_port")
-            box.prop(own, "from_above")
-            box.prop(item, "visible_camera", text="Itself Seen")
-            for said in lamps.diagnostics(item):
-                say(box, sentence(said))
-
-
-class HousingPanel(_SectionPanel, bpy.types.Panel):
+class HousingPanel(SectionPanel, bpy.types.Panel):
     """The port and the lens that the camera looks through."""
 
     section = "housing"
@@ -198,12 +94,12 @@ class HousingPanel(_SectionPanel, bpy.types.Panel):
             say(self.layout, "The viewport shows what there is without; renders have it.")
 
 
-class SensorPanel(_SectionPanel, bpy.types.Panel):
+class SensorPanel(SectionPanel, bpy.types.Panel):
     """The camera's spectral sensitivities and the development."""
 
     section = "sensor"
     apart = ("sensor", "exposure")
-    popover = presets.UNDERWATER_PT_camera_presets
+    popover = presets.KINDS["camera"].panel
 
     @override
     def before(self, context: bpy.types.Context) -> None:
@@ -225,7 +121,7 @@ class SensorPanel(_SectionPanel, bpy.types.Panel):
         plot(self.layout, "sensor")
 
 
-class QualityPanel(_SectionPanel, bpy.types.Panel):
+class QualityPanel(SectionPanel, bpy.types.Panel):
     """How the water is rendered."""
 
     section = "quality"
@@ -254,6 +150,53 @@ class QualityPanel(_SectionPanel, bpy.types.Panel):
             grid.prop_enum(panel, "layers", item.identifier)
         for line in panel.decisions.splitlines():
             say(self.layout, line)
+
+
+class ReadoutsPanel(SubPanel, bpy.types.Panel):
+    """What the settings mean, in words and numbers."""
+
+    bl_parent_id = "UNDERWATER_PT_advanced"
+    bl_idname = "UNDERWATER_PT_readouts"
+    bl_label = "Read-outs"
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        pictures = previews.of_scene(context.scene)
+        found = pictures.readouts
+        if pictures.error:
+            say(self.layout, pictures.error, "ERROR")
+        if found is None:
+            if not pictures.error:
+                self.layout.label(text="Computing…", icon="TIME")
+            return
+        self.layout.template_icon(icon_value=previews.icon_id("open water"), scale=2.0)
+        rows = {
+            "Visibility": f"{_metres(found.visibility)} (contrast 2 %)",
+            "1 % light": f"at {_metres(found.euphotic_depth)}",
+            "Colour": _colour(found.colour),
+            "Colour error": f"ΔE {found.colour_error.mean:.2f}, "
+            f"max {found.colour_error.maximum:.2f}",
+        }
+        if pictures.inelastic is not None:
+            rows["Inelastic"] = f"{100 * pictures.inelastic:.2g} % of the water's luminance"
+        grid = self.layout.column(align=True)
+        for name, value in rows.items():
+            split = grid.split(factor=0.38)
+            split.label(text=name)
+            split.label(text=value)
+        self.layout.label(text="Light left at the camera")
+        plot(self.layout, "light")
+
+
+def _metres(value: float) -> str:
+    return f"{value:.3g} m" if math.isfinite(value) else "no limit"
+
+
+def _colour(colour: DominantColour) -> str:
+    if math.isnan(colour.wavelength):
+        return colour.name
+    complementary = " (complement)" if colour.wavelength < 0 else ""
+    return f"{colour.name}, {abs(colour.wavelength):.0f} nm{complementary}"
 
 
 def draw_water(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:

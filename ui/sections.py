@@ -4,16 +4,17 @@ from __future__ import annotations
 
 # pyright: reportInvalidTypeForm=false
 # Blender declares properties as annotations that are calls.
-from collections.abc import Collection
 from typing import override
 
 import bpy
+from bl_ui.utils import PresetPanel
 
-from ..scene import stored_settings
 from ..settings.scene_settings import SETTINGS
 from ..settings.setting import SECTIONS
 from . import panel_job
 from .live_updates import transaction
+from .panel_parts import SubPanel, panel_settings
+from .reporting import ReportingOperator, water_settings
 
 TICKED = ("inelastic", "layers")
 """Settings that are lists of words: in a panel, tick boxes."""
@@ -24,43 +25,11 @@ def settings_of(*sections: str) -> tuple[str, ...]:
     return tuple(name for name, setting in SETTINGS.items() if setting.section in sections)
 
 
-def draw(
-    column: bpy.types.UILayout,
-    scene: bpy.types.Scene,
-    section: str,
-    apart: Collection[str] = (),
-) -> None:
-    """Draw the settings of a section that have an effect now, what only researchers need last.
-
-    ``section`` is one of :data:`.SECTIONS`; those ``apart`` are drawn otherwise.
-    """
-    group = getattr(scene, stored_settings.PROPERTY)
-    panel = getattr(scene, panel_job.PROPERTY)
-    engine = panel_job.method(scene).engine
-    names = [name for name in settings_of(section) if name not in apart]
-    for who in ("artist", "researcher"):
-        rows = [setting for setting in map(SETTINGS.__getitem__, names) if setting.who == who]
-        rows = [s for s in rows if s.engine in ("", engine) and s.applies(group)]
-        if rows and who == "researcher":
-            column.separator()
-        for setting in rows:
-            column.prop(*_shown_as(group, panel, setting.name))
-
-
-def _shown_as(
-    group: bpy.types.PropertyGroup, panel: bpy.types.PropertyGroup, name: str
-) -> tuple[bpy.types.PropertyGroup, str]:
-    """Return what shows a setting: lists of words are tick boxes."""
-    return (panel, name) if name in TICKED else (group, name)
-
-
-class ResetSection(bpy.types.Operator):
-    """Gives the settings of a section their defaults."""
+class ResetSection(ReportingOperator):
+    """Give every setting of this section its default."""
 
     bl_idname = "underwater.reset_section"
     bl_label = "Reset Section"
-    bl_description = "Give every setting of this section its default"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
 
     section: bpy.props.EnumProperty(
         name="Section",
@@ -70,20 +39,61 @@ class ResetSection(bpy.types.Operator):
     )
 
     @override
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        group = getattr(context.scene, stored_settings.PROPERTY)
+    def run(self, context: bpy.types.Context) -> None:
+        group = water_settings(context)
         with transaction():
             for name in settings_of(self.section):
                 # Setting lets live water follow, which unsetting alone would not.
                 setattr(group, name, SETTINGS[name].default)
                 group.property_unset(name)
-        return {"FINISHED"}
 
 
-def draw_reset(layout: bpy.types.UILayout, section: str) -> None:
-    """Draw the button of a section's header."""
-    button = layout.operator(ResetSection.bl_idname, text="", icon="LOOP_BACK", emboss=False)
-    button.section = section
+class SectionPanel(SubPanel):
+    """The settings of a section; what is drawn otherwise stands before them or behind."""
+
+    bl_parent_id = "UNDERWATER_PT_advanced"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - as Blender wants it
+    section: str
+    apart: tuple[str, ...] = ()
+    popover: type[PresetPanel] | None = None
+
+    def __init_subclass__(cls) -> None:
+        if "bl_idname" not in vars(cls):
+            cls.bl_idname = f"UNDERWATER_PT_{cls.section}"
+            cls.bl_label = SECTIONS[cls.section].title
+
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        """Draw what resets the section, and its presets."""
+        kind = ResetSection.bl_idname
+        reset = self.layout.operator(kind, text="", icon="LOOP_BACK", emboss=False)
+        reset.section = self.section
+        if self.popover is not None:
+            self.popover.draw_panel_header(self.layout)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the settings, and what stands around them."""
+        self.before(context)
+        self._draw_settings(context)
+        self.after(context)
+
+    def before(self, context: bpy.types.Context) -> None:
+        """Draw what stands before the settings."""
+
+    def after(self, context: bpy.types.Context) -> None:
+        """Draw what stands behind them."""
+
+    def _draw_settings(self, context: bpy.types.Context) -> None:
+        """Draw those that have an effect now, what only researchers need last."""
+        column, water, panel = self.column(), water_settings(context), panel_settings(context)
+        engine = panel_job.method(context.scene).engine
+        names = [name for name in settings_of(self.section) if name not in self.apart]
+        for who in ("artist", "researcher"):
+            rows = [setting for setting in map(SETTINGS.__getitem__, names) if setting.who == who]
+            rows = [s.name for s in rows if s.engine in ("", engine) and s.applies(water)]
+            if rows and who == "researcher":
+                column.separator()
+            for name in rows:
+                column.prop(panel if name in TICKED else water, name)
 
 
 register, unregister = bpy.utils.register_classes_factory((ResetSection,))

@@ -12,6 +12,7 @@ import bpy
 from mathutils import Euler, Vector
 
 from ..scene import stored_settings
+from .reporting import ReportingOperator
 
 NAME = "Underwater Sun"
 _DISTANCE = 12.0  # m
@@ -30,16 +31,13 @@ def driven(scene: bpy.types.Scene) -> bool:
     return data is not None and any(d.data_path in paths for d in data.drivers)
 
 
-class AddSunHandle(bpy.types.Operator):
-    """Adds the empty."""
+class AddSunHandle(ReportingOperator):
+    """Add an empty in the sky above the origin; the sun stands where you move it. Delete the
+    drivers of zenith and azimuth to set numbers again.
+    """
 
     bl_idname = "underwater.add_sun_handle"
     bl_label = "Grab the Sun"
-    bl_description = (
-        "Add an empty in the sky above the origin; the sun stands where you move it."
-        " Delete the drivers of zenith and azimuth to set numbers again"
-    )
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
 
     @classmethod
     @override
@@ -47,7 +45,7 @@ class AddSunHandle(bpy.types.Operator):
         return context.scene.is_editable and not driven(context.scene)
 
     @override
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def run(self, context: bpy.types.Context) -> None:
         scene = context.scene
         group = getattr(scene, stored_settings.PROPERTY)
         handle = bpy.data.objects.new(NAME, None)
@@ -64,7 +62,6 @@ class AddSunHandle(bpy.types.Operator):
                 target = variable.targets[0]
                 target.id, target.transform_type = handle, f"LOC_{axis.upper()}"
                 target.transform_space = "WORLD_SPACE"
-        return {"FINISHED"}
 
 
 register, unregister = bpy.utils.register_classes_factory((AddSunHandle,))

@@ -94,7 +94,8 @@ def test_a_preset_is_one_update(scene, work, kind, which):
 
 
 def test_the_menu_of_presets_is_a_transaction():
-    for kind, panel in presets.KINDS.items():
+    for kind, made in presets.KINDS.items():
+        panel = made.panel
         assert panel.preset_operator == "underwater.apply_preset"
         assert panel.preset_operator_defaults == {"menu_idname": panel.__name__}, kind
 
@@ -103,7 +104,7 @@ def test_the_menu_of_presets_is_a_transaction():
 def test_a_preset_that_fails_is_reported_and_followed(scene, work, tmp_path):
     path = tmp_path / "broken.py"
     path.write_text('import bpy\nbpy.context.scene.underwater.water = "jerlov:I"\n1 / 0\n')
-    menu = presets.UNDERWATER_PT_water_presets.__name__
+    menu = presets.KINDS["water"].panel.__name__
     with pytest.raises(RuntimeError, match="ZeroDivisionError"):
         bpy.ops.underwater.apply_preset(filepath=str(path), menu_idname=menu)
     assert work == ["values"]

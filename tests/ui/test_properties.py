@@ -333,7 +333,7 @@ def test_own_preset_round_trip(tmp_path, monkeypatch):
 
 def test_a_look_holds_every_setting_of_the_picture(tmp_path, monkeypatch):
     """All but how it is rendered; what has been changed since comes back."""
-    held = set(presets.held_by("look"))
+    held = set(presets.KINDS["look"].settings)
     device = {"filter", "raw", "iso", "full_well", "read_noise", "receptors", "false_colour"}
     picture = {n for n, s in SETTINGS.items() if s.section not in ("quality", "housing")}
     assert held == picture - device
@@ -358,7 +358,7 @@ def test_factory_looks_leave_nothing_as_it_was():
     for path in presets.names("look").values():
         text = path.read_text(encoding="utf-8")
         given = set(re.findall(r"^water\.(\w+) = ", text, re.MULTILINE))
-        assert given == set(presets.held_by("look")) - {"sensor"}, path.name
+        assert given == set(presets.KINDS["look"].settings) - {"sensor"}, path.name
 
 
 def _made(folder: Path) -> str:
