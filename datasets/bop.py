@@ -43,6 +43,9 @@ class SeenModels:
 def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
     """Write one scene, its pictures, depths and masks included; return what is seen.
 
+    Raises InputError if a view lacks something, BOP has no place for the picture's format or the
+    lens's distortion, or a file cannot be written.
+
     Parameters
     ----------
     folder : Path
@@ -50,12 +53,6 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
     views : sequence of DataSetView
         Each with its depth, by cameras without distortion; instances with their silhouettes, as
         BOP counts what is hidden.
-
-    Raises
-    ------
-    InputError
-        If a view lacks something, BOP has no place for the picture's format or the lens's
-        distortion, or a file cannot be written.
 
     References
     ----------

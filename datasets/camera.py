@@ -19,12 +19,8 @@ class PinholeCamera:
     """Intrinsics of a camera.
 
     Image coordinates are pixels from the upper left corner of the picture, x to the right and y
-    down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio.
-
-    Raises
-    ------
-    InputError
-        If a size or focal length is not positive, or a number not finite.
+    down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio. Raises
+    InputError if a size or focal length is not positive, or a number not finite.
 
     References
     ----------
@@ -56,10 +52,7 @@ class PinholeCamera:
     def from_field_of_view(cls, width: int, height: int, degrees: float) -> PinholeCamera:
         """Return a camera without distortion and square pixels, of a horizontal field of view.
 
-        Raises
-        ------
-        InputError
-            If the angle is not between 0 and 180 degrees.
+        Raises InputError if the angle is not between 0 and 180 degrees.
 
         Examples
         --------
@@ -104,10 +97,7 @@ class PinholeCamera:
     def rays(self) -> Array:
         """Unit view directions of the pixels' centres in OpenCV's axes, shape (height, width, 3).
 
-        Raises
-        ------
-        InputError
-            If the distortion folds the picture over, so that it cannot be undone.
+        Raises InputError if the distortion folds the picture over, so that it cannot be undone.
         """
         u = (np.arange(self.width, dtype=np.float64) + PIXEL_CENTRE - self.cx) / self.fx
         v = (np.arange(self.height, dtype=np.float64) + PIXEL_CENTRE - self.cy) / self.fy

@@ -32,10 +32,7 @@ class Source:
 class DataCard:
     """What a set says of itself; ``version`` is that of the set.
 
-    Raises
-    ------
-    InputError
-        If title or licence are empty.
+    Raises InputError if title or licence are empty.
     """
 
     title: str
@@ -59,12 +56,8 @@ def write_card(
 ) -> None:
     """Write a card as Markdown, with what can be counted in the views.
 
-    ``notes`` tell what the set could not hold, a line each.
-
-    Raises
-    ------
-    InputError
-        If there are no views, two share a name, or the file cannot be written.
+    ``notes`` tell what the set could not hold, a line each. Raises InputError if there are no
+    views, two share a name, or the file cannot be written.
     """
     check_views(views)
     counted = Counter(view.split for view in views)

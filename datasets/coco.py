@@ -38,6 +38,8 @@ def write_coco(
 ) -> None:
     """Write instances as COCO does; those that are not seen are left out.
 
+    Raises InputError if there are no views, two share a name, or a file cannot be read or written.
+
     Parameters
     ----------
     path : Path
@@ -45,11 +47,6 @@ def write_coco(
     categories : mapping, optional
         Numbers of the categories, such as :func:`category_ids` of a whole set of which the views
         are a split; by default those of the views.
-
-    Raises
-    ------
-    InputError
-        If there are no views, two share a name, or a file cannot be read or written.
 
     References
     ----------

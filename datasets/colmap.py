@@ -26,18 +26,15 @@ def write_colmap(
 ) -> None:
     """Write a model as text; without points, an empty ``points3D.txt``.
 
+    Raises InputError if there are no views, two share a name, a picture's has a space, or a file
+    cannot be written.
+
     Parameters
     ----------
     folder : Path
         Of the three files; made if it is not there.
     images : Path, optional
         Folder that the pictures' names are relative to; by default the one above ``folder``.
-
-    Raises
-    ------
-    InputError
-        If there are no views, two share a name, a picture's has a space, or a file cannot be
-        written.
 
     References
     ----------

@@ -65,12 +65,8 @@ def write_depth_png(path: Path, depth: ArrayLike) -> int:
     """Write planar depth as 16-bit PNG in mm, 0 where nothing is seen.
 
     ``depth`` is in m, shape (height, width), infinite or 0 where nothing is seen. Returns how many
-    pixels are farther than :data:`DEEPEST` and were written as 0.
-
-    Raises
-    ------
-    InputError
-        If a depth is negative or no number, or the file cannot be written.
+    pixels are farther than :data:`DEEPEST` and were written as 0. Raises InputError if a depth is
+    negative or no number, or the file cannot be written.
     """
     metres = np.asarray(depth, dtype=np.float64)
     if np.isnan(metres).any() or (metres < 0).any():
@@ -103,10 +99,7 @@ def write_depth_exr(path: Path, distances: ArrayLike, camera: PinholeCamera) -> 
 def read_depth_exr(path: Path) -> tuple[Array, Array]:
     """Read Euclidean range and planar depth, m.
 
-    Raises
-    ------
-    InputError
-        If the file lacks one of them.
+    Raises InputError if the file lacks one of them.
     """
     pixels, names = read_exr(path)
     if not {RANGE, PLANAR} <= set(names):

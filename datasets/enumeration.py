@@ -80,13 +80,8 @@ class PlannedView:
 def enumerate_views(spec: DataSetSpec, scene: RoomForPoses | None = None) -> list[PlannedView]:
     """Return the views of a specification; the same for the same one.
 
-    ``scene`` is for poses that must fit into it.
-
-    Raises
-    ------
-    InputError
-        If there are too many, a camera is not in the water or inside an object, or no random pose
-        fits.
+    ``scene`` is for poses that must fit into it. Raises InputError if there are too many, a camera
+    is not in the water or inside an object, or no random pose fits.
     """
     poses = list(_poses(spec, scene))
     crossed = itertools.product(*(quantity.values for quantity in spec.settings.values()))

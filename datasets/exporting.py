@@ -61,12 +61,8 @@ def export_set(
     """Write the files of the views that are rendered, and return these.
 
     ``rendered`` returns where the files of a view lie; ``silhouettes`` and ``shapes`` are for BOP;
-    ``report_note`` receives what a format could not hold, which the data card says too.
-
-    Raises
-    ------
-    InputError
-        If nothing is rendered, or a file cannot be read or written.
+    ``report_note`` receives what a format could not hold, which the data card says too. Raises
+    InputError if nothing is rendered, or a file cannot be read or written.
     """
     folder, outputs = index.folder, spec.outputs
     found = {view.name: rendered(view) for view in index.views.values()}

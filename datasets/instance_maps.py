@@ -16,10 +16,7 @@ from .view import DataSetView
 def write_instance_map(path: Path, numbers: ArrayLike) -> None:
     """Write the number of the instance in every pixel, 0 where none is, as 16-bit PNG.
 
-    Raises
-    ------
-    InputError
-        If a number is not whole or not 0 to 65535, or the file cannot be written.
+    Raises InputError if a number is not whole or not 0 to 65535, or the file cannot be written.
     """
     found = np.asarray(numbers)
     codes = found.astype(np.uint16)
@@ -31,11 +28,8 @@ def write_instance_map(path: Path, numbers: ArrayLike) -> None:
 def visible_masks(view: DataSetView) -> dict[int, NDArray[np.bool_]]:
     """Return where each instance of a view is seen; one that is not, has an empty mask.
 
-    Raises
-    ------
-    InputError
-        If the view has instances and no picture of them, or the picture has another size, or
-        holds a number that no instance has.
+    Raises InputError if the view has instances and no picture of them, or the picture has another
+    size, or holds a number that no instance has.
     """
     if not view.instances:
         return {}

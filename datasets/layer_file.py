@@ -165,12 +165,8 @@ def is_of_bands(name: str) -> bool:
 def write_layers(path: Path, frame: FrameLayers) -> None:
     """Write layers; whole under its name, or not at all.
 
-    A channel has 16 bits where these suffice.
-
-    Raises
-    ------
-    InputError
-        If there are none, or the file cannot be written.
+    A channel has 16 bits where these suffice. Raises InputError if there are none, or the file
+    cannot be written.
     """
     if not frame.layers:
         raise InputError(f"cannot write {path}: there are no layers")
@@ -198,10 +194,7 @@ def write_layers(path: Path, frame: FrameLayers) -> None:
 def read_layers(path: Path) -> FrameLayers:
     """Read what :func:`write_layers` wrote.
 
-    Raises
-    ------
-    InputError
-        If the file is missing, damaged, or holds no layers.
+    Raises InputError if the file is missing, damaged, or holds no layers.
     """
     pixels, channels, texts = read_exr_texts(path)
     try:

@@ -20,10 +20,7 @@ from .view import SPLITS, DataSetView, check_views
 def write_nerfstudio(path: Path, views: Sequence[DataSetView]) -> None:
     """Write ``transforms.json``; paths in it are relative to its folder.
 
-    Raises
-    ------
-    InputError
-        If there are none, two share a name, or the file cannot be written.
+    Raises InputError if there are none, two share a name, or the file cannot be written.
 
     References
     ----------

@@ -52,6 +52,9 @@ def generator(*key: object) -> np.random.Generator:
 def read_quantity(where: str, given: object, *, text: bool = False) -> Quantity:
     """Read a quantity of a specification, whose place ``where`` messages name.
 
+    Raises InputError if it is empty, of another kind, or a range whose end is not above its
+    beginning.
+
     Parameters
     ----------
     given : number, text, list of them, or table
@@ -59,11 +62,6 @@ def read_quantity(where: str, given: object, *, text: bool = False) -> Quantity:
         ``log = true`` spaces or draws them evenly in the logarithm.
     text : bool
         Whether it is text, which has no range.
-
-    Raises
-    ------
-    InputError
-        If it is empty, of another kind, or a range whose end is not above its beginning.
 
     Examples
     --------

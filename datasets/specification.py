@@ -61,11 +61,8 @@ class DataSetSpec:
 def read_spec(path: Path) -> DataSetSpec:
     """Read a specification; files that it names are sought from its folder.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read, is not TOML, or holds what is unknown, empty or out of its domain;
-        the message names the place and what to do.
+    Raises InputError if it cannot be read, is not TOML, or holds what is unknown, empty or out of
+    its domain; the message names the place and what to do.
     """
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))

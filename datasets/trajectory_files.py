@@ -41,10 +41,7 @@ class TimedPoses:
 def read_tum(path: Path) -> TimedPoses:
     """Read ``time tx ty tz qx qy qz qw``, camera to world in OpenCV's axes.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read or a row is none.
+    Raises InputError if the file cannot be read or a row is none.
 
     References
     ----------
@@ -58,15 +55,12 @@ def read_tum(path: Path) -> TimedPoses:
 def read_euroc(path: Path, camera_in_body: Array | None = None) -> TimedPoses:
     """Read EuRoC's ``data.csv`` of states: time in ns, place, quaternion (w first), of the body.
 
+    Raises InputError if the file cannot be read or a row is none.
+
     Parameters
     ----------
     camera_in_body : array, shape (4, 4), optional
         T_BS of the camera's ``sensor.yaml``; without it the body is the camera in OpenCV's axes.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or a row is none.
 
     References
     ----------
@@ -82,10 +76,7 @@ def read_euroc(path: Path, camera_in_body: Array | None = None) -> TimedPoses:
 def read_kitti(path: Path) -> TimedPoses:
     """Read KITTI's poses: twelve numbers a row, 3 rows of a matrix, OpenCV's axes; no times.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be read or a row is none.
+    Raises InputError if the file cannot be read or a row is none.
 
     References
     ----------

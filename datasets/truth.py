@@ -49,6 +49,8 @@ def image_truth(
 ) -> dict[str, Any]:
     """Return the truth of a picture as JSON holds it.
 
+    Raises InputError if the camera is not in the water, or sees no light.
+
     Parameters
     ----------
     optics : ResolvedOptics
@@ -63,11 +65,6 @@ def image_truth(
         optical axis that only a few are left, that direction is left out.
     stops : float, optional
         Exposure, if it is not what the optics chooses.
-
-    Raises
-    ------
-    InputError
-        If the camera is not in the water, or sees no light.
     """
     depth = -float(view.camera_to_world[2, 3])
     place = optics.viewpoint(depth, stops)
@@ -153,10 +150,7 @@ def _to_digits(content: Any) -> Any:  # noqa: ANN401 - what JSON holds
 def read_formation(path: Path, direction: str = LEVEL) -> FormationCurves:
     """Read the coefficients of the sensor's channels in a direction, of :func:`write_truth`.
 
-    Raises
-    ------
-    InputError
-        If the file is none, or lacks that direction.
+    Raises InputError if the file is none, or lacks that direction.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

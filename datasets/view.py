@@ -47,10 +47,7 @@ class SeenInstance:
 class DataSetView:
     """A picture, the camera that took it, and what else is known.
 
-    Raises
-    ------
-    InputError
-        If the pose is none, or the split unknown.
+    Raises InputError if the pose is none, or the split unknown.
     """
 
     name: str  #: Unlike that of every other view of the set.

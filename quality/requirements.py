@@ -97,6 +97,9 @@ def decide(
 ) -> Requirements:
     """Choose bands, options, samples and ranges.
 
+    Raises InputError if the target or the budget is not positive, or nothing is given to choose
+    from.
+
     Parameters
     ----------
     seen : sequence of SeenPoints
@@ -111,11 +114,6 @@ def decide(
         CPU time of all frames in s, on the machine of the cost table; goes before the target.
     keep, off : collection of str
         Those of :data:`.TERMS`, by name, that must stay on or off.
-
-    Raises
-    ------
-    InputError
-        If the target or the budget is not positive, or nothing is given to choose from.
     """
     for name, value in (("target ΔE", target), ("time budget", budget)):
         if value is not None and not value > 0:

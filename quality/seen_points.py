@@ -22,10 +22,7 @@ _SEED = 1
 class SeenPoints:
     """What a camera sees at one moment along m rays; x, y horizontal, z up, z = 0 the surface.
 
-    Raises
-    ------
-    InputError
-        If the camera is not under water, there is no ray, or shapes differ.
+    Raises InputError if the camera is not under water, there is no ray, or shapes differ.
     """
 
     origin: NDArray[np.float64]  #: Shape (m, 3): Where the rays leave the camera, m.

@@ -16,18 +16,13 @@ _CACHES = "__pycache__"
 def write_extension(path: Path) -> None:
     """Write the extension that runs here as a zip.
 
-    A checkout is built. What is installed is packed as it is, with the wheels that Blender
-    keeps beside it.
+    A checkout is built. What is installed is packed as it is, with the wheels that Blender keeps
+    beside it. Raises InputError if a checkout lacks what it has to bring.
 
     Parameters
     ----------
     path : Path
         The zip to create.
-
-    Raises
-    ------
-    InputError
-        If a checkout lacks what it has to bring.
     """
     if _BUILDER.is_file():
         try:
