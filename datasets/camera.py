@@ -81,6 +81,10 @@ class PinholeCamera:
         K[:2, 2] -= PIXEL_CENTRE
         return K
 
+    def projection(self, right: float) -> Array:
+        """Return OpenCV's of a rectified camera that stands so far (m) to the right, (3, 4)."""
+        return np.c_[self.K_opencv, (-self.fx * right, 0.0, 0.0)]
+
     def project(self, points: ArrayLike) -> Array:
         """Image coordinates of points, shape (..., 3) in OpenCV's camera axes, m, to (..., 2).
 

@@ -38,7 +38,7 @@ class CameraInfo:
     @property
     def P(self) -> Array:
         """Projection of the rectified picture, shape (3, 4)."""
-        return np.c_[self.K, (-self.camera.fx * self.right, 0.0, 0.0)]
+        return self.camera.projection(self.right)
 
     def yaml(self) -> str:
         """Return it as a file."""

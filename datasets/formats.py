@@ -11,19 +11,15 @@ from .bop import write_bop_set
 from .camera_info import write_camera_infos
 from .coco import write_coco_splits
 from .colmap import write_colmap_scenes
-from .compositor_exr import LAYERS as COMPOSITOR_LAYERS
-from .compositor_exr import write_compositor_exrs
 from .croissant import write_croissant
-from .euroc import write_euroc_sequences
-from .hdf5 import write_hdf5s
-from .kitti import write_kitti_sequences
 from .nerfstudio import write_nerfstudio_set
 from .optical_flow import write_flows
 from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
 from .rosbag import write_rosbags
+from .sequences import write_euroc_sequences, write_kitti_sequences, write_tum_sequences
 from .set_files import SetFiles
 from .tartanair import write_tartanair
-from .tum import write_tum_sequences
+from .view_arrays import COMPOSITOR_LAYERS, write_compositor_exrs, write_hdf5s
 from .yolo import write_yolo_boxes, write_yolo_segments
 
 _OPENCV = "COLMAP and BOP: world or model to camera, the camera looks along +z, y is down."
@@ -102,7 +98,7 @@ FORMATS = {
     "flow": Format(write_flows, _FLOW, way=True, pixel_bytes=8),
     "pairs": Format(write_pairs, layers=(IMAGE, UNATTENUATED), pixel_bytes=6),
     "pairs_air": Format(write_air_pairs, layers=(IMAGE,), dry=True, pixel_bytes=6),
-    "exr": Format(write_compositor_exrs, layers=COMPOSITOR_LAYERS, pixel_bytes=48),
+    "exr": Format(write_compositor_exrs, layers=tuple(COMPOSITOR_LAYERS), pixel_bytes=48),
     "hdf5": Format(write_hdf5s, package="h5py", pixel_bytes=9),
     "croissant": Format(write_croissant),
 }

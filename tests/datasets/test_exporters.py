@@ -17,7 +17,7 @@ from pycocotools.coco import COCO
 from underwater_spectral.datasets.axes import blender_from_opencv
 from underwater_spectral.datasets.bop import write_bop
 from underwater_spectral.datasets.card import DataCard, Source, write_card
-from underwater_spectral.datasets.coco import category_ids, write_coco
+from underwater_spectral.datasets.coco import category_ids, compressed, run_lengths, write_coco
 from underwater_spectral.datasets.colmap import SparsePoint, write_colmap
 from underwater_spectral.datasets.depth_maps import (
     euclidean_range,
@@ -30,7 +30,6 @@ from underwater_spectral.datasets.depth_maps import (
 from underwater_spectral.datasets.files import read_codes, write_json
 from underwater_spectral.datasets.instance_maps import visible_masks, write_instance_map
 from underwater_spectral.datasets.nerfstudio import write_nerfstudio
-from underwater_spectral.datasets.run_length import compressed, run_lengths
 from underwater_spectral.datasets.view import DataSetView, SeenInstance
 from underwater_spectral.tests.datasets.scene_of_boxes import ACROSS, BENT, PLAIN, POINTS, poses
 from underwater_spectral.tests.datasets.scene_of_boxes import views as made_views

@@ -30,11 +30,11 @@ from underwater_spectral.datasets.files import plain_names
 from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.instance_maps import visible_masks
 from underwater_spectral.datasets.optical_flow import flow_mask, optical_flow
-from underwater_spectral.datasets.outlines import outline
 from underwater_spectral.datasets.rosbag import ros_name
+from underwater_spectral.datasets.sequences import write_tum_sequences
 from underwater_spectral.datasets.set_files import SetFiles
 from underwater_spectral.datasets.trajectories import trajectories
-from underwater_spectral.datasets.tum import write_tum_sequences
+from underwater_spectral.datasets.yolo import outline
 from underwater_spectral.tests.datasets.stereo_way import (
     AIR,
     BASELINE,

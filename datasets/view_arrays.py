@@ -1,4 +1,4 @@
-"""One HDF5 a view, with the keys of BlenderProc."""
+"""A file a view with all of its pixels: OpenEXR for compositors, HDF5 with BlenderProc's keys."""
 
 from __future__ import annotations
 
@@ -6,10 +6,42 @@ import json
 
 import numpy as np
 
-from ..uw_spectral.spectra.spectral_image import replacing
+from ..uw_spectral.spectra.spectral_image import LINEAR_REC709, read_exr, replacing, write_exr
+from .depth_maps import PLANAR
 from .files import make_folder, read_codes
 from .set_files import SetFiles, shown_pixels
 from .view import category_numbers
+
+COMPOSITOR_LAYERS = {
+    PLANAR: ("Depth", "Z"),
+    "normal": ("Normal", "XYZ"),
+    "motion": ("Vector", "XYZW"),
+}
+"""Layers of an EXR for compositors, by the names and channels that Blender gives them."""
+_LAYER = "ViewLayer"
+_NOTHING = 1e10  # m; Blender's depth where nothing is seen
+
+
+def write_compositor_exrs(files: SetFiles) -> None:
+    """Write ``exr/NAME.exr``: ``ViewLayer.Combined.R``, ``ViewLayer.Depth.Z`` and so on.
+
+    References
+    ----------
+    Blender manual, *Render output, OpenEXR*.
+    """
+    folder = make_folder(files.folder / "exr")
+    for view in files.views:
+        rgb, layers = read_exr(files.rendered[view.name].picture)[0], files.layers(view)
+        values = [np.dstack([rgb[..., :3], np.ones_like(rgb[..., :1])])]
+        channels = [f"{_LAYER}.Combined.{c}" for c in "RGBA"]
+        for name, (shown, letters) in COMPOSITOR_LAYERS.items():
+            found = layers[name]
+            image = found if found.ndim == 3 else found[..., None]
+            if name == PLANAR:
+                image = np.where(np.isfinite(image), image, _NOTHING)
+            values.append(image)
+            channels += [f"{_LAYER}.{shown}.{letter}" for letter in letters]
+        write_exr(folder / f"{view.name}.exr", np.dstack(values), channels, LINEAR_REC709)
 
 
 def write_hdf5s(files: SetFiles) -> None:
