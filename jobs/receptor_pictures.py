@@ -13,7 +13,7 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import DARKEST, white_response
-from ..uw_spectral.spectra.receptors import Receptors, parse_false_colour, parse_receptors
+from ..uw_spectral.spectra.receptors import Receptors, parse_false_colour
 from ..uw_spectral.spectra.spectral_image import write_exr, write_png
 from .view_passes import ViewPasses, Written
 
@@ -22,18 +22,16 @@ _LEGEND = (24, 320)  # height and width, pixels
 
 def require_bands(plan: RenderPlan, method: Method) -> None:
     """Refuse receptors that the files, the bands or the method do not allow, before a render."""
-    chosen = plan.settings
-    if not chosen.receptors:
-        return
-    if method.draws_colours:
+    if plan.settings.receptors and method.draws_colours:
         raise InputError(
             "--receptors: real time draws the colours of the sensor alone; render --mode bands, or "
             "with --engine cycles"
         )
-    receptors = parse_receptors(chosen.receptors)
-    receptors.response_in(plan.bands)
-    receptors.warn_doubts(plan.bands)
-    parse_false_colour(chosen.false_colour, receptors)
+    receptors = plan.receptors
+    if receptors is not None:
+        receptors.response_in(plan.bands)
+        receptors.warn_doubts(plan.bands)
+        parse_false_colour(plan.settings.false_colour, receptors)
 
 
 def write_receptor_pictures(passes: ViewPasses) -> Written:
@@ -43,11 +41,10 @@ def write_receptor_pictures(passes: ViewPasses) -> Written:
     times nm; false colours are denoised where the picture is.
     """
     manifest, view, plan, output = passes.manifest, passes.view, passes.plan, passes.output
-    chosen = plan.settings
-    if not chosen.receptors or manifest.method.draws_colours:
+    receptors = plan.receptors
+    if receptors is None or manifest.method.draws_colours:
         return {}, []
-    receptors = parse_receptors(chosen.receptors)
-    false_colour = parse_false_colour(chosen.false_colour, receptors)
+    false_colour = parse_false_colour(plan.settings.false_colour, receptors)
     response = receptors.response_in(plan.bands)
     # The compositor combines bands into three channels at a time.
     triples = np.zeros((math.ceil(len(response) / 3), 3, response.shape[1]))

@@ -19,6 +19,7 @@ from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
+from ..uw_spectral.spectra.receptors import Receptors, parse_receptors
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.spectra.spectral_image import IRRADIANCE_UNITS, RADIANCE_UNITS
 from ..uw_spectral.water.phase import BandPhase
@@ -45,6 +46,11 @@ class RenderPlan(ResolvedOptics):
     def phases(self) -> tuple[BandPhase, ...]:
         """Phase functions of the layers, from the surface down."""
         return self.phase, *(layer.phase for layer in self.column.below)
+
+    @functools.cached_property
+    def receptors(self) -> Receptors | None:
+        """The sensor of any number of channels, if there is one."""
+        return parse_receptors(self.settings.receptors) if self.settings.receptors else None
 
     @property
     def radiance_units(self) -> str:
