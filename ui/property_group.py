@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 
@@ -29,17 +30,21 @@ def _water(group: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup:
     return getattr(group.id_data, stored_settings.PROPERTY)
 
 
-def _index(text: str) -> int:
-    name = text.removeprefix(_JERLOV)
-    return JERLOV_TYPES.index(name) if text.startswith(_JERLOV) and name in JERLOV_TYPES else -1
+def _over(
+    setting: str, shown: Callable[[Any], Any], stored: Callable[[Any], Any]
+) -> dict[str, Any]:
+    """Return what lets a property show a setting of the water otherwise than it is stored."""
+    return {
+        "get": lambda group: shown(getattr(_water(group), setting)),
+        "set": lambda group, value: setattr(_water(group), setting, stored(value)),
+        "options": set(),
+    }
 
 
-def _get_gallery(group: bpy.types.PropertyGroup) -> int:
-    return max(_index(_water(group).water), 0)
-
-
-def _set_gallery(group: bpy.types.PropertyGroup, value: int) -> None:
-    _water(group).water = f"{_JERLOV}{JERLOV_TYPES[value]}"
+def _gallery(water: str) -> int:
+    name = water.removeprefix(_JERLOV)
+    is_shown = water.startswith(_JERLOV) and name in JERLOV_TYPES
+    return JERLOV_TYPES.index(name) if is_shown else 0
 
 
 def _get_constituents(group: bpy.types.PropertyGroup) -> bool:
@@ -89,22 +94,9 @@ def _ticked(
     )
 
 
-def _get_elevation(group: bpy.types.PropertyGroup) -> float:
-    return math.radians(90.0 - _water(group).sun_zenith)
-
-
-def _set_elevation(group: bpy.types.PropertyGroup, value: float) -> None:
-    lowest = SETTINGS["sun_zenith"].limits[1]
-    _water(group).sun_zenith = min(90.0 - math.degrees(value), lowest)
-
-
-def _get_bearing(group: bpy.types.PropertyGroup) -> float:
-    return math.radians((270.0 - _water(group).sun_azimuth) % 360.0)
-
-
-def _set_bearing(group: bpy.types.PropertyGroup, value: float) -> None:
-    azimuth = (270.0 - math.degrees(value)) % 360.0
-    _water(group).sun_azimuth = azimuth - 360.0 if azimuth > 180.0 else azimuth
+def _azimuth(bearing: float) -> float:
+    azimuth = (270.0 - math.degrees(bearing)) % 360.0
+    return azimuth - 360.0 if azimuth > 180.0 else azimuth
 
 
 def _get_visibility(group: bpy.types.PropertyGroup) -> float:
@@ -117,27 +109,25 @@ def _set_visibility(group: bpy.types.PropertyGroup, value: float) -> None:
         _water(group).concentration = previews.concentration_for(group.id_data, value)
 
 
-_METERS = (AUTO, BY_PICTURE)
-
-
-def _get_meter(group: bpy.types.PropertyGroup) -> int:
-    text = _water(group).exposure
-    return _METERS.index(text) if text in _METERS else len(_METERS)
-
-
-def _set_meter(group: bpy.types.PropertyGroup, value: int) -> None:
-    _water(group).exposure = _METERS[value] if value < len(_METERS) else "0"
-
-
-def _get_stops(group: bpy.types.PropertyGroup) -> float:
+def _stops(exposure: str) -> float:
     try:
-        return float(_water(group).exposure)
+        return float(exposure)
     except ValueError:
         return 0.0
 
 
-def _set_stops(group: bpy.types.PropertyGroup, value: float) -> None:
-    _water(group).exposure = f"{value:g}"
+_METERS, _LOWEST = (AUTO, BY_PICTURE), SETTINGS["sun_zenith"].limits[1]
+_GALLERY = _over("water", _gallery, lambda place: f"{_JERLOV}{JERLOV_TYPES[place]}")
+_ELEVATION = _over(
+    "sun_zenith",
+    lambda zenith: math.radians(90.0 - zenith),
+    lambda value: min(90.0 - math.degrees(value), _LOWEST),
+)
+_BEARING = _over("sun_azimuth", lambda azimuth: math.radians((270.0 - azimuth) % 360.0), _azimuth)
+_METER = _over(
+    "exposure", lambda text: (*_METERS, text).index(text), lambda value: (*_METERS, "0")[value]
+)
+_STOPS = _over("exposure", _stops, "{:g}".format)
 
 
 def _get_pass_count(group: bpy.types.PropertyGroup) -> int:
@@ -174,7 +164,7 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     gallery: bpy.props.EnumProperty(
         name="Jerlov type",
         description="Each water as it looks from the camera: a level view into the open sea",
-        items=previews.swatch_items, options=set(), get=_get_gallery, set=_set_gallery,
+        items=previews.swatch_items, **_GALLERY,
     )
     from_constituents: bpy.props.BoolProperty(
         name="From constituents",
@@ -192,15 +182,14 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
     )
     elevation: bpy.props.FloatProperty(
         name="Sun Elevation", description="Height of the sun over the horizon, in air",
-        min=math.radians(90.0 - SETTINGS["sun_zenith"].limits[1]), max=math.radians(90.0),
-        precision=1, subtype="ANGLE", unit="ROTATION", options=set(), get=_get_elevation,
-        set=_set_elevation,
+        min=math.radians(90.0 - _LOWEST), max=math.radians(90.0), precision=1, subtype="ANGLE",
+        unit="ROTATION", **_ELEVATION,
     )
     bearing: bpy.props.FloatProperty(
         name="Sun From",
         description="Where the sun stands: its compass bearing, from north (+y) over east (+x)",
         min=0.0, max=math.radians(360.0), precision=1, subtype="ANGLE", unit="ROTATION",
-        options=set(), get=_get_bearing, set=_set_bearing,
+        **_BEARING,
     )
     meter: bpy.props.EnumProperty(
         name="Exposure", description="What the exposure follows",
@@ -214,12 +203,12 @@ class UnderwaterPanelProperties(bpy.types.PropertyGroup):
             ),
             ("FIXED", "By hand", "As many stops as you give"),
         ],
-        options=set(), get=_get_meter, set=_set_meter,
+        **_METER,
     )
     stops: bpy.props.FloatProperty(
         name="Exposure",
         description="Stops; at 0 a white surface in the light that is balanced for is white",
-        soft_min=-10.0, soft_max=10.0, options=set(), get=_get_stops, set=_set_stops,
+        soft_min=-10.0, soft_max=10.0, **_STOPS,
     )
     quality: bpy.props.EnumProperty(
         name="Quality", description="How the water is rendered",
