@@ -73,7 +73,7 @@ class SectionPanel(SubPanel):
     def draw(self, context: bpy.types.Context) -> None:
         """Draw the settings, and what stands around them."""
         self.before(context)
-        self._draw_settings(context)
+        self.draw_settings(context)
         self.after(context)
 
     def before(self, context: bpy.types.Context) -> None:
@@ -82,7 +82,7 @@ class SectionPanel(SubPanel):
     def after(self, context: bpy.types.Context) -> None:
         """Draw what stands behind them."""
 
-    def _draw_settings(self, context: bpy.types.Context) -> None:
+    def draw_settings(self, context: bpy.types.Context) -> None:
         """Draw those that have an effect now, what only researchers need last."""
         column, water, panel = self.column(), water_settings(context), panel_settings(context)
         engine = panel_job.method(context.scene).engine
