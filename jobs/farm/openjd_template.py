@@ -153,30 +153,46 @@ def _name(job: FarmJob) -> str:
 
 def _parameters(job: FarmJob) -> list[dict[str, Any]]:
     return [
-        _path("Scene", "Scene", "FILE", "IN", "The .blend"),
+        _path("Scene", "Scene", "The .blend"),
+        _path("Manifest", "Plan", "Plan of the job, written with the bundle", default=MANIFEST),
         {
-            **_path("Manifest", "Plan", "FILE", "IN", "Plan of the job, written with the bundle"),
-            "default": MANIFEST,
+            **_path("OutputDir", "Output folder", "Passes and pictures"),
+            "objectType": "DIRECTORY",
+            "dataFlow": "OUT",
+            "userInterface": {"control": "CHOOSE_DIRECTORY", "label": "Output folder"},
         },
-        _path("OutputDir", "Output folder", "DIRECTORY", "OUT", "Passes and pictures"),
         _text("Frames", "Frames", ranges(job.frames), "Frames to render, such as 1-24 or 1,5,9"),
         _text("Passes", "Passes", ranges(range(job.passes)), "Render passes of each frame"),
         _count("PassesPerTask", "Passes per task", "Passes that one start of Blender renders"),
         _count("FramesPerTask", "Frames per development", "Frames that one start develops", 10),
         _text("Blender", "Blender", "blender", "Blender's executable on the workers"),
+        _path("Extension", "Extension", "The extension that planned the job", default=EXTENSION),
         {
-            **_path("Extension", "Extension", "FILE", "IN", "The extension that planned the job"),
-            "default": EXTENSION,
-        },
-        {
-            "name": "System",
-            "type": "STRING",
-            "default": job.system,
+            **_text("System", "System", job.system, "Operating system of the workers"),
             "allowedValues": list(SYSTEMS),
-            "description": "Operating system of the workers",
             "userInterface": {"control": "DROPDOWN_LIST", "label": "System"},
         },
     ]
+
+
+def _path(name: str, label: str, text: str, **default: str) -> dict[str, Any]:
+    facts = {"objectType": "FILE", "dataFlow": "IN"}
+    return _parameter(name, "PATH", label, text, "CHOOSE_INPUT_FILE", **facts, **default)
+
+
+def _text(name: str, label: str, default: str, text: str) -> dict[str, Any]:
+    return _parameter(name, "STRING", label, text, "LINE_EDIT", default=default)
+
+
+def _count(name: str, label: str, text: str, default: int = 1) -> dict[str, Any]:
+    return _parameter(name, "INT", label, text, "SPIN_BOX", default=default, minValue=1)
+
+
+def _parameter(
+    name: str, kind: str, label: str, text: str, control: str, **facts: object
+) -> dict[str, Any]:
+    shown = {"control": control, "label": label}
+    return {"name": name, "type": kind, "description": text, "userInterface": shown, **facts}
 
 
 def _extension() -> dict[str, Any]:
@@ -186,6 +202,11 @@ def _extension() -> dict[str, Any]:
     """
     profile = "{{Session.WorkingDirectory}}/blender"
     install = ["--command", "extension", "install-file", "-r", "user_default", "-e"]
+    action = {
+        "command": "{{Param.Blender}}",
+        "args": [*install, "{{Param.Extension}}"],
+        "timeout": _INSTALL_TIMEOUT,
+    }
     return {
         "name": "Extension",
         "description": "Installs the extension of the bundle into a profile of the session.",
@@ -195,48 +216,7 @@ def _extension() -> dict[str, Any]:
             "BLENDER_USER_CONFIG": f"{profile}/config",
             "BLENDER_USER_EXTENSIONS": f"{profile}/extensions",
         },
-        "script": {
-            "actions": {
-                "onEnter": {
-                    "command": "{{Param.Blender}}",
-                    "args": [*install, "{{Param.Extension}}"],
-                    "timeout": _INSTALL_TIMEOUT,
-                }
-            }
-        },
-    }
-
-
-def _path(name: str, label: str, kind: str, flow: str, text: str) -> dict[str, Any]:
-    controls = {"FILE": "CHOOSE_INPUT_FILE", "DIRECTORY": "CHOOSE_DIRECTORY"}
-    return {
-        "name": name,
-        "type": "PATH",
-        "objectType": kind,
-        "dataFlow": flow,
-        "description": text,
-        "userInterface": {"control": controls[kind], "label": label},
-    }
-
-
-def _text(name: str, label: str, default: str, text: str) -> dict[str, Any]:
-    return {
-        "name": name,
-        "type": "STRING",
-        "default": default,
-        "description": text,
-        "userInterface": {"control": "LINE_EDIT", "label": label},
-    }
-
-
-def _count(name: str, label: str, text: str, default: int = 1) -> dict[str, Any]:
-    return {
-        "name": name,
-        "type": "INT",
-        "default": default,
-        "minValue": 1,
-        "description": text,
-        "userInterface": {"control": "SPIN_BOX", "label": label},
+        "script": {"actions": {"onEnter": action}},
     }
 
 
@@ -257,9 +237,7 @@ def _render_step(job: FarmJob) -> dict[str, Any]:
     return {
         "name": RENDER,
         "description": "Renders passes; those that are there and whole are kept.",
-        "parameterSpace": _space(job, frame, passes),
-        "script": _script(job, work, _RENDER_TIMEOUT),
-        "hostRequirements": _requirements(job, gpu=job.gpu),
+        **_work(job, [frame, passes], work, _RENDER_TIMEOUT, gpu=job.gpu),
     }
 
 
@@ -270,53 +248,41 @@ def _develop_step(job: FarmJob) -> dict[str, Any]:
         "name": DEVELOP,
         "description": "Develops the passes of each frame into pictures, spectra and a record.",
         "dependencies": [{"dependsOn": RENDER}],
-        "parameterSpace": _space(job, frames),
-        "script": _script(job, work, _DEVELOP_TIMEOUT),
-        "hostRequirements": _requirements(job, gpu=False),
+        **_work(job, [frames], work, _DEVELOP_TIMEOUT, gpu=False),
     }
 
 
-def _space(job: FarmJob, *definitions: dict[str, Any]) -> dict[str, Any]:
-    # A chunk stays within one value of the others.
-    if job.cameras:
-        cameras = {"name": "Camera", "type": "STRING", "range": list(job.cameras)}
-        definitions = (cameras, *definitions)
-    names = [definition["name"] for definition in definitions]
-    return {"taskParameterDefinitions": list(definitions), "combination": " * ".join(names)}
-
-
-def _script(job: FarmJob, work: list[str], timeout: int) -> dict[str, Any]:
+def _work(
+    job: FarmJob, tasks: list[dict[str, Any]], work: list[str], timeout: int, *, gpu: bool
+) -> dict[str, Any]:
+    """Return what the tasks of a step are, how each is done, and what it takes."""
     arguments = ["--command", "underwater", "{{Param.Scene}}", "--from", "{{Param.Manifest}}"]
     arguments += ["--out", "{{Param.OutputDir}}", *work]
     if job.cameras:
+        # A chunk stays within one value of the others.
+        tasks = [{"name": "Camera", "type": "STRING", "range": list(job.cameras)}, *tasks]
         arguments += ["--cameras", "{{Task.Param.Camera}}"]
-    if job.scripts:
-        arguments.append(TRUST)
-    arguments += ["--path-mapping", "{{Session.PathMappingRulesFile}}"]
-    arguments += ["--progress", "openjd"]
-    return {
-        "actions": {
-            "onRun": {
-                "command": "{{Param.Blender}}",
-                "args": arguments,
-                "timeout": timeout,
-                "cancelation": {
-                    "mode": "NOTIFY_THEN_TERMINATE",
-                    "notifyPeriodInSeconds": _NOTIFY_SECONDS,
-                },
-            }
-        }
+    arguments += [TRUST] if job.scripts else []
+    arguments += ["--path-mapping", "{{Session.PathMappingRulesFile}}", "--progress", "openjd"]
+    action = {
+        "command": "{{Param.Blender}}",
+        "args": arguments,
+        "timeout": timeout,
+        "cancelation": {
+            "mode": "NOTIFY_THEN_TERMINATE",
+            "notifyPeriodInSeconds": _NOTIFY_SECONDS,
+        },
     }
-
-
-def _requirements(job: FarmJob, *, gpu: bool) -> dict[str, Any]:
-    amounts: list[dict[str, Any]] = [
-        {"name": "amount.worker.memory", "min": _BLENDER_MIB + int(job.memory / _MIB)},
-        {"name": "amount.worker.vcpu", "min": _CORES},
-    ]
-    if gpu:
-        amounts.append({"name": "amount.worker.gpu", "min": 1})
+    amounts = [("memory", _BLENDER_MIB + int(job.memory / _MIB)), ("vcpu", _CORES)]
+    amounts += [("gpu", 1)] if gpu else []
     return {
-        "amounts": amounts,
-        "attributes": [{"name": "attr.worker.os.family", "anyOf": ["{{Param.System}}"]}],
+        "parameterSpace": {
+            "taskParameterDefinitions": tasks,
+            "combination": " * ".join(task["name"] for task in tasks),
+        },
+        "script": {"actions": {"onRun": action}},
+        "hostRequirements": {
+            "amounts": [{"name": f"amount.worker.{name}", "min": least} for name, least in amounts],
+            "attributes": [{"name": "attr.worker.os.family", "anyOf": ["{{Param.System}}"]}],
+        },
     }
