@@ -12,12 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectral_image import (
-    read_exr,
-    write_codes,
-    write_jpeg,
-    write_png,
-)
+from ..uw_spectral.spectra.spectral_image import read_exr, write_codes, write_jpeg, write_png
 from .card import DataCard, Source, write_card
 from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
 from .files import make_folder, place_file, read_codes

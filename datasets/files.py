@@ -119,9 +119,7 @@ def no_device(name: str) -> str:
 
 
 def plain_names(
-    names: Iterable[str],
-    plain: Callable[[str], str] = plain_name,
-    taken: Iterable[str] = (),
+    names: Iterable[str], plain: Callable[[str], str] = plain_name, taken: Iterable[str] = ()
 ) -> dict[str, str]:
     """Return a name of a file for each of several, no two alike, in large letters or small.
 

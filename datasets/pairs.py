@@ -54,12 +54,7 @@ def _is_same(view: DataSetView, other: DataSetView) -> bool:
     )
 
 
-def _write(
-    files: SetFiles,
-    kind: str,
-    partners: Mapping[str, DataSetView],
-    layer: str,
-) -> None:
+def _write(files: SetFiles, kind: str, partners: Mapping[str, DataSetView], layer: str) -> None:
     folder = files.folder / kind
     raw, reference = make_folder(folder / "raw"), make_folder(folder / "reference")
     rows = ["name,split,water,reference_view,gain"]

@@ -80,13 +80,7 @@ class SpecTable:
             raise self.needed(key, "a list of texts", found)
         return tuple(map(str, found))
 
-    def quantity(
-        self,
-        key: str,
-        default: object = None,
-        *,
-        text: bool = False,
-    ) -> Quantity:
+    def quantity(self, key: str, default: object = None, *, text: bool = False) -> Quantity:
         """Return a quantity; needed if there is no default."""
         found = self.get(key, default)
         if found is None:

@@ -125,10 +125,7 @@ def image_truth(
             "reflectance": column.floor_reflectance.tolist(),
         },
         "sensor": _sensor(place),
-        "camera": {
-            **_intrinsics(view.camera),
-            "camera_to_world": view.camera_to_world.tolist(),
-        },
+        "camera": {**_intrinsics(view.camera), "camera_to_world": view.camera_to_world.tolist()},
         "lamps": [lamp_record(x) if isinstance(x, Lamp) else dict(x) for x in lamps],
         "formation": formations,
     }

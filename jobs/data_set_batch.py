@@ -23,10 +23,7 @@ from .progress import Progress
 
 
 def run(
-    request: DataSetRequest,
-    options: argparse.Namespace,
-    progress: Progress,
-    opener: SceneOpener,
+    request: DataSetRequest, options: argparse.Namespace, progress: Progress, opener: SceneOpener
 ) -> None:
     """Do what is asked for of a data set; raise InputError if that cannot be done."""
     if request.spec is None:

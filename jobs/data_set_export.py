@@ -48,11 +48,7 @@ def export(
             return Development(response_matrix(weights, plan.response(shown.depth)), float(white))
 
         return RenderedView(
-            files.picture,
-            files.layers,
-            files.record if is_done else None,
-            files.truth,
-            development,
+            files.picture, files.layers, files.record if is_done else None, files.truth, development
         )
 
     @functools.cache

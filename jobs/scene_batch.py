@@ -74,10 +74,7 @@ def _plan(
 
 
 def _chosen(
-    scene: bpy.types.Scene,
-    settings_now: Callable[[], SceneSettings],
-    job: Job,
-    auto: AutoRequest,
+    scene: bpy.types.Scene, settings_now: Callable[[], SceneSettings], job: Job, auto: AutoRequest
 ) -> tuple[Job, Callable[[], SceneSettings]]:
     """Return job and settings with what the scene requires."""
     camera, *others = find_cameras(scene, job)

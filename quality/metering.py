@@ -20,10 +20,7 @@ from .seen_points import SeenPoints
 
 
 def picture_stops(
-    optics: Optics,
-    seen: SeenPoints,
-    lamps: Sequence[Lamp] = (),
-    water: LampWater | None = None,
+    optics: Optics, seen: SeenPoints, lamps: Sequence[Lamp] = (), water: LampWater | None = None
 ) -> float:
     """Stops by which a camera that meters its picture exposes, from those of the optics on.
 

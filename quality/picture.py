@@ -60,13 +60,7 @@ class Picture:
         )
 
 
-def picture(
-    optics: Optics,
-    seen: SeenPoints,
-    *,
-    without: str = "",
-    **column: object,
-) -> Picture:
+def picture(optics: Optics, seen: SeenPoints, *, without: str = "", **column: object) -> Picture:
     """Colours of the rays.
 
     Parameters

@@ -107,10 +107,7 @@ class RenderPlan(ResolvedOptics):
         return replace(self, column=column, excitation=excitation)
 
     def reduction(
-        self,
-        depth: float,
-        lamplight: NDArray[np.float64] | None = None,
-        stops: float | None = None,
+        self, depth: float, lamplight: NDArray[np.float64] | None = None, stops: float | None = None
     ) -> SensorReduction:
         """Return the sensor's map for a camera at a depth in m, at its exposure or another."""
         return self.viewpoint(depth, stops, lamplight).reduction

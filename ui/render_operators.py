@@ -259,6 +259,5 @@ class FarmBundle(ReportingOperator):
             finally:
                 scene.frame_set(frame)
         self.report(
-            {"INFO"},
-            f"{len(made.frames)} frame(s) of {made.passes} pass(es) in {self.directory}",
+            {"INFO"}, f"{len(made.frames)} frame(s) of {made.passes} pass(es) in {self.directory}"
         )

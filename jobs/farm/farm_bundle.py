@@ -26,16 +26,7 @@ from ..manifest_files import write_manifest
 from ..rounds import require_fixed
 from . import openjd_template
 from .extension_zip import write_extension
-from .openjd_template import (
-    ASSETS,
-    EXTENSION,
-    MANIFEST,
-    README,
-    SYSTEMS,
-    TEMPLATE,
-    VALUES,
-    FarmJob,
-)
+from .openjd_template import ASSETS, EXTENSION, MANIFEST, README, SYSTEMS, TEMPLATE, VALUES, FarmJob
 
 _FILES = {ASSETS, EXTENSION, MANIFEST, README, TEMPLATE, VALUES}
 _NAMED = 5

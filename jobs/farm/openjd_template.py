@@ -268,10 +268,7 @@ def _work(
         "command": "{{Param.Blender}}",
         "args": arguments,
         "timeout": timeout,
-        "cancelation": {
-            "mode": "NOTIFY_THEN_TERMINATE",
-            "notifyPeriodInSeconds": _NOTIFY_SECONDS,
-        },
+        "cancelation": {"mode": "NOTIFY_THEN_TERMINATE", "notifyPeriodInSeconds": _NOTIFY_SECONDS},
     }
     amounts = [("memory", _BLENDER_MIB + int(job.memory / _MIB)), ("vcpu", _CORES)]
     amounts += [("gpu", 1)] if gpu else []
