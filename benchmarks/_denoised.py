@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers
 from ..jobs import development
-from ..jobs.guides import mean_guides
+from ..jobs.development import mean_guides
 from ..scene.engines.band_engine import BandEngine
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.spectra.spectral_image import read_exr

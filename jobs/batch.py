@@ -17,7 +17,6 @@ from ..uw_spectral.errors import DataWarning, InputError
 from ..uw_spectral.spectra.sensor import list_sensors
 from ..uw_spectral.water.named import list_waters
 from . import command_line, data_set_batch, scene_batch, split_batch
-from .data_set_request import request_of, with_render_options
 from .opening import SceneOpener
 from .progress import Progress
 
@@ -34,7 +33,7 @@ def main(
     try:
         with _notes_to_stderr():
             options = command_line.parse(arguments, program)
-            options = with_render_options(options, list(arguments))
+            options = data_set_batch.with_render_options(options, list(arguments))
             run(options, inside_blender=inside_blender)
     except InputError as error:
         print(f"{program}: {error}", file=sys.stderr)
@@ -63,7 +62,7 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         return
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
-    data_set = request_of(options)
+    data_set = data_set_batch.request_of(options)
     progress = Progress(options.progress, options.quiet)
     opener = SceneOpener(progress.note, options.scene, options.trust_scripts, inside_blender)
     if data_set is not None:

@@ -1,10 +1,10 @@
-"""The steps of a data set: plan, render, export."""
+"""The steps of a data set: what is asked for; plan, render, export."""
 
 from __future__ import annotations
 
 import argparse
 import functools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -12,14 +12,68 @@ import bpy
 from ..datasets.index import NAME, read_index
 from ..datasets.specification import read_spec
 from ..scene.session import select_scene
+from ..settings.scene_settings import flag
 from ..uw_spectral.errors import InputError
-from . import command_line, data_set_export, job_files, render_job, same_job
+from . import command_line, data_set_export, job_files, render_job
 from .data_set_jobs import SetJobs, read_jobs
 from .data_set_plan import plan_data_set
-from .data_set_request import DataSetRequest
 from .job import SplitRequest
 from .opening import SceneOpener
 from .progress import Progress
+
+_DECIDED = ("quality", "target_delta_e", "time_budget")
+_SET = {"sensor", "white_balance", "exposure"}  # by each [[camera]]
+
+
+@dataclass(frozen=True)
+class DataSetRequest:
+    """What is asked for: a specification to plan and render, or a set to export."""
+
+    spec: Path | None
+    export: Path | None
+    only_plan: bool
+
+
+def request_of(options: argparse.Namespace) -> DataSetRequest | None:
+    """Return what the options ask for of a data set; None if nothing."""
+    spec, export = options.dataset, options.dataset_export
+    if spec is None and export is None:
+        if options.dataset_plan:
+            raise InputError("--dataset-plan needs --dataset and a specification")
+        return None
+    if spec is not None and export is not None:
+        raise InputError("--dataset exports in the end; leave out --dataset-export")
+    given = vars(options)
+    wrong = [flag(name) for name in _DECIDED if name in given]
+    for name, there in (
+        ("--plan", options.plan), ("--bundle", options.bundle), ("--from", options.manifest),
+        ("--status", options.status), ("--frames", options.frames), ("--camera", options.camera),
+        ("--cameras", options.cameras), ("--resolution", options.resolution),
+        ("--seed", options.seed), ("--parts", options.parts != 1),
+    ):  # fmt: skip
+        wrong += [name] if there else []
+    if wrong:
+        raise InputError(
+            f"{', '.join(wrong)}: not with a data set, whose specification names cameras, poses "
+            "and seed; --dataset-plan plans, and --from OUT/dataset.json renders a fraction"
+        )
+    return DataSetRequest(spec, export, options.dataset_plan)
+
+
+def with_render_options(options: argparse.Namespace, arguments: list[str]) -> argparse.Namespace:
+    """Return the options with those of a specification, which the command line overrides."""
+    if options.dataset is None:
+        return options
+    spec = read_spec(options.dataset)
+    try:
+        found = command_line.parse([*spec.render, *arguments])
+    except InputError as error:
+        raise InputError(f"{options.dataset}: [render], or the command line: {error}") from error
+    both = [name for name in {*spec.settings, *_SET} if name in vars(found)]
+    if both:
+        named = ", ".join(flag(name) for name in sorted(both))
+        raise InputError(f"{named}: {options.dataset} decides; change it there")
+    return found
 
 
 def run(
@@ -78,7 +132,7 @@ def _render(jobs: SetJobs, progress: Progress, *, insist: bool) -> None:
     passes, seen = 0, set[tuple[str, int]]()
     for name, views in left.items():
         manifest, scene = jobs.manifests[name], bpy.context.scene
-        same_job.check_scene(manifest, job_files.open_blend())
+        job_files.check_scene(manifest, job_files.open_blend())
         if insist:
             steps = render_job.render_views(scene, manifest, list(views), progress.note)
         else:
@@ -124,7 +178,7 @@ def _develop(jobs: SetJobs, progress: Progress) -> None:
     for name, manifest in jobs.manifests.items():
         left = jobs.rendered(name)
         if left:
-            same_job.check_programs(manifest)
+            job_files.check_programs(manifest)
         developed = render_job.develop(manifest, left, progress.note)
         for number, view in enumerate(developed, start=1):
             progress.tell(f"{name}: frame {view.frame} developed", number, len(left))

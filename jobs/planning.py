@@ -17,8 +17,7 @@ from .exposures import Light, developed_views
 from .frames import Frame, frames_of
 from .job import Job
 from .manifest import Exposed, ExternalFile, Manifest, View, changed, folders, settings_by_frame
-from .passes import device_of, passes_of
-from .planned_output import planned_output
+from .planned_output import device_of, passes_of, planned_output
 from .prepared_scene import prepared, require_usable
 
 

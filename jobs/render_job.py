@@ -6,8 +6,8 @@ The steps are those of a job that is split over processes and machines.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -17,9 +17,16 @@ from ..uw_spectral.errors import InputError, first_of
 from . import band_passes, pictures, work
 from .claims import claim_path, claimed, is_living
 from .frame_plans import FramePlans
-from .grown_job import with_earlier
 from .job import Job
-from .manifest import Manifest, View, differences
+from .manifest import (
+    Development,
+    Exposed,
+    Manifest,
+    View,
+    changed,
+    differences,
+    settings_by_frame,
+)
 from .manifest_files import JOB_FILE, read_manifest, write_manifest
 from .picture_files import files_of
 from .planning import plan_job
@@ -144,15 +151,63 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
             ) from error
     elif place.exists():
         earlier = _read(place)
-        changed = differences(earlier, manifest)
-        if changed:
+        others = differences(earlier, manifest)
+        if others:
             raise InputError(
-                f"--resume: {manifest.out} was rendered with other values of {', '.join(changed)}; "
+                f"--resume: {manifest.out} was rendered with other values of {', '.join(others)}; "
                 "use the same ones, or another --out"
             )
-        manifest = with_earlier(earlier, manifest)
+        manifest = _with_earlier(earlier, manifest)
     write_manifest(place, manifest)
     return manifest
+
+
+def _with_earlier(earlier: Manifest, now: Manifest) -> Manifest:
+    """Return a job with the frames of an earlier one beside its own, in order.
+
+    The water is as wide as the wider one. Frames of both are as they are planned now. Jobs of other
+    cameras or passes have no frames in common; then this is the job as it is now. The jobs have no
+    :func:`.manifest.differences`.
+    """
+    extents = zip(earlier.output.extent, now.output.extent, strict=True)
+    wide, deep = (max(pair) for pair in extents)
+    made = replace(now, output=replace(now.output, extent=(wide, deep)))
+    old = [frame for frame in earlier.frames if frame not in now.frames]
+    if not old or earlier.cameras != now.cameras or earlier.passes != now.passes:
+        return made
+    source = dict.fromkeys(old, earlier) | dict.fromkeys(now.frames, now)
+    frames = tuple(sorted(source))
+    settings, changes = settings_by_frame((n, source[n].settings_of(n)) for n in frames)
+    developments, views = _grown_views(source, frames, now)
+    return replace(
+        made,
+        frames=frames,
+        settings=settings,
+        changes=changes,
+        developments=developments,
+        views=views,
+        lamps=changed(((n, source[n].lamps_of(n)) for n in frames), ()),
+        clouds=changed(((n, source[n].clouds_of(n)) for n in frames), ()),
+        exposed=changed(((n, source[n].exposed_of(n)) for n in frames), Exposed()),
+    )
+
+
+def _grown_views(
+    source: Mapping[int, Manifest], frames: tuple[int, ...], now: Manifest
+) -> tuple[tuple[Development, ...], tuple[View, ...]]:
+    """Cameras in turn, the frames of each in order."""
+    found: dict[Development, int] = {}
+    known = {
+        id(job): {(view.camera, view.frame): view for view in job.views} for job in source.values()
+    }
+    views = []
+    for camera in now.cameras:
+        for frame in frames:
+            job = source[frame]
+            view = known[id(job)][camera.name, frame]
+            chosen = job.developments[view.development]
+            views.append(replace(view, development=found.setdefault(chosen, len(found))))
+    return tuple(found), tuple(views)
 
 
 def join(manifest: Manifest) -> None:
@@ -165,10 +220,10 @@ def join(manifest: Manifest) -> None:
     if not place.exists():
         write_manifest(place, manifest)
         return
-    changed = differences(_read(place), manifest)
-    if changed:
+    others = differences(_read(place), manifest)
+    if others:
         raise InputError(
-            f"{manifest.out} holds another job, with other values of {', '.join(changed)}; plan "
+            f"{manifest.out} holds another job, with other values of {', '.join(others)}; plan "
             "with another --out, or delete the folder; nothing was overwritten"
         )
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 
 from ..uw_spectral.errors import InputError
-from . import job_files, job_status, render_job, same_job
+from . import job_files, job_status, render_job
 from .job import SplitRequest
 from .manifest import Manifest
 from .manifest_files import JOB_FILE, read_manifest
@@ -74,7 +74,7 @@ def _scene_of(manifest: Manifest) -> Path:
 
 def _work(manifest: Manifest, mapping: PathMapping, part: Part, progress: Progress) -> None:
     tasks = part.tasks(manifest)
-    same_job.check_scene(manifest, job_files.open_blend(), mapping.apply)
+    job_files.check_scene(manifest, job_files.open_blend(), mapping.apply)
     render_job.join(manifest)
     scene, count = bpy.context.scene, 0
     for step in render_job.render_passes(
@@ -93,7 +93,7 @@ def _work(manifest: Manifest, mapping: PathMapping, part: Part, progress: Progre
 def _develop(manifest: Manifest, part: Part, progress: Progress) -> None:
     if part.passes:
         raise InputError("--passes: a picture needs every pass; name --frames or --cameras")
-    same_job.check_programs(manifest)
+    job_files.check_programs(manifest)
     views = list(dict.fromkeys(task.view for task in part.tasks(manifest)))
     if manifest.rendered_in is not None:
         take_folder(manifest, views)

@@ -18,7 +18,7 @@ from ..uw_spectral.imaging.matte import without_open_water
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import band_passes, development
 from .band_passes import RenderedPass
-from .guides import Guides, read_guides
+from .development import Guides, read_guides
 from .manifest import Manifest, Output, View
 from .picture_files import PictureFiles, files_of
 from .tasks import Rendered, by_pass, done

@@ -11,6 +11,7 @@ import pytest
 import rawpy
 from underwater_spectral.datasets.axes import looking_at
 from underwater_spectral.datasets.camera import PinholeCamera
+from underwater_spectral.datasets.colmap import sparse_points
 from underwater_spectral.datasets.enumeration import enumerate_views
 from underwater_spectral.datasets.grouping import group_views
 from underwater_spectral.datasets.index import (
@@ -23,7 +24,6 @@ from underwater_spectral.datasets.index import (
 )
 from underwater_spectral.datasets.outputs import RawOutputs
 from underwater_spectral.datasets.raw_files import write_raw
-from underwater_spectral.datasets.sparse_points import sparse_points
 from underwater_spectral.datasets.specification import parse_spec, read_spec
 from underwater_spectral.datasets.view import DataSetView
 from underwater_spectral.uw_spectral.detector import Detector, Vignetting

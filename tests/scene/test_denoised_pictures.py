@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.jobs import batch, command_line, development
-from underwater_spectral.jobs.guides import Guides
+from underwater_spectral.jobs.development import Guides
 from underwater_spectral.scene.engines.denoising_guides import ALBEDO, NORMAL
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.errors import InputError
