@@ -26,7 +26,7 @@ def _optics(plan: RenderPlan) -> Optics:
     return Optics(plan.viewpoint(0.0), plan.excitation)
 
 
-def everything_on_many_bands(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
+def reference_optics(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
     """Everything the settings ask for, on many bands."""
     many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
     plan = plan_of(many)

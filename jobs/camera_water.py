@@ -75,7 +75,9 @@ class CameraWater:
         of_camera = [view for view in manifest.views if view.camera == self._camera]
         first = next(x for x in of_camera if len(manifest.lamps_of(x.frame)) == count)
         camera = cameras.find_camera(scene, self._camera)
-        self._stack.enter_context(render_region.sized(scene, output.resolution, output.region))
+        self._stack.enter_context(
+            render_region.rendered_region(scene, output.resolution, output.region)
+        )
         self._stack.enter_context(contents.drawn_by(scene, output.engine.upper()))
         scene.frame_set(first.frame)
         opening = Opening(

@@ -127,7 +127,7 @@ def _render(jobs: SetJobs, progress: Progress, *, insist: bool) -> None:
     Those who insist answer for all of them and develop; else what others are rendering is left to
     them.
     """
-    left = {name: views for name in jobs.manifests if (views := jobs.undeveloped(name))}
+    left = {name: views for name in jobs.manifests if (views := jobs.missing_views(name))}
     total = sum(len(tasks) for views in left.values() for tasks in views.values())
     passes, seen = 0, set[tuple[str, int]]()
     for name, views in left.items():

@@ -29,7 +29,7 @@ class SetJobs:
     index: Index
     manifests: Mapping[str, Manifest]
 
-    def undeveloped(self, name: str) -> dict[View, list[Task]]:
+    def missing_views(self, name: str) -> dict[View, list[Task]]:
         """Return the views of a job that the set needs and that have no pictures, with passes."""
         manifest, frames = self.manifests[name], tuple(self.index.frames(name))
         found: dict[View, list[Task]] = {}
@@ -41,7 +41,7 @@ class SetJobs:
         """Return the views of a job that are rendered and have no pictures."""
         return [
             view
-            for view, tasks in self.undeveloped(name).items()
+            for view, tasks in self.missing_views(name).items()
             if all(done(self.manifests[name], task, thorough=False) for task in tasks)
         ]
 
@@ -62,7 +62,7 @@ class SetJobs:
         for name, manifest in self.manifests.items():
             width, height = manifest.output.size
             pixel = _PIXEL_BYTES + of_formats + 8 * len(manifest.bands_nm)
-            needed += len(self.undeveloped(name)) * _SMALLER * width * height * pixel
+            needed += len(self.missing_views(name)) * _SMALLER * width * height * pixel
         free = shutil.disk_usage(folder).free
         if needed > free:
             raise InputError(

@@ -83,7 +83,7 @@ def wanted_settings(
 
 
 @contextlib.contextmanager
-def sized(
+def rendered_region(
     scene: bpy.types.Scene, resolution: tuple[int, int, int], region: Region | None
 ) -> Iterator[None]:
     """Give a scene a resolution (width, height, percentage) and a region while the block runs."""

@@ -17,7 +17,7 @@ from ..scene.readers.picture_size import rendered_size
 from ..settings.render_plan import forget_files, plan_of, quiet
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError
-from .band_choices import band_choices, everything_on_many_bands
+from .band_choices import band_choices, reference_optics
 from .job import Job
 from .seen_views import sampled_frames, seen_views, shaft_end
 
@@ -70,7 +70,7 @@ def choose(
                 )
             with quiet():
                 plan = plan_of(chosen)
-                everything = everything_on_many_bands(scene, chosen)
+                everything = reference_optics(scene, chosen)
             seen = seen_views(
                 scene, (camera, *others), frames, plan, everything.view.field, traced=method.traced
             )
