@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,6 @@ from .formats import FORMATS, conventions
 from .index import Index, IndexedView, SceneObject
 from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, camera_of, read_layers
-from .outputs import Outputs
 from .raw_files import write_raw
 from .set_files import RenderedView, SetFiles, Shapes, no_note, no_shapes
 from .specification import DataSetSpec
@@ -64,11 +64,8 @@ def export_set(
     there = [view for view in index.views.values() if found[view.name].record is not None]
     if not there:
         raise InputError(f"{folder}: no view is rendered; render with --dataset, or --from")
-    objects = {
-        scene_object.name: (number, scene_object)
-        for number, scene_object in enumerate(index.objects, 1)
-    }
-    views = [_view(folder, spec, view, found[view.name], objects, silhouettes) for view in there]
+    export = _Export(index, spec, silhouettes)
+    views = [export.view(view, found[view.name]) for view in there]
     card = _card(spec, index, versions, [x.record for x in found.values() if x.record is not None])
     notes: list[str] = []
     files = SetFiles(
@@ -84,108 +81,99 @@ def export_set(
     return views
 
 
-def _view(
-    folder: Path,
-    spec: DataSetSpec,
-    view: IndexedView,
-    files: RenderedView,
-    objects: Mapping[str, tuple[int, SceneObject]],
-    silhouettes: Silhouettes,
-) -> DataSetView:
-    """Write the files of one view."""
-    outputs, name = spec.outputs, view.name
-    layers = read_layers(files.layers)
-    camera, pose = view.camera, view.camera_to_world
-    housing = layers.header.get("housing")
-    if housing is not None:  # the one in water that the port makes of it
-        camera, pose = camera_of(layers.header)
-    image = _file(folder, "images", name, outputs.picture)
-    rgb = read_exr(files.picture)[0]
-    if outputs.picture == "jpg":
-        write_jpeg(image, rgb)
-    else:
-        write_png(image, rgb)
-    if outputs.linear:
-        place_file(files.picture, _file(folder, "linear", name, "exr"))
-    if outputs.layers:
-        place_file(files.layers, _file(folder, "layers", name, "exr"))
-    if files.truth.is_file():
-        place_file(files.truth, _file(folder, "truth", name, "json"))
-    depth = _file(folder, "depth", name, "png")
-    write_depth_png(depth, layers[PLANAR].astype(np.float64))
-    if outputs.depth_exr:
-        write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], camera)
-    numbers = _file(folder, "instances", name, "png")
-    instances = _instances(numbers, view, outputs, layers, objects)
-    if any(FORMATS[each].silhouettes for each in outputs.formats):
-        instances = _with_silhouettes(folder, view, instances, numbers, silhouettes)
-    metadata: dict[str, Any] = {
-        "water": view.record["settings"]["water"],
-        "lowered_m": view.lowered,
-        "pose": view.record["pose"],
-        "camera": view.record["camera"]["name"],
-        "group": view.group,
-        **{k: view.record[k] for k in _LATER if k in view.record},
-        **({"housing": housing} if housing is not None else {}),
-        "settings": view.record["settings"],
-        "rig": view.record["rig"],
-    }
-    if spec.raw is not None:
-        raw = _file(folder, "raw", name, spec.raw.file)
-        metadata["raw"] = write_raw(
-            raw, view, spec.raw, layers[IMAGE], files.development().to_rec709
-        )
-    return DataSetView(
-        name, image, camera, pose, view.split,
-        depth=depth, instance_map=numbers, instances=tuple(instances.values()), metadata=metadata,
-    )  # fmt: skip
+@dataclass(frozen=True)
+class _Export:
+    """What the files of each view are made by."""
 
+    index: Index
+    spec: DataSetSpec
+    silhouettes: Silhouettes
 
-def _instances(
-    path: Path,
-    view: IndexedView,
-    outputs: Outputs,
-    layers: FrameLayers,
-    objects: Mapping[str, tuple[int, SceneObject]],
-) -> dict[str, SeenInstance]:
-    """Write the numbers of the objects that a view sees, and return these by name."""
-    rendered = np.asarray(layers[INSTANCE]).astype(np.int64)
-    numbers, found = np.zeros_like(rendered), {}
-    for shown in np.unique(rendered).tolist():
-        name = layers.instances.get(shown, "")
-        if name not in objects or objects[name][1].category in outputs.leave_out:
-            continue
-        number, scene_object = objects[name]
-        numbers[rendered == shown] = number
-        pose = np.array(scene_object.object_to_world)
-        pose[2, 3] -= view.lowered
-        found[name] = SeenInstance(
-            number,
-            scene_object.category,
-            pose,
-            scene_object.model,
-            category_id=scene_object.category_id,
-        )
-    write_instance_map(path, numbers)
-    return found
+    @cached_property
+    def objects(self) -> dict[str, tuple[int, SceneObject]]:
+        """The objects of the scene and their numbers, by their names."""
+        return {item.name: (number, item) for number, item in enumerate(self.index.objects, 1)}
 
+    def file(self, kind: str, name: str, suffix: str) -> Path:
+        """Return a file of a view in a folder of its kind, which is made."""
+        return make_folder(self.index.folder / kind) / f"{name}.{suffix}"
 
-def _with_silhouettes(
-    folder: Path,
-    view: IndexedView,
-    instances: Mapping[str, SeenInstance],
-    numbers: Path,
-    silhouettes: Silhouettes,
-) -> dict[str, SeenInstance]:
-    """Write all of what a view sees a part of, what hides it left out."""
-    seen, wholes, found = read_codes(numbers), silhouettes(view, list(instances)), {}
-    for name, item in instances.items():
-        path = _file(folder, "silhouettes", f"{view.name}_{item.number:05d}", "png")
-        # What is seen is a part of it, whatever a ray at the edge met.
-        whole = wholes[name] | (seen == item.number)
-        write_codes(path, np.where(whole, 255, 0).astype(np.uint8))
-        found[name] = replace(item, silhouette=path)
-    return found
+    def view(self, view: IndexedView, files: RenderedView) -> DataSetView:
+        """Write the files of one view."""
+        outputs, name, raw = self.spec.outputs, view.name, self.spec.raw
+        layers = read_layers(files.layers)
+        camera, pose = view.camera, view.camera_to_world
+        housing = layers.header.get("housing")
+        if housing is not None:  # the one in water that the port makes of it
+            camera, pose = camera_of(layers.header)
+        image = self.file("images", name, outputs.picture)
+        write = write_jpeg if outputs.picture == "jpg" else write_png
+        write(image, read_exr(files.picture)[0])
+        for kind, source, wanted in (
+            ("linear", files.picture, outputs.linear),
+            ("layers", files.layers, bool(outputs.layers)),
+            ("truth", files.truth, files.truth.is_file()),
+        ):
+            if wanted:
+                place_file(source, self.file(kind, name, source.suffix[1:]))
+        depth = self.file("depth", name, "png")
+        write_depth_png(depth, layers[PLANAR].astype(np.float64))
+        if outputs.depth_exr:
+            write_depth_exr(depth.with_suffix(".exr"), layers[RANGE], camera)
+        numbers = self.file("instances", name, "png")
+        instances = self._instances(numbers, view, layers)
+        if any(FORMATS[each].silhouettes for each in outputs.formats):
+            instances = self._with_silhouettes(view, instances, numbers)
+        metadata: dict[str, Any] = {
+            "water": view.record["settings"]["water"],
+            "lowered_m": view.lowered,
+            "pose": view.record["pose"],
+            "camera": view.record["camera"]["name"],
+            "group": view.group,
+            **{k: view.record[k] for k in _LATER if k in view.record},
+            **({"housing": housing} if housing is not None else {}),
+            "settings": view.record["settings"],
+            "rig": view.record["rig"],
+        }
+        if raw is not None:
+            path, to_rec709 = self.file("raw", name, raw.file), files.development().to_rec709
+            metadata["raw"] = write_raw(path, view, raw, layers[IMAGE], to_rec709)
+        return DataSetView(
+            name, image, camera, pose, view.split, depth=depth, instance_map=numbers,
+            instances=tuple(instances.values()), metadata=metadata,
+        )  # fmt: skip
+
+    def _instances(
+        self, path: Path, view: IndexedView, layers: FrameLayers
+    ) -> dict[str, SeenInstance]:
+        """Write the numbers of the objects that a view sees, and return these by name."""
+        rendered = np.asarray(layers[INSTANCE]).astype(np.int64)
+        numbers, found = np.zeros_like(rendered), {}
+        for shown in np.unique(rendered).tolist():
+            name = layers.instances.get(shown, "")
+            number, item = self.objects.get(name, (0, None))
+            if item is None or item.category in self.spec.outputs.leave_out:
+                continue
+            numbers[rendered == shown] = number
+            pose = np.array(item.object_to_world)
+            pose[2, 3] -= view.lowered
+            kind = item.category_id
+            found[name] = SeenInstance(number, item.category, pose, item.model, category_id=kind)
+        write_instance_map(path, numbers)
+        return found
+
+    def _with_silhouettes(
+        self, view: IndexedView, instances: Mapping[str, SeenInstance], numbers: Path
+    ) -> dict[str, SeenInstance]:
+        """Write all of what a view sees a part of, what hides it left out."""
+        seen, wholes, found = read_codes(numbers), self.silhouettes(view, list(instances)), {}
+        for name, item in instances.items():
+            path = self.file("silhouettes", f"{view.name}_{item.number:05d}", "png")
+            # What is seen is a part of it, whatever a ray at the edge met.
+            whole = wholes[name] | (seen == item.number)
+            write_codes(path, np.where(whole, 255, 0).astype(np.uint8))
+            found[name] = replace(item, silhouette=path)
+        return found
 
 
 def _card(
@@ -204,7 +192,3 @@ def _card(
         spec.outputs.description,
         conventions=conventions(spec.outputs.formats),
     )
-
-
-def _file(folder: Path, kind: str, name: str, suffix: str) -> Path:
-    return make_folder(folder / kind) / f"{name}.{suffix}"

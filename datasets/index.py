@@ -152,23 +152,18 @@ def read_index(path: Path) -> Index:
     try:
         views = [
             IndexedView(
-                name=row["name"],
-                job=row["job"],
-                frame=row["frame"],
-                group=row["group"],
-                split=row["split"],
-                noise_seed=row["noise_seed"],
+                **{name: row[name] for name in ("name", *_PLACED, "split", "noise_seed")},
                 record={name: value for name, value in row.items() if name not in _PLACED},
             )
             for row in content["views"]
         ]
         objects = tuple(
             SceneObject(
-                row["name"],
-                row["category"],
-                row.get("category_id"),
-                row["model"],
-                tuple(map(tuple, row["object_to_world"])),
+                **{
+                    "category_id": None,
+                    **row,
+                    "object_to_world": tuple(map(tuple, row["object_to_world"])),
+                }
             )
             for row in content["things"]
         )
