@@ -21,12 +21,8 @@ _RIGID = 1e-6
 def rigid(pose: ArrayLike, what: str) -> Array:
     """Return a pose as an array that cannot be written to; ``what`` names it in messages.
 
-    Raises InputError if it scales, mirrors or shears, or is none.
-
-    Parameters
-    ----------
-    pose : array_like, shape (4, 4)
-        Rotation and translation (m) to the world.
+    A pose, shape (4, 4), is a rotation with a translation (m) to the world. Raises InputError if it
+    scales, mirrors or shears, or is none.
     """
     matrix = np.asarray(pose, dtype=np.float64)
     if matrix.shape != (4, 4) or not np.all(np.isfinite(matrix)):
@@ -113,14 +109,8 @@ def placed(turn: ArrayLike, place: ArrayLike) -> Array:
 def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> Array:
     """Return the pose in Blender's axes of a camera that looks at a point, shape (4, 4).
 
-    Raises InputError if the two points coincide.
-
-    Parameters
-    ----------
-    eye, target : array_like, shape (3,)
-        World coordinates, m.
-    roll : float
-        Turn about the view direction, counter-clockwise as the camera sees it, degrees.
+    ``eye`` and ``target`` are world coordinates, m; ``roll`` turns about the view direction,
+    counter-clockwise as the camera sees it, degrees. Raises InputError if the two points coincide.
     """
     start = np.asarray(eye, dtype=np.float64)
     back = start - np.asarray(target, dtype=np.float64)

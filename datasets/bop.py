@@ -43,20 +43,12 @@ class SeenModels:
 def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
     """Write one scene, its pictures, depths and masks included; return what is seen.
 
-    Raises InputError if a view lacks something, BOP has no place for the picture's format or the
-    lens's distortion, or a file cannot be written.
+    ``folder`` is that of the scene, such as ``set/train/000000``, and made if it is not there;
+    ``views`` have their depths, cameras without distortion, and instances with their silhouettes,
+    as BOP counts what is hidden. Raises InputError if a view lacks something, BOP has no place for
+    the picture's format or the lens's distortion, or a file cannot be written.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the scene, such as ``set/train/000000``; made if it is not there.
-    views : sequence of DataSetView
-        Each with its depth, by cameras without distortion; instances with their silhouettes, as
-        BOP counts what is hidden.
-
-    References
-    ----------
-    bop_toolkit, *docs/bop_datasets_format.md*.
+    Source: bop_toolkit, *docs/bop_datasets_format.md*.
     """
     check_views(views)
     for name in ("rgb", "depth", "mask", "mask_visib"):

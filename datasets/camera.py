@@ -22,9 +22,7 @@ class PinholeCamera:
     down, so that the first pixel's centre is at (0.5, 0.5), as in COLMAP and nerfstudio. Raises
     InputError if a size or focal length is not positive, or a number not finite.
 
-    References
-    ----------
-    D. C. Brown, Photogramm. Eng. 32, 444 (1966).
+    Source: D. C. Brown, Photogramm. Eng. 32, 444 (1966).
     """
 
     #: Size of the picture and focal lengths, pixels.

@@ -88,9 +88,7 @@ def _baseline(views: Sequence[DataSetView], first: str) -> float:
 def write_camera_infos(files: SetFiles) -> None:
     """Write a file for each camera, ``camera_info/NAME.yaml``.
 
-    References
-    ----------
-    ROS, *sensor_msgs/CameraInfo*; *camera_calibration_parsers*.
+    Source: ROS, *sensor_msgs/CameraInfo*; *camera_calibration_parsers*.
     """
     folder = make_folder(files.folder / "camera_info")
     for info in camera_infos(files).values():

@@ -41,19 +41,12 @@ def write_coco(
 ) -> None:
     """Write instances as COCO does; those that are not seen are left out.
 
-    Raises InputError if there are no views, two share a name, or a file cannot be read or written.
+    Names of pictures are relative to the file's folder. ``categories`` are their numbers, such as
+    :func:`category_ids` of a whole set of which the views are a split; by default those of the
+    views. Raises InputError if there are no views, two share a name, or a file cannot be read or
+    written.
 
-    Parameters
-    ----------
-    path : Path
-        The file; names of pictures are relative to its folder.
-    categories : mapping, optional
-        Numbers of the categories, such as :func:`category_ids` of a whole set of which the views
-        are a split; by default those of the views.
-
-    References
-    ----------
-    T.-Y. Lin et al., ECCV 2014; cocodataset.org, *Data format*.
+    Source: T.-Y. Lin et al., ECCV 2014; cocodataset.org, *Data format*.
     """
     check_views(views)
     categories = category_ids(views) if categories is None else categories

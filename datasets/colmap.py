@@ -105,19 +105,11 @@ def write_colmap(
 ) -> None:
     """Write a model as text; without points, an empty ``points3D.txt``.
 
-    Raises InputError if there are no views, two share a name, a picture's has a space, or a file
-    cannot be written.
+    ``folder`` is made if it is not there; names of pictures are relative to ``images``, by default
+    to the folder above. Raises InputError if there are no views, two share a name, a picture's has
+    a space, or a file cannot be written.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the three files; made if it is not there.
-    images : Path, optional
-        Folder that the pictures' names are relative to; by default the one above ``folder``.
-
-    References
-    ----------
-    COLMAP documentation, *Output format*.
+    Source: COLMAP documentation, *Output format*.
     """
     check_views(views)
     root = images or folder.absolute().parent

@@ -53,9 +53,7 @@ _CONTEXT: dict[str, Any] = {
 def write_croissant(files: SetFiles) -> None:
     """Write ``views.csv``, a row a view, and ``croissant.json``, which describes it.
 
-    References
-    ----------
-    MLCommons, *Croissant format specification* 1.0.
+    Source: MLCommons, *Croissant format specification* 1.0.
     """
     table = _table(files)
     write_text(make_folder(files.folder) / TABLE, table)

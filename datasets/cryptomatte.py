@@ -1,9 +1,7 @@
 """Cryptomatte: names of objects as hashes, ranked by coverage in each pixel.
 
-References
-----------
-J. Friedman & A. Jones, Fully automatic ID mattes with support for motion blur and transparency,
-SIGGRAPH 2015; Cryptomatte specification 1.2.
+Source: J. Friedman & A. Jones, Fully automatic ID mattes with support for motion blur and
+transparency, SIGGRAPH 2015; Cryptomatte specification 1.2.
 """
 
 from __future__ import annotations
@@ -72,12 +70,8 @@ def read_manifest(texts: Mapping[str, str], typename: str) -> dict[str, int]:
 def coverage(ranks: ArrayLike, bits: int) -> NDArray[np.float32]:
     """Return the fraction of each pixel that something covers.
 
-    Parameters
-    ----------
-    ranks : array_like, shape (height, width, 2 k)
-        Identifier and coverage of the k ranks.
-    bits : int
-        Its identifier.
+    ``ranks``, shape (height, width, 2 k), are identifier and coverage of the k ranks; ``bits`` is
+    its identifier.
     """
     pairs = np.ascontiguousarray(ranks, dtype=np.float32)
     here = pairs[..., 0::2].copy().view(np.uint32) == np.uint32(bits)

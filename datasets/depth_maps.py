@@ -41,12 +41,8 @@ def world_positions(
 ) -> Array:
     """Return what is seen as points of the world, shape (height, width, 3), m.
 
-    Parameters
-    ----------
-    distances : array_like, shape (height, width)
-        Euclidean range, m; where it is infinite, points are at 0.
-    camera_to_world : array_like, shape (4, 4)
-        Its pose in Blender's axes.
+    ``distances`` are Euclidean ranges, m, shape (height, width); where they are infinite, points
+    are at 0. ``camera_to_world``, shape (4, 4), is the pose in Blender's axes.
 
     Examples
     --------

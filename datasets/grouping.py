@@ -29,15 +29,10 @@ class ViewJob:
     group: str  #: Of its water, light and rig, whose views show one scene.
     camera: DataSetCamera
     rig: CameraRig
-    settings: Mapping[str, Value]
     in_air: bool
     seed: int  #: Of the noise.
     #: One of the views of each frame; others differ by their detector's noise.
     frames: dict[int, PlannedView] = field(default_factory=dict)
-
-    def settings_of(self, frame: int) -> Mapping[str, Value]:
-        """Return the settings of a frame, what is drawn included."""
-        return self.frames[frame].settings
 
 
 @dataclass(frozen=True)
@@ -70,7 +65,7 @@ def group_views(
             words = [group, view.camera.name] + ([f"seed{repeat}"] if repeat else [])
             there = (*taken, *(job.name for job in jobs.values()))
             (name,) = plain_names([plain_name(*words)], taken=there).values()
-            jobs[key] = ViewJob(name, group, view.camera, view.rig, fixed, view.in_air, seed)
+            jobs[key] = ViewJob(name, group, view.camera, view.rig, view.in_air, seed)
         job = jobs[key]
         depth = 0 if spec.lowered.drawn else lowered.index(view.lowered)
         frame = 1 + view.pose * len(lowered) + depth

@@ -80,16 +80,9 @@ def seen_layers(
 ) -> FrameLayers:
     """Return the layers of a pinhole's picture as they are seen through the port.
 
-    Parameters
-    ----------
-    wavelengths : mapping of str to float
-        Of bands, by the names of their channels, nm.
-    sensor : sequence of 3 floats
-        Of the channels of the sensor, nm.
-    camera_to_world : array_like, shape (4, 4)
-        Pose of the pinhole that rendered, Blender's axes.
-    camera : str
-        Name of the camera behind the port.
+    ``wavelengths`` are of bands, by the names of their channels, and ``sensor`` of the three
+    channels of the sensor, nm; ``camera_to_world``, shape (4, 4), is the pose in Blender's axes of
+    the pinhole that rendered; ``camera`` names the one behind the port.
     """
     layers = {}
     for name, image in found.layers.items():

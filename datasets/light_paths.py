@@ -18,14 +18,9 @@ def extinction_to(
 ) -> tuple[Array, Array]:
     """Return mean extinction c before what is seen, 1/m, and the length of the water there, m.
 
-    Their shapes are (height, width, n) and (height, width).
-
-    Parameters
-    ----------
-    camera_to_world : array_like, shape (4, 4)
-        Its pose in Blender's axes.
-    distances : array_like, shape (height, width)
-        Euclidean range, m; where it is infinite, the way ends at surface or floor.
+    Their shapes are (height, width, n) and (height, width). ``camera_to_world``, shape (4, 4), is
+    the pose in Blender's axes; ``distances``, shape (height, width), are Euclidean ranges, m; where
+    they are infinite, the way ends at surface or floor.
     """
     pose = inverse(world_to_opencv(camera_to_world))
     down = -(camera.rays() @ pose[2, :3])

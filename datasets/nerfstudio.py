@@ -22,9 +22,7 @@ def write_nerfstudio(path: Path, views: Sequence[DataSetView]) -> None:
 
     Raises InputError if there are none, two share a name, or the file cannot be written.
 
-    References
-    ----------
-    nerfstudio documentation, *Data conventions*.
+    Source: nerfstudio documentation, *Data conventions*.
     """
     check_views(views)
     folder = path.parent

@@ -59,9 +59,7 @@ def flow_mask(
 def write_flo(path: Path, flow: ArrayLike) -> None:
     """Write a flow, NaN where there is none; whole under its name, or not at all.
 
-    References
-    ----------
-    S. Baker et al., Int. J. Comput. Vis. 92, 1 (2011); *flow-code*.
+    Source: S. Baker et al., Int. J. Comput. Vis. 92, 1 (2011); *flow-code*.
     """
     values = np.nan_to_num(np.asarray(flow), nan=UNKNOWN).astype("<f4")
     size = np.array(values.shape[1::-1], dtype="<i4")

@@ -52,16 +52,10 @@ def generator(*key: object) -> np.random.Generator:
 def read_quantity(where: str, given: object, *, text: bool = False) -> Quantity:
     """Read a quantity of a specification, whose place ``where`` messages name.
 
-    Raises InputError if it is empty, of another kind, or a range whose end is not above its
-    beginning.
-
-    Parameters
-    ----------
-    given : number, text, list of them, or table
-        ``{from = 1, to = 5}`` is drawn, ``{from = 1, to = 5, steps = 3}`` are three values;
-        ``log = true`` spaces or draws them evenly in the logarithm.
-    text : bool
-        Whether it is text, which has no range.
+    ``given`` is a number, text, a list of them, or a table: ``{from = 1, to = 5}`` is drawn,
+    ``{from = 1, to = 5, steps = 3}`` are three values; ``log = true`` spaces or draws them evenly
+    in the logarithm. Text has no range. Raises InputError if it is empty, of another kind, or a
+    range whose end is not above its beginning.
 
     Examples
     --------

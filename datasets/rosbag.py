@@ -25,9 +25,7 @@ def write_rosbags(files: SetFiles) -> None:
     ``/CAMERA/image_raw``, ``/CAMERA/depth/image_raw`` (planar, m), ``/CAMERA/camera_info``;
     ``/odometry`` of the first camera and ``/tf`` of all, in OpenCV's axes.
 
-    References
-    ----------
-    ROS 2, *rosbag2*; REP 103, 104, 118.
+    Source: ROS 2, *rosbag2*; REP 103, 104, 118.
     """
     infos = camera_infos(files)
     root = make_folder(files.folder / "rosbag2")

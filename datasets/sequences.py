@@ -25,9 +25,7 @@ def write_tum_sequences(files: SetFiles) -> None:
 
     Depth is planar; 0 where nothing is seen or it is above 13.1 m, where 16 bits end.
 
-    References
-    ----------
-    J. Sturm et al., IROS 2012; *File formats*.
+    Source: J. Sturm et al., IROS 2012; *File formats*.
     """
     for way in trajectories(files, "tum"):
         for camera, views in way.cameras.items():
@@ -52,9 +50,7 @@ def write_tum_sequences(files: SetFiles) -> None:
 def write_euroc_sequences(files: SetFiles) -> None:
     """Write ``mav0`` for each way, below ``euroc``; the body is the first camera.
 
-    References
-    ----------
-    M. Burri et al., Int. J. Robot. Res. 35, 1157 (2016).
+    Source: M. Burri et al., Int. J. Robot. Res. 35, 1157 (2016).
     """
     for way in trajectories(files, "euroc"):
         folder = make_folder(files.folder / "euroc" / way.name / "mav0")
@@ -108,9 +104,7 @@ def _matrix(pose: Array) -> list[str]:
 def write_kitti_sequences(files: SetFiles) -> None:
     """Write a numbered sequence for each way, below ``kitti``, and a table of their names.
 
-    References
-    ----------
-    A. Geiger et al., CVPR 2012; *devkit_odometry*.
+    Source: A. Geiger et al., CVPR 2012; *devkit_odometry*.
     """
     root, names = files.folder / "kitti", ["sequence,name"]
     poses = make_folder(root / "poses")

@@ -27,9 +27,7 @@ def write_tartanair(files: SetFiles) -> None:
 
     Depth is planar, m, infinite where nothing is seen; the mask of the flow is 100 there.
 
-    References
-    ----------
-    W. Wang et al., IROS 2020; *tartanair_tools*, data type.
+    Source: W. Wang et al., IROS 2020; *tartanair_tools*, data type.
     """
     for way in trajectories(files, "tartanair"):
         folder = make_folder(files.folder / "tartanair" / way.name / "Easy" / "P000")

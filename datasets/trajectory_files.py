@@ -43,9 +43,7 @@ def read_tum(path: Path) -> TimedPoses:
 
     Raises InputError if the file cannot be read or a row is none.
 
-    References
-    ----------
-    TUM RGB-D benchmark, *File formats*.
+    Source: TUM RGB-D benchmark, *File formats*.
     """
     rows = _rows(path, None, _TUM, "time tx ty tz qx qy qz qw")
     poses = [_pose(path, n, r[1:4], np.roll(r[4:8], 1)) for n, _, r in rows]
@@ -55,16 +53,10 @@ def read_tum(path: Path) -> TimedPoses:
 def read_euroc(path: Path, camera_in_body: Array | None = None) -> TimedPoses:
     """Read EuRoC's ``data.csv`` of states: time in ns, place, quaternion (w first), of the body.
 
-    Raises InputError if the file cannot be read or a row is none.
+    ``camera_in_body``, shape (4, 4), is T_BS of the camera's ``sensor.yaml``; without it the body
+    is the camera in OpenCV's axes. Raises InputError if the file cannot be read or a row is none.
 
-    Parameters
-    ----------
-    camera_in_body : array, shape (4, 4), optional
-        T_BS of the camera's ``sensor.yaml``; without it the body is the camera in OpenCV's axes.
-
-    References
-    ----------
-    M. Burri et al., Int. J. Robot. Res. 35, 1157 (2016).
+    Source: M. Burri et al., Int. J. Robot. Res. 35, 1157 (2016).
     """
     rows = _rows(path, ",", _EUROC, "time [ns], x, y, z, qw, qx, qy, qz")
     body = np.eye(4) if camera_in_body is None else camera_in_body
@@ -78,9 +70,7 @@ def read_kitti(path: Path) -> TimedPoses:
 
     Raises InputError if the file cannot be read or a row is none.
 
-    References
-    ----------
-    A. Geiger et al., CVPR 2012; *devkit_odometry*.
+    Source: A. Geiger et al., CVPR 2012; *devkit_odometry*.
     """
     poses = []
     for number, _, row in _rows(path, None, _KITTI, "the 12 numbers of a 3×4 matrix"):

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.formation_fit import FormationFit
@@ -44,37 +43,25 @@ def image_truth(
     optics: ResolvedOptics,
     view: DataSetView,
     lamps: Sequence[Lamp | Mapping[str, Any]] = (),
-    ranges: ArrayLike = RANGES,
     stops: float | None = None,
 ) -> dict[str, Any]:
     """Return the truth of a picture as JSON holds it.
 
-    Raises InputError if the camera is not in the water, or sees no light.
-
-    Parameters
-    ----------
-    optics : ResolvedOptics
-        Water, light, sensor and bands of the picture.
-    view : DataSetView
-        Its camera; the world's z = 0 is the surface.
-    lamps : sequence of Lamp
-        In the bands of the optics, or what :func:`lamp_record` returned; they are listed, and
-        light nothing here.
-    ranges : array_like
-        At which coefficients are tabulated, m. Where surface or floor is so near along the
-        optical axis that only a few are left, that direction is left out.
-    stops : float, optional
-        Exposure, if it is not what the optics chooses.
+    Of the view its camera counts; the world's z = 0 is the surface. ``lamps`` are in the bands of
+    the optics, or what :func:`lamp_record` returned: they are listed, and light nothing here.
+    ``stops`` is the exposure, if it is not what the optics chooses. Where surface or floor is so
+    near along the optical axis that few ranges are left, that direction is left out. Raises
+    InputError if the camera is not in the water, or sees no light.
     """
     depth = -float(view.camera_to_world[2, 3])
     place = optics.viewpoint(depth, stops)
     axis = -view.camera_to_world[:3, 2]
     directions = {LEVEL: _level(axis, place)}
-    there = ranges_in_water(optics, depth, axis.tolist(), ranges)
+    there = ranges_in_water(optics, depth, axis.tolist(), RANGES)
     if abs(axis[2]) > _LEVEL_WITHIN and len(there) >= FEWEST:
         directions[OPTICAL_AXIS] = tuple(axis.tolist())
     formations = {
-        name: _formation(compute_image_formation(optics, depth, w, ranges))
+        name: _formation(compute_image_formation(optics, depth, w, RANGES))
         for name, w in directions.items()
     }
     description, column, layer = optics.description, optics.column, place.layer

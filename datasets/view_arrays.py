@@ -25,9 +25,7 @@ _NOTHING = 1e10  # m; Blender's depth where nothing is seen
 def write_compositor_exrs(files: SetFiles) -> None:
     """Write ``exr/NAME.exr``: ``ViewLayer.Combined.R``, ``ViewLayer.Depth.Z`` and so on.
 
-    References
-    ----------
-    Blender manual, *Render output, OpenEXR*.
+    Source: Blender manual, *Render output, OpenEXR*.
     """
     folder = make_folder(files.folder / "exr")
     for view in files.views:
@@ -50,9 +48,7 @@ def write_hdf5s(files: SetFiles) -> None:
     ``colors``, ``depth`` (planar, m, 0 where nothing is seen), ``instance_segmaps`` with
     ``instance_attribute_maps``, and ``camera``: K, pose and name as JSON.
 
-    References
-    ----------
-    M. Denninger et al., J. Open Source Softw. 8, 4901 (2023); BlenderProc, *HDF5 writer*.
+    Source: M. Denninger et al., J. Open Source Softw. 8, 4901 (2023); BlenderProc, *HDF5 writer*.
     """
     import h5py
 

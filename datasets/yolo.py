@@ -22,9 +22,7 @@ Label = Callable[[NDArray[np.bool_]], NDArray[np.float64]]
 def write_yolo_boxes(files: SetFiles) -> None:
     """Write ``class x y width height`` for every instance that is seen, below ``yolo``.
 
-    References
-    ----------
-    Ultralytics documentation, *Object detection datasets*.
+    Source: Ultralytics documentation, *Object detection datasets*.
     """
     _write(files, files.folder / "yolo", box_label)
 
@@ -32,9 +30,7 @@ def write_yolo_boxes(files: SetFiles) -> None:
 def write_yolo_segments(files: SetFiles) -> None:
     """Write ``class x1 y1 x2 y2 ...`` for every instance that is seen, below ``yolo_segments``.
 
-    References
-    ----------
-    Ultralytics documentation, *Instance segmentation datasets*.
+    Source: Ultralytics documentation, *Instance segmentation datasets*.
     """
     _write(files, files.folder / "yolo_segments", segment_label)
 

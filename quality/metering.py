@@ -42,18 +42,10 @@ def stops_from_above(
 ) -> float:
     """Stops of a camera over the water that meters its picture; objects in the air are left out.
 
-    Parameters
-    ----------
-    optics : Optics
-        Of a camera at the surface.
-    directions : array, shape (m, 3)
-        Unit directions of its rays.
-    relative_index : array, shape (m,)
-        Of the water against what is before it; 1 where the camera's glass is in the water.
-    seen : SeenPoints
-        What the rays that go down meet in the water, in their order; None without any.
-    lamps, water
-        As of :func:`picture_stops`, as are errors.
+    The camera is at the surface, ``directions``, shape (m, 3), are those of its rays,
+    ``relative_index``, shape (m,), the water's against what is before it, 1 where the camera's
+    glass is in the water; ``seen`` is what the rays that go down meet in the water, in their order.
+    Lamps, water and errors are as of :func:`picture_stops`.
     """
     sky, develop = optics.view.column.skylight, optics.view.reduction.apply
     colours = develop(sky.radiance(tuple(directions.T[..., None])))

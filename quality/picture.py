@@ -63,12 +63,8 @@ class Picture:
 def picture(optics: Optics, seen: SeenPoints, *, without: str = "", **column: object) -> Picture:
     """Colours of the rays.
 
-    Parameters
-    ----------
-    without : str
-        One of :data:`.LIGHTS`, by name: leave that light out of ``plain``.
-    **column : object
-        Fields of the water column, instead of its own. Waves need ``optics.waves``.
+    ``without`` is one of :data:`.LIGHTS`, by name, that is left out of ``plain``; ``column`` are
+    fields of the water column, instead of its own. Waves need ``optics.waves``.
     """
     dark = without == FLOOR_LIGHT
     water = functools.partial(folded_water, optics, seen.depth, tuple(column.items()), dark)

@@ -97,23 +97,12 @@ def decide(
 ) -> Requirements:
     """Choose bands, options, samples and ranges.
 
-    Raises InputError if the target or the budget is not positive, or nothing is given to choose
-    from.
-
-    Parameters
-    ----------
-    seen : sequence of SeenPoints
-        Views along the camera's path.
-    reference : Optics
-        Everything the scene has, on many bands.
-    choices : sequence of BandChoice
-        Bands to choose from, elastic.
-    target : float
-        Mean ΔE2000 of what is seen: objects, floor and open water count equally.
-    budget : float, optional
-        CPU time of all frames in s, on the machine of the cost table; goes before the target.
-    keep, off : collection of str
-        Those of :data:`.TERMS`, by name, that must stay on or off.
+    ``seen`` are views along the camera's path, ``reference`` everything the scene has, on many
+    bands, ``choices`` bands to choose from, elastic. ``target`` is the mean ΔE2000 of what is seen:
+    objects, floor and open water count equally. ``budget`` is CPU time of all frames in s, on the
+    machine of the cost table, and goes before the target; ``keep`` and ``off`` name those of
+    :data:`.TERMS` that must stay so. Raises InputError if the target or the budget is not positive,
+    or nothing is given to choose from.
     """
     for name, value in (("target ΔE", target), ("time budget", budget)):
         if value is not None and not value > 0:

@@ -158,16 +158,9 @@ def openness(
 ) -> NDArray[np.float64]:
     """Fraction of the light from above that reaches surfaces, by the cosine, shape (m,).
 
-    It is 1 where none of the light meets the surface at all.
-
-    Parameters
-    ----------
-    normal : array, shape (m, 3)
-        Unit normals.
-    directions : array, shape (k, 3)
-        Of :func:`.light_from_above`.
-    clear : array of bool, shape (m, k)
-        Whether nothing stands between a surface and the water's surface in a direction.
+    It is 1 where none of the light meets the surface at all. ``normal``, shape (m, 3), are unit
+    normals, ``directions``, shape (k, 3), those of :func:`.light_from_above`; ``clear``, shape (m,
+    k), is whether nothing stands between a surface and the water's surface.
     """
     cosine = np.maximum(normal @ directions.T, 0.0)
     total = cosine.sum(axis=1)

@@ -28,7 +28,7 @@ class FileKind:
 
     ``text`` says what such a file holds; a table with one of the ``columns`` is meant for it;
     ``read`` raises InputError if the file cannot be used; ``setting`` is that of the scene which
-    takes it, or ``of_lamp`` the property of a lamp.
+    takes it, empty where a lamp does.
     """
 
     label: str
@@ -36,7 +36,6 @@ class FileKind:
     columns: tuple[str, ...]
     read: Callable[[Path], object]
     setting: str = ""
-    of_lamp: str = ""
 
 
 def _profile(path: Path) -> object:
@@ -62,11 +61,10 @@ FILE_KINDS = {
     ),
     "spectrum": FileKind(
         "Spectrum of the Lamp", "wavelength_nm, power", ("power",),
-        lambda path: parse_emission(f"file:{path}"), of_lamp="spectrum",
+        lambda path: parse_emission(f"file:{path}"),
     ),
     "profile": FileKind(
         "Profile of the Lamp", "IES, or angle_deg, intensity", ("angle_deg",), _profile,
-        of_lamp="profile",
     ),
 }  # fmt: skip
 """The kinds of files by their names."""

@@ -82,11 +82,8 @@ _PHASES = {
 def known_words(kind: str) -> tuple[tuple[str, str], ...]:
     """Return words and what they mean.
 
-    Parameters
-    ----------
-    kind : str
-        ``waters``, ``sensors``, ``filters``, ``illuminants``, ``phases``, ``housings``,
-        ``emissions`` (of lamps) or ``fluorophores`` (of materials).
+    ``kind`` is ``waters``, ``sensors``, ``filters``, ``illuminants``, ``phases``, ``housings``,
+    ``emissions`` (of lamps) or ``fluorophores`` (of materials).
 
     Examples
     --------

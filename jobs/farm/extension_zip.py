@@ -18,11 +18,6 @@ def write_extension(path: Path) -> None:
 
     A checkout is built. What is installed is packed as it is, with the wheels that Blender keeps
     beside it. Raises InputError if a checkout lacks what it has to bring.
-
-    Parameters
-    ----------
-    path : Path
-        The zip to create.
     """
     if _BUILDER.is_file():
         try:
