@@ -1,8 +1,5 @@
 """Buttons that add lamps, clouds and plumes of bubbles, and give lamps their spectra."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 from typing import override

@@ -1,8 +1,5 @@
 """Measured files, dropped into the viewport or chosen: waters, cameras, floors, lights, lamps."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 from pathlib import Path

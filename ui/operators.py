@@ -1,8 +1,5 @@
 """What the buttons do, with undo; each is a thin call of what a script would call."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 from typing import override

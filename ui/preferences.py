@@ -1,8 +1,5 @@
 """Preferences of the extension: what a new scene starts with, and the name of the tab."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 import bpy

@@ -1,8 +1,5 @@
 """Presets through Blender's own preset system: waters, looks, cameras."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 import re

@@ -1,8 +1,5 @@
 """What a file stores about the panel and its renders, besides the optics of the scene."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 import contextlib

@@ -1,8 +1,5 @@
 """Buttons that decide how and render: Auto, pictures, the reference, bundles for farms."""
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
-
 from __future__ import annotations
 
 import contextlib

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-# pyright: reportInvalidTypeForm=false
-# Blender declares properties as annotations that are calls.
 from typing import override
 
 import bpy
