@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from ..datasets.layer_file import FrameLayers
 from ..jobs import development
-from ..jobs.development import mean_guides
 from ..scene.engines.band_engine import BandEngine
 from ..settings.render_plan import RenderPlan
-from ..uw_spectral.spectra.spectral_image import read_exr
 
 
 def denoised(
@@ -29,9 +27,6 @@ def denoised(
             layers = render(bands, paths[-1])
             assert layers is not None
             found.append((layers, bands, 1))
-        picture = Path(folder, "picture.exr")
-        development.develop(
-            paths, weights, engine.passes, picture, denoise=True,
-            guides=mean_guides(found, weights),
-        )  # fmt: skip
-        return read_exr(picture)[0].astype(np.float64)
+        guides = development.mean_guides(found, weights)
+        picture = development.develop(paths, weights, engine.passes, denoise=True, guides=guides)
+        return picture.astype(np.float64)
