@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectral_image import replacing
 from ..uw_spectral.spectra.spectrum import is_file
 from ..uw_spectral.transfer.water_column import WAVES
 from .axes import Array
 from .cameras_and_rigs import CameraRig, DataSetCamera
+from .files import write_text
 from .pose_sets import GivenPoses, RandomPoses, RoomForPoses, ScenePath, timed_poses
 from .quantities import Value, generator
 from .specification import AIR, AMOUNTS, CONSTITUENTS, DataSetSpec
@@ -111,9 +111,7 @@ def unfinished(views: Sequence[PlannedView], done: Container[str]) -> list[Plann
 
 def write_plan(path: Path, views: Sequence[PlannedView]) -> None:
     """Write views as JSON, one a line; whole under its name, or not at all."""
-    with replacing(path) as temporary:
-        lines = (json.dumps(view.record()) + "\n" for view in views)
-        temporary.write_text("".join(lines), encoding="utf-8")
+    write_text(path, "".join(json.dumps(view.record()) + "\n" for view in views))
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectral_image import replacing
 from .axes import Array
 from .camera import PinholeCamera
 from .enumeration import PlannedView
-from .files import joined, relative
+from .files import joined, relative, write_text
 from .grouping import GroupPlace
 from .view import Split
 
@@ -127,8 +126,7 @@ def write_index(path: Path, index: Index) -> None:
     ]
     parts = [f"{json.dumps(name)}: {json.dumps(value)}" for name, value in head.items()]
     parts += [f'"views": {_lines(rows)}', f'"things": {_lines(map(asdict, index.objects))}']
-    with replacing(path) as temporary:
-        temporary.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
+    write_text(path, "{\n" + ",\n".join(parts) + "\n}\n")
 
 
 def read_index(path: Path) -> Index:

@@ -8,10 +8,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_args
 
-from ..datasets.files import joined, relative
+from ..datasets.files import joined, relative, write_text
 from ..quality.methods import Device, Engine, Mode
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectral_image import replacing
 from .manifest import (
     FORMAT,
     CameraOutput,
@@ -62,8 +61,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         "rendered_in": relative(manifest.rendered_in, path.parent) if manifest.rendered_in else "",
     }
     text = ",\n".join(f"{json.dumps(name)}: {_rows(value)}" for name, value in content.items())
-    with replacing(path) as temporary:
-        temporary.write_text(f"{{\n{text}\n}}\n", encoding="utf-8")
+    write_text(path, f"{{\n{text}\n}}\n")
 
 
 def read_manifest(path: Path) -> Manifest:
@@ -120,8 +118,7 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         frames=tuple(map(int, content["frames"])),
         cameras=tuple(CameraOutput(**item) for item in content["cameras"]),
         passes=tuple(
-            Pass(tuple(map(int, item["bands"])), item["part"], item["seed"], item["samples"])
-            for item in content["passes"]
+            Pass(**{**item, "bands": tuple(map(int, item["bands"]))}) for item in content["passes"]
         ),
         bands_nm=tuple(content["bands_nm"]),
         widths_nm=tuple(content["widths_nm"]),
@@ -132,17 +129,14 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         views=tuple(View(*row[:4], eye=tuple(*row[4:])) for row in content["views"]),
         files=tuple(
             ExternalFile(
-                item["what"],
-                joined(item["path"], folder) if item["setting"] else item["path"],
-                item["sha256"],
-                item["setting"],
+                **item | ({"path": joined(item["path"], folder)} if item["setting"] else {})
             )
             for item in content["files"]
         ),
         lamps={int(frame): tuple(rows) for frame, rows in content.get("lamps", {}).items()},
         clouds={int(frame): tuple(rows) for frame, rows in content.get("clouds", {}).items()},
-        stage=stage_of(content["stage"]).moved(lambda name: joined(name, folder))
-        if content.get("stage")
+        stage=stage_of(found).moved(lambda name: joined(name, folder))
+        if (found := content.get("stage"))
         else None,
         exposed={
             int(frame): Exposed(

@@ -11,9 +11,8 @@ from typing import Any
 
 import bpy
 
-from ..datasets.files import relative
+from ..datasets.files import relative, write_text
 from ..scene.terms import particles
-from ..uw_spectral.spectra.spectral_image import replacing
 from .view_passes import ViewPasses
 
 _RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
@@ -73,8 +72,7 @@ def record_of(passes: ViewPasses) -> dict[str, Any]:
 
 def write_json(path: Path, value: dict[str, Any]) -> None:
     """Write a JSON file; whole under its name, or not at all."""
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(value, indent=1, default=str) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(value, indent=1, default=str) + "\n")
 
 
 def _versions() -> dict[str, str]:
