@@ -94,9 +94,9 @@ class _Export:
         """The objects of the scene and their numbers, by their names."""
         return {item.name: (number, item) for number, item in enumerate(self.index.objects, 1)}
 
-    def file(self, kind: str, name: str, suffix: str) -> Path:
+    def file(self, kind: str, name: str, end: str) -> Path:
         """Return a file of a view in a folder of its kind, which is made."""
-        return make_folder(self.index.folder / kind) / f"{name}.{suffix}"
+        return make_folder(self.index.folder / kind) / f"{name}.{end}"
 
     def view(self, view: IndexedView, files: RenderedView) -> DataSetView:
         """Write the files of one view."""

@@ -66,7 +66,6 @@ def test_jobs_have_one_water_camera_and_rig_and_a_frame_a_pose():
     # What is drawn for a pose is the frame's, not the job's.
     zeniths = {view.settings["sun_zenith"] for view in jobs[0].frames.values()}
     assert len(zeniths) == 4
-    assert "sun_zenith" not in jobs[0].settings
 
 
 def test_repeats_are_rendered_where_noise_has_a_seed():
