@@ -13,6 +13,7 @@ from ..uw_spectral.occlusion.view_map import SIZE, ViewMap
 from ..uw_spectral.transfer.pixel_parts import Around
 from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
+from .pixel_term import Pixel, TermPixel
 from .shape import Shape, TermShape
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields
@@ -31,6 +32,14 @@ class AdjacencyShape(TermShape):
     @override
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
         return {PART: new_image()}
+
+    @override
+    def in_pixel(self, pixel: Pixel) -> TermPixel | None:
+        if pixel.given is None:
+            return None
+        found, image = TermPixel(), pixel.sources.parts[PART]
+        found.around = around(pixel.graph, pixel.water.values.outputs, image, pixel.point)
+        return found
 
 
 def new_image() -> bpy.types.Image:

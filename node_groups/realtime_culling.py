@@ -7,9 +7,9 @@ import bpy
 from ..uw_spectral.surface.refraction import is_in_window
 from .group_sockets import OpenGroup
 from .node_mathematics import NODES
+from .realtime_air import AirShape
 from .realtime_rays import drawn_place, eye_place, straight_direction
 from .realtime_refracted_view import WindowShape
-from .realtime_refraction import AirShape
 from .realtime_values import IN_AIR, INDEX, THROUGH
 from .realtime_waves import WaveImages, numbers_of, water_level
 from .shape import Shape

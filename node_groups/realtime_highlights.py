@@ -11,7 +11,7 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.highlights import stretched_highlight, toon_highlight
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .node_mathematics import NODES
-from .realtime_refraction import AirShape
+from .realtime_air import AirShape
 from .realtime_values import DRAWN_SUN, SUN, Values
 from .shape import Shape
 

@@ -10,8 +10,6 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import override
 
 import bpy
 
@@ -29,18 +27,12 @@ from ..uw_spectral.transfer.facets import Facets
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from ..uw_spectral.water.phase import PhaseFunction
 from .group_sockets import COLOUR, FLOAT, VECTOR, OpenGroup
-from .lamp_images import (
-    MEASURED_KEY,
-    NAME,
-    LampImages,
-    new_images,
-)
+from .lamp_images import MEASURED_KEY, NAME, LampImages
 from .lamp_table import LampTable
 from .loops import followed, summed
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .realtime_rays import camera_depth, camera_place, place_here, view_direction, view_distance
 from .realtime_shadows import light_on_white
-from .shape import Shape, TermShape
 
 NORMAL, VISIBILITY, COLOR, MEASURED = "Normal", "Lamp Visibility", "Color", "Measured"
 LIGHT = "Light"
@@ -71,35 +63,6 @@ _OF_SHADOWS = (
 )  # fmt: skip
 # m; far beyond the reach of a lamp in water. From some 5 km on EEVEE draws no shadow.
 _REACH_OF_SHADOWS = 200.0
-
-
-@dataclass(frozen=True)
-class LampShape(TermShape):
-    """Lamps shine in the water."""
-
-    singles = NUMBERS
-
-    count: int = 0
-    virtual: int = 0  #: How many of them stand for what lit objects throw back.
-    components: tuple[PhaseFunction, ...] = ()  #: Of the phase function of their water.
-    from_air: bool = False  #: Some may shine into it from above.
-    facets: int = 0  #: How many of :data:`FACETS` their light may meet on an object.
-    excites: bool = False  #: Their light excites fluorophores.
-    floating: bool = False  #: There is something in the water that floats in it.
-
-    @override
-    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
-        # What stands for objects has one profile.
-        return new_images(
-            self.count,
-            self.count - self.virtual + bool(self.virtual),
-            len(self.components),
-            shape.measured,
-            self.virtual,
-            from_air=self.from_air,
-            exciting=self.excites,
-            in_clouds=self.floating,
-        ).parts
 
 
 def build_path(

@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.occlusion.occlusion_table import (
     OFF_SURFACE,
     ON_PATCH,
@@ -22,19 +23,21 @@ from ..uw_spectral.occlusion.occlusion_table import (
     TILES,
     OcclusionBox,
     OcclusionTable,
+    along_ray,
     step,
 )
+from ..uw_spectral.transfer.pixel_parts import OcclusionFactor, OcclusionOnPath
 from .data_blocks import write_pixels
 from .image_table import ImageTable, Tiles, write_tiles
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
+from .pixel_term import Pixel, TermPixel
 from .shape import Shape, TermShape
+from .surface_inputs import CLOSED, NORMAL
 from .texture_atlas import number_image
 from .value_fields import ValueFields
 
 NAME, PART = "UW Occlusion", "uw_shade"
-ON_IT = "Occlusion on It"
-ON_PATH = tuple(f"Occlusion on the Way {k}" for k in range(STEPS))
 REACH = "occlusion reach"
 _SMALLEST = 3
 FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3, "weight": PATCHES})
@@ -49,6 +52,10 @@ class OcclusionShape(TermShape):
     @override
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
         return {PART: new_image()}
+
+    @override
+    def in_pixel(self, pixel: Pixel) -> TermPixel:
+        return _OcclusionPixel(pixel)
 
 
 def new_image() -> bpy.types.Image:
@@ -79,27 +86,25 @@ class Occlusion:
         self._graph, self._image = graph, image
         self._box = FIELDS.read(graph, values)
 
-    def on_patch(
-        self, point: Sequence[NodeValue], normal: Sequence[NodeValue]
-    ) -> dict[str, NodeValue]:
+    def on_patch(self, point: Sequence[NodeValue], normal: Sequence[NodeValue]) -> NodeValue:
         """Look up the light on a patch at a point, over the unoccluded."""
         off = OFF_SURFACE / self._box.per_metre
         beside = [x + n * off for x, n in zip(point, normal, strict=True)]
-        return {ON_IT: self._mixed(ON_PATCH, beside, normal)}
+        return self._mixed(ON_PATCH, beside, normal)
 
     def on_path(
         self, camera: Sequence[NodeValue], w: Sequence[NodeValue], P: NodeValue
-    ) -> dict[str, NodeValue]:
+    ) -> Sequence[NodeValue]:
         """Look up the light at steps of a ray of length P, over the unoccluded."""
 
         def of_step(now: NodeValue) -> list[NodeValue]:
             s = step(now, P, self._box.reach, NODES)
             point = [x + along * s for x, along in zip(camera, w, strict=True)]
             light = self._mixed(SCATTERED, point, w)
-            steps = range(len(ON_PATH))
+            steps = range(STEPS)
             return [light * self._graph.operation("COMPARE", (now, float(k), 0.5)) for k in steps]
 
-        return dict(zip(ON_PATH, summed(self._graph, STEPS, of_step), strict=True))
+        return summed(self._graph, STEPS, of_step)
 
     def _mixed(self, first: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
         place = dict(zip("xyz", self._box.place(point, NODES), strict=True))
@@ -109,3 +114,41 @@ class Occlusion:
             self._graph, self._image, self._box.axes, tiles=tiles, margin=0, size=size
         )
         return self._box.mixed(first, w, lambda tile: table.at(tile=tile, **place), NODES)
+
+
+class _OcclusionPixel(TermPixel):
+    """Light on an object, in front and behind, and at steps of the path."""
+
+    def __init__(self, pixel: Pixel) -> None:
+        self._pixel, self._graph, given = pixel, pixel.graph, pixel.given
+        values = pixel.water.values.outputs
+        self._reach = pixel.water.values[REACH]
+        occlusion = Occlusion(self._graph, values, pixel.sources.parts[PART])
+        self._sides: list[NodeValue] = []
+        if given is not None:
+            normal = self._graph.components(given[NORMAL])
+            self._sides.append(occlusion.on_patch(pixel.point, normal))
+            if pixel.shape.translucent:
+                back = [-part for part in normal]
+                self._sides.append(occlusion.on_patch(pixel.point, back))
+        steps = occlusion.on_path(pixel.eye, pixel.w, pixel.P)
+        self._steps = [self._graph.components(step) for step in steps]
+
+    @override
+    def occluded(self, factor: OcclusionFactor, *, behind: bool = False) -> OcclusionFactor:
+        found = self._sides[0]
+        if behind and self._pixel.given is not None:
+            # Inside a body there is no probe.
+            found = NODES.select(self._pixel.given[CLOSED], *self._sides)
+        mean, fraction, _ = self._graph.components(found)
+        return OcclusionFactor(factor.mean * mean, factor.mean * fraction)
+
+    @override
+    def on_path(self, occlusion: OcclusionOnPath) -> OcclusionOnPath:
+        often, single = self._pixel.rates
+        reach = self._pixel.P, self._reach, NODES
+        steps: list[list[Operand]] = [[step[i] for step in self._steps] for i in range(3)]
+        mean, fraction = (along_ray(steps[i], often, *reach) for i in range(2))
+        return OcclusionOnPath(
+            OcclusionFactor(mean, fraction), occlusion.single * along_ray(steps[2], single, *reach)
+        )

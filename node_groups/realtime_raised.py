@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from typing import override
 
 import bpy
 
@@ -11,11 +12,47 @@ from ..uw_spectral.surface.raised_waves import surface_ahead
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .loops import iterated
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
-from .realtime_waves import WAVES_HIGHEST, WaveImages, numbers_of, raised_at
+from .pixel_term import Triple
+from .realtime_values import IN_AIR
+from .realtime_water import PixelWater
+from .realtime_waves import (
+    FAR_PART,
+    WAVES_FAR_HALF_CELL,
+    WAVES_FAR_PER_METRE,
+    WAVES_HIGHEST,
+    WaveImages,
+    images_in,
+    new_image,
+    numbers_of,
+    raised_at,
+)
+from .shape import Shape, TermShape
 
 _HEIGHT_NAME, _CROSSING_NAME = "UW Surface Height", "UW Surface Crossing"
 _X, _Y, _HEIGHT = "X", "Y", "Height"
 _START, _DIRECTION, _FOUND, _DISTANCE = "Start", "Direction", "Found", "Distance"
+
+
+class RaisedShape(TermShape):
+    """Waves have heights."""
+
+    singles = WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, WAVES_HIGHEST
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return {FAR_PART: new_image(FAR_PART)}
+
+    @override
+    def depth_of_eye(self, water: PixelWater, eye: Triple, w: Triple, y_o: NodeValue) -> NodeValue:
+        graph, values = water.graph, water.sources.values
+        waves = images_in(water.sources.parts)
+        assert waves is not None, "only waves have heights"
+        found, away = crossing(graph, values, waves, eye, w, in_air=False)
+        risen = found * NODES.less(0.0, w[2])
+        if IN_AIR in graph.shared(values):
+            # Rays from the air begin at the surface.
+            risen = risen * (1.0 - graph.term(graph.shared(values)[IN_AIR]))
+        return NODES.select(risen, NODES.maximum(away * w[2], 0.0), y_o)
 
 
 def crossing(

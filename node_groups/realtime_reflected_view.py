@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import override
 
 import bpy
@@ -11,9 +12,11 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.reflected_view import ReflectedView
-from ..uw_spectral.transfer.pixel_parts import ReflectedRadiance
+from ..uw_spectral.transfer.pixel_parts import ReflectedRadiance, SurfaceAbove
 from .node_mathematics import NODES, Graph, NodeValue
+from .pixel_term import Pixel, TermPixel
 from .realtime_rays import build_mirrored
+from .realtime_waves import WaveShape
 from .shape import Shape, Sources, TermShape
 from .texture_atlas import number_image, texel
 from .value_fields import ValueFields
@@ -39,6 +42,10 @@ class ReflectionShape(TermShape):
     @override
     def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree:
         return build_mirrored()
+
+    @override
+    def in_pixel(self, pixel: Pixel) -> TermPixel:
+        return _ReflectionPixel(pixel)
 
 
 def new_image(name: str = NAME) -> bpy.types.Image:
@@ -68,33 +75,6 @@ def write_picture(
     image.update()
 
 
-def seen_in(
-    graph: Graph,
-    values: bpy.types.NodeOutputs,
-    image: bpy.types.Image,
-    place: Sequence[NodeValue],
-    down: Sequence[Operand],
-    *,
-    waves: bool,
-) -> ReflectedRadiance:
-    """Look up what a ray brings that the surface mirrors, in an image of :func:`new_image`.
-
-    It meets the surface at ``place``, m, and has the unit direction ``down`` from there on;
-    ``waves`` is whether the surface is not flat.
-    """
-    view = FIELDS.read(graph, values)
-    look, near = looks(graph, view, image)
-
-    def nearness(h: Operand, v: Operand) -> NodeValue:
-        return graph.components(near(h, v))[0]
-
-    if waves:
-        h, v, inside = view.found(place, down, nearness, NODES)
-    else:
-        h, v, inside = view.place(down, NODES)
-    return ReflectedRadiance(look(h, v), inside)
-
-
 def looks(
     graph: Graph, view: ReflectedView, image: bpy.types.Image
 ) -> tuple[Callable[[Operand, Operand], NodeValue], Callable[[Operand, Operand], NodeValue]]:
@@ -105,3 +85,25 @@ def looks(
         return texel(graph, image, h, v, columns, float(_TILES) * rows)
 
     return look, lambda h, v: look(h, v + rows)
+
+
+class _ReflectionPixel(TermPixel):
+    def __init__(self, pixel: Pixel) -> None:
+        self._pixel = pixel
+
+    @override
+    def above(self, surface: SurfaceAbove) -> SurfaceAbove:
+        return replace(surface, picture=self._seen)
+
+    def _seen(self, down: Sequence[Operand]) -> ReflectedRadiance:
+        """Look up what a ray brings that the surface mirrors, of unit direction from there on."""
+        pixel = self._pixel
+        view = FIELDS.read(pixel.graph, pixel.water.values.outputs)
+        look, near = looks(pixel.graph, view, pixel.sources.parts[PART])
+        if WaveShape in pixel.shape:
+            h, v, inside = view.found(
+                pixel.point, down, lambda h, v: pixel.graph.components(near(h, v))[0], NODES
+            )
+        else:
+            h, v, inside = view.place(down, NODES)
+        return ReflectedRadiance(look(h, v), inside)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import override
 
 import bpy
@@ -10,10 +11,13 @@ import bpy
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.reflected_view import ReflectedView
 from ..uw_spectral.surface.refracted_view import RefractedView
-from ..uw_spectral.transfer.pixel_parts import RefractedRadiance
-from .node_mathematics import NODES, Graph, NodeValue
+from ..uw_spectral.transfer.pixel_parts import RefractedRadiance, SurfaceAbove
+from .node_mathematics import NODES
+from .pixel_term import Pixel, TermPixel
+from .realtime_air import DrySide
 from .realtime_reflected_view import looks, new_image
 from .realtime_values import CAMERA, MIRRORED_FRACTION, MIRRORED_SUN, OF_AIR, THROUGH
+from .realtime_waves import WaveShape
 from .shape import Shape, TermShape
 from .value_fields import ValueFields
 
@@ -32,33 +36,32 @@ class WindowShape(TermShape):
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
         return {PART: new_image(NAME)}
 
+    @override
+    def in_pixel(self, pixel: Pixel) -> TermPixel:
+        return _WindowPixel(pixel)
 
-def seen_in(
-    graph: Graph,
-    values: bpy.types.NodeOutputs,
-    image: bpy.types.Image,
-    place: Sequence[NodeValue],
-    w: Sequence[Operand],
-    up: Sequence[Operand],
-    *,
-    index: Operand,
-    waves: bool,
-) -> RefractedRadiance:
-    """Look up what a ray that leaves the water at a place, m, meets in the air.
 
-    The image is of :func:`.realtime_reflected_view.new_image`; ``w`` and ``up`` are its unit
-    directions in the water and in the air, ``index`` is the water's against air, and ``waves`` is
-    whether the surface is not flat.
-    """
-    view = FIELDS.read(graph, values)
-    look, beside = looks(graph, view, image)
+class _WindowPixel(DrySide):
+    """Looks up what a ray that leaves the water meets in the air."""
 
-    def nearness(h: Operand, v: Operand) -> NodeValue:
-        return graph.components(beside(h, v))[0]
+    def __init__(self, pixel: Pixel) -> None:
+        super().__init__(pixel)
+        self.dry = pixel.water.values[THROUGH]
 
-    if waves:
-        h, v, inside = RefractedView(view, index).found(place, up, nearness, NODES)
-    else:
-        h, v, inside = view.place(w, NODES)
-    covered = graph.components(beside(h, v))[1]
-    return RefractedRadiance(look(h, v) * inside, covered * inside)
+    @override
+    def above(self, surface: SurfaceAbove) -> SurfaceAbove:
+        return surface if surface.index is None else replace(surface, window=self._seen)
+
+    def _seen(self, up: Sequence[Operand]) -> RefractedRadiance:
+        """Return what there is in a unit direction in the air."""
+        pixel, index = self.pixel, self.pixel.water.index
+        view = FIELDS.read(pixel.graph, pixel.water.values.outputs)
+        look, beside = looks(pixel.graph, view, pixel.sources.parts[PART])
+        if WaveShape in pixel.shape:
+            h, v, inside = RefractedView(view, index).found(
+                pixel.point, up, lambda h, v: pixel.graph.components(beside(h, v))[0], NODES
+            )
+        else:
+            h, v, inside = view.place(pixel.w, NODES)
+        covered = pixel.graph.components(beside(h, v))[1]
+        return RefractedRadiance(look(h, v) * inside, covered * inside)

@@ -9,7 +9,6 @@ surface are those of the bent ray over the index.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import override
 
 import bpy
 
@@ -34,12 +33,8 @@ from .realtime_rays import (
 )
 from .realtime_values import (
     CAMERA,
-    DRAWN_SUN,
     IN_AIR,
     INDEX,
-    MIRRORED_FRACTION,
-    MIRRORED_SUN,
-    OF_AIR,
     RAY_INDEX,
     THROUGH,
 )
@@ -49,12 +44,10 @@ from .realtime_waves import (
     WAVES_HIGHEST,
     WaveImages,
     foam_at,
-    images_in,
     numbers_of,
     raised_at,
     water_level,
 )
-from .shape import Sources, TermShape
 
 NAME = "UW Rays"
 DISPLACEMENT_NAME = "UW Apparent Place"
@@ -63,17 +56,6 @@ WATERLINE = 0.1
 """Distance in m of the glass at which the water may stand before a camera."""
 LOWEST = 1e-3
 """Height in m, and downward fraction of a direction, that count as the least."""
-
-
-class AirShape(TermShape):
-    """The camera may be above the water."""
-
-    channels = OF_AIR
-    singles = (IN_AIR, RAY_INDEX, *CAMERA, *DRAWN_SUN, MIRRORED_FRACTION, MIRRORED_SUN)
-
-    @override
-    def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree:
-        return build(sources.values, images_in(sources.parts))
 
 
 def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.types.ShaderNodeTree:

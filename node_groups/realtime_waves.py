@@ -9,24 +9,30 @@ long waves. Where waves leave foam, two more hold how much either crowd the wate
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import override
 
 import bpy
 
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import (
     LAYERS,
     WavePatterns,
     layer_position,
     pattern_at,
+    sunlight_factor,
     under_waves,
 )
 from ..uw_spectral.surface.whitecaps import foam_fraction
+from ..uw_spectral.transfer.foam_light import FoamAhead
+from ..uw_spectral.transfer.pixel_parts import SurfaceAbove
+from ..uw_spectral.transfer.radiance_field import Ripples
 from .data_blocks import write_pixels
 from .node_mathematics import NODES, Graph, NodeValue
+from .pixel_term import Pixel, TermPixel
 from .realtime_rays import eye_place, place_here
-from .realtime_values import SUN
+from .realtime_values import SUN, SUN_IN_AIR, Values
 from .shape import Shape, TermShape
 from .texture_atlas import number_image, take_as_given, texel
 
@@ -39,7 +45,16 @@ GLITTER, GLITTER_WIDTH = "glitter", "glitter width"
 CAUSTIC_STRENGTH, LEAST_PATTERN = "caustic strength", "least caustic pattern"
 FOAM_FIRST, FOAM_PER_CROWDING = "foam first", "foam per crowding"
 FOAM_IN_SUN, FOAM_IN_SKY, FOAM_BELOW = "foam in sun", "foam in sky", "foam below"
-_PARTS = "uw_caustics", "uw_slopes", "uw_long_waves", "uw_crowding", "uw_long_crowding"
+_NAMES = {
+    "uw_caustics": "UW Caustics",
+    "uw_slopes": "UW Slopes",
+    "uw_long_waves": "UW Long Waves",
+    "uw_crowding": "UW Crowding",
+    "uw_long_crowding": "UW Long Crowding",
+}
+_PARTS = tuple(_NAMES)
+FAR_PART = _PARTS[2]
+"""Image of the long waves of a surface with heights."""
 _FLATTEST = 1e-3  # vertical component of a view ray that still finds a place on the surface
 _CALM = 4  # pixels
 # m from the eye. Beside a face seen edge-on a place may lie anywhere; the anisotropic filter of a
@@ -58,13 +73,11 @@ class WaveShape(TermShape):
 
     @override
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
-        return new_images(raised=RaisedShape in shape, foam=FoamShape in shape).parts
+        return {part: new_image(part) for part in _PARTS[:2]}
 
-
-class RaisedShape(TermShape):
-    """Waves have heights."""
-
-    singles = WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL, WAVES_HIGHEST
+    @override
+    def in_pixel(self, pixel: Pixel) -> TermPixel:
+        return _WavePixel(pixel)
 
 
 class FoamShape(TermShape):
@@ -72,6 +85,10 @@ class FoamShape(TermShape):
 
     channels = FOAM_BELOW, FOAM_IN_SUN, FOAM_IN_SKY
     singles = FOAM_FIRST, FOAM_PER_CROWDING
+
+    @override
+    def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
+        return {part: new_image(part) for part in _PARTS[3:]}
 
 
 @dataclass(frozen=True)
@@ -102,13 +119,13 @@ def images_in(parts: Mapping[str, bpy.types.ID]) -> WaveImages | None:
 
 def new_images(*, raised: bool = False, foam: bool = False) -> WaveImages:
     """Make the images of a surface without waves, which may get heights and foam."""
-    return WaveImages(
-        number_image("UW Caustics", _CALM, _CALM),
-        number_image("UW Slopes", _CALM, _CALM),
-        number_image("UW Long Waves", _CALM, _CALM) if raised else None,
-        number_image("UW Crowding", _CALM, _CALM) if foam else None,
-        number_image("UW Long Crowding", _CALM, _CALM) if foam else None,
-    )
+    wanted = zip(_PARTS, (True, True, raised, foam, foam), strict=True)
+    return WaveImages(*(new_image(part) if is_wanted else None for part, is_wanted in wanted))
+
+
+def new_image(part: str) -> bpy.types.Image:
+    """Make one of them."""
+    return number_image(_NAMES[part], _CALM, _CALM)
 
 
 def write_patterns(images: WaveImages, waves: WavePatterns, *, fresh: bool = False) -> None:
@@ -288,24 +305,43 @@ def _unfiltered(
     return texel(graph, image, texels(x), texels(y), size, size, tiled=True)
 
 
-def slope_ahead(
-    graph: Graph,
-    values: bpy.types.ShaderNodeTree,
-    images: WaveImages,
-    eye: Sequence[NodeValue],
-    w: Sequence[NodeValue],
-) -> dict[str, NodeValue]:
-    """Slopes and foam of the surface where a view ray w of the background from an eye meets it."""
-    number = numbers_of(graph, values)
-    x, y, z = eye
-    reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
-    place = x + w[0] * reach, y + w[1] * reach
-    found = {SLOPE: raised_at(graph, number, images, *place)}
-    foam = foam_at(graph, number, images, *place)
-    return found if foam is None else found | {FOAM: foam}
-
-
 def numbers_of(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
     """Return what looks a number of UW Values up by its name."""
     outputs = graph.shared(values)
     return lambda name: graph.term(outputs[name])
+
+
+def ripples(values: Values, slope: NodeValue) -> Ripples:
+    """Return the moving surface of a slope where a ray meets it."""
+    slopes = values.graph.components(slope)[:2]
+    width, strength = values.of(GLITTER_WIDTH, GLITTER)
+    return Ripples(slopes, width, strength, values.of(*SUN_IN_AIR))
+
+
+class _WavePixel(TermPixel):
+    """Caustics on an object; slopes and foam of the surface where a ray of open water meets it."""
+
+    def __init__(self, pixel: Pixel) -> None:
+        self._values = pixel.water.values
+        images = images_in(pixel.sources.parts)
+        assert images is not None, "the surface moves"
+        graph, values = pixel.graph, pixel.sources.values
+        if pixel.given is not None:
+            pattern = caustics_here(graph, values, images.caustics)
+            self.pattern = NODES.maximum(pattern, self._values[LEAST_PATTERN])
+            return
+        number, (x, y, z), w = numbers_of(graph, values), pixel.eye, pixel.w
+        reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
+        place = x + w[0] * reach, y + w[1] * reach
+        self._slope = raised_at(graph, number, images, *place)
+        self._foam = foam_at(graph, number, images, *place)
+
+    @property
+    @override
+    def caustics(self) -> Operand:
+        return sunlight_factor(self.pattern, self._values[CAUSTIC_STRENGTH], NODES)
+
+    @override
+    def above(self, surface: SurfaceAbove) -> SurfaceAbove:
+        foam = None if self._foam is None else FoamAhead(self._foam, self._values[FOAM_BELOW])
+        return replace(surface, ripples=ripples(self._values, self._slope), foam=foam)

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import bpy
 
 from ..uw_spectral.transfer.sky import UNIFORM
 from ..uw_spectral.water.phase import PhaseFunction
+
+if TYPE_CHECKING:
+    from ..uw_spectral.clouds.cloud_light import Clouds
+    from .node_mathematics import Graph, NodeValue
+    from .pixel_term import Pixel, TermPixel, Triple
+    from .realtime_water import PixelWater
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,9 @@ class TermShape:
 
     #: The tables of light hold the contrast of its caustics.
     caustics: ClassVar[bool] = False
+    #: Its nodes need about half of the constants that a shader holds.
+    large: ClassVar[bool] = False
+    surfaces: ClassVar[str] = ""  #: Name of the group of surfaces that it alone concerns.
 
     @property
     def emissions(self) -> int:
@@ -47,6 +56,34 @@ class TermShape:
     def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree | None:
         """Build the group of a pixel's ray, if the term bends or shortens it."""
         del sources
+        return None
+
+    @property
+    def inputs(self) -> Mapping[str, str]:
+        """More inputs of the groups of surfaces, with their types."""
+        return {}
+
+    @property
+    def own_inputs(self) -> Mapping[str, str]:
+        """Those of the group of surfaces that the term alone concerns, which is named by it."""
+        return {}
+
+    def depth_of_eye(self, water: PixelWater, eye: Triple, w: Triple, y_o: NodeValue) -> NodeValue:
+        """Return the depth of an eye of open water below the surface along a ray w.
+
+        ``y_o`` is that below the mean surface.
+        """
+        del water, eye, w
+        return y_o
+
+    def matter(self, shape: Shape, sources: Sources) -> Callable[[Graph], Clouds] | None:
+        """Return what makes in a tree what floats in the water, which lamps light."""
+        del shape, sources
+        return None
+
+    def in_pixel(self, pixel: Pixel) -> TermPixel | None:
+        """Return what the term does to a pixel, if anything."""
+        del pixel
         return None
 
 

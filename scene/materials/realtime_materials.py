@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import realtime_highlights, realtime_lamps, realtime_surface, uplift
+from ...node_groups import realtime_highlights, realtime_lamps, surface_inputs, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import whole_closure
@@ -159,15 +159,15 @@ def write_reflectance(
     """Tell a wet material where its measured reflectance is, and its channels."""
     for node in material.node_tree.nodes:
         if node.bl_idname == "ShaderNodeGroup" and (MUTED in node or SUNLIGHT in node):
-            node.inputs[realtime_surface.COLUMN].default_value = float(column)
-            node.inputs[realtime_surface.MEASURED].default_value = channels
+            node.inputs[surface_inputs.COLUMN].default_value = float(column)
+            node.inputs[surface_inputs.MEASURED].default_value = channels
 
 
 def write_fluorescence(material: bpy.types.Material, absorptance: NDArray[np.float64]) -> None:
     """Tell a wet material how much each fluorophore in it absorbs."""
     surface = surface_node(material.node_tree)
-    if surface is not None and realtime_surface.FLUORESCENCE in surface.inputs:
-        surface.inputs[realtime_surface.FLUORESCENCE].default_value = absorptance
+    if surface is not None and surface_inputs.FLUORESCENCE in surface.inputs:
+        surface.inputs[surface_inputs.FLUORESCENCE].default_value = absorptance
 
 
 def _keep(
@@ -249,8 +249,8 @@ def _translucent(
         if material.thickness_mode != _SHEET:
             material[THICKNESS_MODE] = material.thickness_mode
             material.thickness_mode = _SHEET
-    if not body and realtime_surface.CLOSED in surface.inputs:
-        surface.inputs[realtime_surface.CLOSED].default_value = 0.0
+    if not body and surface_inputs.CLOSED in surface.inputs:
+        surface.inputs[surface_inputs.CLOSED].default_value = 0.0
     node = graph.node("ShaderNodeBsdfTranslucent")
     graph.assign(whole_closure(colour, NODES, closed=body), node.inputs["Color"])
     if closure.normal is not None:
@@ -283,39 +283,39 @@ def _sunlight_of(tree: bpy.types.NodeTree, group: bpy.types.ShaderNodeTree) -> b
     node = graph.node("ShaderNodeGroup", node_tree=group)
     node[SUNLIGHT] = True
     normal = graph.node("ShaderNodeNewGeometry").outputs["Normal"]
-    tree.links.new(normal, node.inputs[realtime_surface.NORMAL])
+    tree.links.new(normal, node.inputs[surface_inputs.NORMAL])
     return node
 
 
 def _describe(walk: ClosureWalk, closure: Closure, surface: bpy.types.Node) -> Operand | None:
     """Tell a surface group what a closure is; return what passes through it, if anything does."""
     graph = walk.graph
-    graph.assign(closure.colour, surface.inputs[realtime_surface.COLOR])
-    if realtime_surface.EMITTED in surface.inputs:
-        graph.assign(closure.emission, surface.inputs[realtime_surface.EMITTED])
-    if realtime_surface.MIRRORED in surface.inputs:
-        graph.assign(closure.mirrored, surface.inputs[realtime_surface.MIRRORED])
+    graph.assign(closure.colour, surface.inputs[surface_inputs.COLOR])
+    if surface_inputs.EMITTED in surface.inputs:
+        graph.assign(closure.emission, surface.inputs[surface_inputs.EMITTED])
+    if surface_inputs.MIRRORED in surface.inputs:
+        graph.assign(closure.mirrored, surface.inputs[surface_inputs.MIRRORED])
         rough = _per_weight(closure.mirror_roughness, closure.mirrored)
-        graph.assign(rough, surface.inputs[realtime_surface.MIRROR_ROUGHNESS])
+        graph.assign(rough, surface.inputs[surface_inputs.MIRROR_ROUGHNESS])
     elif not is_zero(closure.mirrored):
         walk.notes.append(f"{walk.name} {_MATTE}")
     if walk.surfaces.facets:
         _describe_facets(walk, closure, surface)
-    if realtime_surface.BEHIND in surface.inputs:
-        graph.assign(closure.behind, surface.inputs[realtime_surface.BEHIND])
-    if realtime_surface.CLOSED in surface.inputs:
-        surface.inputs[realtime_surface.CLOSED].default_value = float(walk.closed)
+    if surface_inputs.BEHIND in surface.inputs:
+        graph.assign(closure.behind, surface.inputs[surface_inputs.BEHIND])
+    if surface_inputs.CLOSED in surface.inputs:
+        surface.inputs[surface_inputs.CLOSED].default_value = float(walk.closed)
     normal = closure.normal
     if normal is None:
         normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-    graph.assign(normal, surface.inputs[realtime_surface.NORMAL])
+    graph.assign(normal, surface.inputs[surface_inputs.NORMAL])
     if is_zero(closure.transmittance):
         return None
     passing = closure.transmittance
     covered = 1.0 - mean(passing)
-    graph.assign(covered, surface.inputs[realtime_surface.COVERAGE])
-    if realtime_surface.COVERED in surface.inputs:
-        graph.assign(1.0 - passing, surface.inputs[realtime_surface.COVERED])
+    graph.assign(covered, surface.inputs[surface_inputs.COVERAGE])
+    if surface_inputs.COVERED in surface.inputs:
+        graph.assign(1.0 - passing, surface.inputs[surface_inputs.COVERED])
     return passing
 
 
@@ -372,7 +372,7 @@ def _insert(
         tree.links.new(holder.outputs[0], last.inputs[0])
     holder[HOLDER] = 0
     tree.links.new(source, holder.inputs[0])
-    tree.links.new(lit.outputs["Color"], surface.inputs[realtime_surface.LIT])
+    tree.links.new(lit.outputs["Color"], surface.inputs[surface_inputs.LIT])
     seen = surface.outputs[0]
     if passing is not None:
         transparent = graph.node("ShaderNodeBsdfTransparent")

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import realtime_clouds
+from ...node_groups import cloud_table
 from ...node_groups.realtime_clouds import CloudShape
 from ...node_groups.shape import TermShape
 from ...uw_spectral.clouds.cloud_numbers import CloudNumbers
@@ -84,14 +84,14 @@ class CloudTerm(Term):
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
         if self.blobs:
-            image = marks.part(scene, realtime_clouds.PART)
-            realtime_clouds.write_clouds(image, self.numbers_of(self.blobs, water))
+            image = marks.part(scene, cloud_table.PART)
+            cloud_table.write_clouds(image, self.numbers_of(self.blobs, water))
         if self.grids:
             grids = self.numbers_of(self.grids, water)
-            of_lamps = marks.part(scene, realtime_clouds.GRID_LAMPS)
-            realtime_clouds.write_grids(marks.part(scene, realtime_clouds.GRIDS), grids)
+            of_lamps = marks.part(scene, cloud_table.GRID_LAMPS)
+            cloud_table.write_grids(marks.part(scene, cloud_table.GRIDS), grids)
             if of_lamps is not None:
-                realtime_clouds.write_lamps(of_lamps, grids)
+                cloud_table.write_lamps(of_lamps, grids)
 
     def numbers_of(
         self, clouds: Sequence[tuple[Cloud, float]], water: RealtimeWater
@@ -99,7 +99,7 @@ class CloudTerm(Term):
         """Return the numbers of some of the clouds."""
         shining = water.term(LampTerm) or LampTerm(SceneLamps())
         lamps, found = shining.scene.lamps, []
-        phases = realtime_clouds.kinds(water.shape.of(CloudShape).all)
+        phases = cloud_table.kinds(water.shape.of(CloudShape).all)
         for cloud, away in clouds:
             lit = None
             if shining.around is not None:

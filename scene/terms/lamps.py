@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import lamp_images, realtime_lamps
+from ...node_groups.lamp_term import LampShape
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.lamps.grouping import grouped
@@ -57,7 +58,7 @@ class LampTerm(Term):
         lamps = self.scene
         if not lamps.lamps:
             return ()
-        shape = realtime_lamps.LampShape(
+        shape = LampShape(
             len(lamps.all), len(lamps.virtual), water.phase.components, lamps.from_air,
             water.inputs.kinds.facets, len(water.excitation) > 0, water.floating > 0.0,
         )  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import realtime_values
-from ...node_groups.realtime_refraction import AirShape
+from ...node_groups.realtime_air import AirShape
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air

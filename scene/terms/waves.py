@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import realtime_waves
+from ...node_groups.realtime_raised import RaisedShape
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...settings.render_plan import RenderPlan
@@ -59,7 +60,7 @@ class WaveTerm(Term):
         raised = self.patterns.raised
         shapes: list[TermShape] = [realtime_waves.WaveShape()]
         if raised is not None:
-            shapes.append(realtime_waves.RaisedShape())
+            shapes.append(RaisedShape())
             shapes += [realtime_waves.FoamShape()] if raised.foam is not None else []
         return shapes
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import bpy
 
 from ...node_groups import realtime_culling, realtime_refraction
+from ...node_groups.realtime_air import AirShape
 from ...node_groups.realtime_reflected_view import ReflectionShape
 from ...node_groups.realtime_refracted_view import WindowShape
-from ...node_groups.realtime_refraction import AirShape
 from ...node_groups.realtime_waves import images_in
 from ...node_groups.shape import Sources
 from ..materials import above_water_culling

@@ -56,7 +56,8 @@ def add(
     if water.has_native_closures:
         groups[marks.NATIVE] = realtime_surface.build(shape, sources, keeps=True)
     if FluorescenceShape in shape:
-        groups[marks.FLUORESCENT] = realtime_surface.build(shape, sources, fluoresces=True)
+        own = shape.of(FluorescenceShape)
+        groups[marks.FLUORESCENT] = realtime_surface.build(shape, sources, own=own)
     for kind in shape.highlights:
         groups[_HIGHLIGHT + kind] = realtime_highlights.build(kind, values, shape)
     closed = closed_materials(scene) if shape.translucent or shape.filters else ()

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups import (
     cloud_grids,
+    cloud_table,
     lamp_images,
     lamp_table,
-    realtime_clouds,
     realtime_lamps,
 )
 from underwater_spectral.node_groups.loops import followed, summed
@@ -61,12 +61,12 @@ def _clouds(count):
         )  # fmt: skip
         found.append(with_escapes(cloud))
         phases.append(matter.phase)
-    image = realtime_clouds.new_image(len(phases))
-    realtime_clouds.write_clouds(image, found)
+    image = cloud_table.new_image(len(phases))
+    cloud_table.write_clouds(image, found)
 
     def nodes(graph):
-        table = realtime_clouds.CloudTable(graph, image)
-        return Clouds(table, realtime_clouds.kinds(phases), SUN, NODES)
+        table = cloud_table.CloudTable(graph, image)
+        return Clouds(table, cloud_table.kinds(phases), SUN, NODES)
 
     return Clouds(Several(found), phases, SUN), nodes
 
@@ -109,14 +109,14 @@ def _with_grid(blobs):
     lamps = [x.position for x in _projected(IsotropicProfile(), clouds=0.4).lamps]
     one = replace(like, escapes=None, grid=box.lit(SUN, float(like.transport.mean()), lamps))
     image, of_lamps = cloud_grids.new_image(1), cloud_grids.new_lamp_image(1, len(lamps))
-    realtime_clouds.write_grids(image, [one])
-    realtime_clouds.write_lamps(of_lamps, [one])
+    cloud_table.write_grids(image, [one])
+    cloud_table.write_lamps(of_lamps, [one])
     group = Several([*clouds.group.clouds[:blobs], one])
 
     def nodes(graph):
         others = in_nodes(graph)
         table = others.group if blobs else None
-        grids = realtime_clouds.grids_in(graph, image, of_lamps, len(lamps))
+        grids = cloud_table.grids_in(graph, image, of_lamps, len(lamps))
         together = Together(table, grids)
         return replace(others, group=together)
 
@@ -157,10 +157,10 @@ def test_a_grid_is_written_only_where_it_differs():
     clouds, _ = _with_grid(0)
     image = next(x for x in bpy.data.images if x.name.startswith(cloud_grids.NAME))
     image.pack()
-    realtime_clouds.write_grids(image, clouds.group.clouds)
+    cloud_table.write_grids(image, clouds.group.clouds)
     assert not image.is_dirty
     (one,) = clouds.group.clouds
-    realtime_clouds.write_grids(image, [replace(one, transport=2.0 * one.transport)])
+    cloud_table.write_grids(image, [replace(one, transport=2.0 * one.transport)])
     assert image.is_dirty
     bpy.data.images.remove(image)
 
@@ -272,11 +272,9 @@ def test_lamps_on_objects_below_clouds(square, tmp_path):  # noqa: F811
 
 def test_numbers_of_clouds_keep_their_places_in_the_image():
     clouds, _ = _clouds(2)
-    image = realtime_clouds.new_image(2)
+    image = cloud_table.new_image(2)
     first, second = clouds.group.clouds
-    realtime_clouds.write_clouds(
-        image, [first, replace(second, transport=np.array([7.0, 8.0, 9.0]))]
-    )
+    cloud_table.write_clouds(image, [first, replace(second, transport=np.array([7.0, 8.0, 9.0]))])
     texels = np.array(image.pixels).reshape(*reversed(image.size), 4)
     assert np.any(np.all(texels[1, :, :3] == (7.0, 8.0, 9.0), axis=-1))
     assert math.isclose(texels[0, 0, 0], first.reference)

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
-from underwater_spectral.node_groups.realtime_refraction import AirShape
+from underwater_spectral.node_groups.realtime_air import AirShape
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.terms.view_from_air import AirTerm

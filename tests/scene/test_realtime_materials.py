@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.node_groups import realtime_lamps
-from underwater_spectral.node_groups.realtime_lamps import LampShape
+from underwater_spectral.node_groups.lamp_term import LampShape
 from underwater_spectral.scene import temporary
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import (

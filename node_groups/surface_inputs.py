@@ -1,0 +1,15 @@
+"""Names of the inputs of a surface's group, see :func:`.realtime_surface.build`."""
+
+LIT, COLOR, EMITTED = "Lit", "Color", "Emission"
+"""Its colour under a white sun of strength 1, emission included; its reflectance; its emitted RGB
+radiance: multiplied with the coverage."""
+MIRRORED, MIRROR_ROUGHNESS = "Mirrored", "Mirror Roughness"
+"""The part of the reflectance that mirrors."""
+BEHIND, CLOSED = "Behind", "Closed"
+"""The part that light from behind shines through; 1 where there is a wall behind a wall."""
+COVERAGE, COVERED, NORMAL = "Coverage", "Covered", "Normal"
+"""The fraction that is not transparent, and that of each channel."""
+COLUMN, MEASURED = "Column", "Measured"
+"""Where a measured reflectance is found if it is not 0, and its channels."""
+FLUORESCENCE = "Fluorescence"
+"""Absorptance of up to three fluorophores."""
