@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.methods import method_of
-from ..scene.engines import housed
-from ..scene.readers import cameras, clouds, lamps
+from ..scene.engines import port_look
+from ..scene.readers import cameras, clouds, lamp_exposure, lamp_records
 from ..scene.readers.pinhole import require_pinhole
 from ..scene.water import metering
 from ..scene.water.water_body import SceneReach, reach_of, scene_reach
@@ -90,11 +90,11 @@ def _resolved(
         raw_pictures.require_raw(plan)
         receptor_pictures.require_bands(plan, method_of(job.engine, job.mode))
         for camera, depth in zip(seen_by, depths, strict=True):
-            housed.look_of(scene, camera, plan, depth)
-        lit = tuple(lamps.lamplight(scene, camera, plan) for camera in seen_by)
+            port_look.look_of(scene, camera, plan, depth)
+        lit = tuple(lamp_exposure.lamplight(scene, camera, plan) for camera in seen_by)
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
         stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])
-        shining, floating = lamps.records(scene), clouds.records(scene)
+        shining, floating = lamp_records.records(scene), clouds.records(scene)
         clouds.clouds_of(scene, plan.bands.centres)
         reach = reach_now().and_of(reach_of(eyes))
         frames.append(Frame(number, plan, depths, lit, stops, eyes, shining, floating, reach))

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..uw_spectral.lamps.angular_spread import NARROW, ON_PATCHES, PROFILE
 from ..uw_spectral.lamps.lamp import Lamp, LitPart
 from ..uw_spectral.lamps.lamp_channels import (
     COLOURS,
@@ -21,17 +20,14 @@ from ..uw_spectral.lamps.lamp_channels import (
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import Quadrature, fewer
 from ..uw_spectral.lamps.lamp_shadow import SOFT, shadow_axes
-from ..uw_spectral.lamps.multiple_scattering import LampWater
-from ..uw_spectral.lamps.profile import LampProfile, sample_place
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
-from ..uw_spectral.lamps.virtual_point_lights import COUNT as PARTS
-from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.table import Axis
-from ..uw_spectral.water.phase import Mixture, PhaseFunction
+from ..uw_spectral.water.phase import PhaseFunction
 from . import lamp_images as layout
-from . import lamp_sources
 from .image_table import ImageTable
 from .lamp_images import LampImages, LampRows
+from .lamp_water import ImageParts, ImageProfile, water_of_lamps
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import closest
@@ -40,76 +36,6 @@ from .texture_atlas import closest
 def _first_of(nodes: int) -> float:
     """Column of the first place of a quadrature."""
     return float(sum(layout.QUADRATURES[: layout.QUADRATURES.index(nodes)]))
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageProfile(LampProfile):
-    """The profile of a lamp in the image."""
-
-    samples: ImageTable
-    edge_cosine: NodeValue
-    source: NodeValue
-    tables: NodeValue
-
-    @property
-    def edge(self) -> NodeValue:
-        return self.edge_cosine
-
-    def value(self, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
-        return self.samples.at(place=sample_place(cosine, SAMPLES, m, self.edge_cosine))
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageSpread:
-    """The tables of three bands in the image."""
-
-    graph: Graph
-    image: bpy.types.Image
-
-    @property
-    def narrow(self) -> ImageTable:
-        return ImageTable(self.graph, self.image, NARROW, 0.0, float(layout.SPREAD))
-
-    @property
-    def on_patches(self) -> ImageTable:
-        corner = float(layout.PATCHES), float(layout.SPREAD)
-        return ImageTable(self.graph, self.image, ON_PATCHES, *corner)
-
-    def profile(self, profile: LampProfile) -> ImageTable:
-        assert isinstance(profile, _ImageProfile)
-        return ImageTable(self.graph, self.image, PROFILE, 0.0, profile.tables)
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageField:
-    """The scattered light of lamps in its image."""
-
-    graph: Graph
-    image: bpy.types.Image
-    scale: NodeValue
-
-    def source(self, profile: LampProfile) -> ImageTable:
-        assert isinstance(profile, _ImageProfile)
-        return lamp_sources.source(self.graph, self.image, profile.source, self.scale)
-
-    def arriving(self, profile: LampProfile) -> ImageTable:
-        assert isinstance(profile, _ImageProfile)
-        return lamp_sources.arriving(self.graph, self.image, profile.source, self.scale)
-
-
-@dataclass(frozen=True, eq=False)
-class _ImageParts:
-    """The parts of what a lamp stands for, in the image: :class:`.Parts`."""
-
-    table: LampTable
-    index: NodeValue
-    virtual: NodeValue
-
-    def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
-        def of_part(number: NodeValue) -> tuple[NodeValue, ...]:
-            return terms(self.table.part(self.index, number))
-
-        return summed(self.table.graph, self.virtual * float(PARTS), of_part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +82,9 @@ class LampTable:
         """Return a lamp with the parts of what it stands for, if any stands for something."""
         if not self.virtual:
             return lamp
-        return dataclasses.replace(lamp, parts=_ImageParts(self, index, lamp.virtual))
+        return dataclasses.replace(
+            lamp, parts=ImageParts(self.graph, functools.partial(self.part, index), lamp.virtual)
+        )
 
     def colour(self, index: NodeValue) -> NodeValue:
         """Return the colour of the lamp that casts the shadows of one."""
@@ -172,7 +100,7 @@ class LampTable:
         shadow = self._table(shadow_axes(), float(layout.SHADOW), tables, numbers=1)
         own = row + float(layout.PROFILE_ROW)
         samples = self._table((Axis("place", SAMPLES),), 0.0, own, margin=0, numbers=1)
-        profile = _ImageProfile(samples, edge, source, tables)
+        profile = ImageProfile(samples, edge, source, tables)
         seen, virtual, unblocked = self.graph.components(self._at(layout.SEEN, row))
         tiles = (layout.SOFT_TILES,)
         soft = self._table(SOFT, float(layout.SOFT), tables, tiles=tiles, numbers=2)
@@ -188,7 +116,7 @@ class LampTable:
     def in_water(self, index: NodeValue, components: Sequence[PhaseFunction]) -> ChannelLight:
         """Return the light of a lamp in the water."""
         return ChannelLight(
-            self._water(layout.IN_WATER),
+            water_of_lamps(self.graph, self.images, layout.IN_WATER, self._extent[1]),
             components,
             self._projected(index, "scattered", self.rows.parts),
             self._projected(index, "unscattered", 1)[0],
@@ -201,7 +129,8 @@ class LampTable:
         """Return the light of a lamp on objects."""
         rows = self._projected(index, "coloured", BANDS * COLOURS)
         coloured = [rows[BANDS * colour :][:BANDS] for colour in range(COLOURS)]
-        water = self._water(layout.ON_SURFACES)
+        column = layout.ON_SURFACES
+        water = water_of_lamps(self.graph, self.images, column, self._extent[1])
         return SurfaceLight(water, coloured, self.graph.components)
 
     def of_measured(self, index: NodeValue, number: NodeValue, length: NodeValue) -> list[Operand]:
@@ -246,14 +175,6 @@ class LampTable:
             return term(place, fraction)
 
         return summed(self.graph, count, of_place)
-
-    def _water(self, column: int) -> LampWater:
-        b, wide, nothing = self._at(column, 0.0), self._at(layout.WIDE, 0.0), Mixture((), ())
-        reach = self._extent[1]
-        scale = self.graph.components(self._at(layout.SCALES, 0.0))[column == layout.ON_SURFACES]
-        field = _ImageField(self.graph, self.images.sources, scale)
-        spread = _ImageSpread(self.graph, self.image)
-        return LampWater(0.0, b, b, nothing, spread, field, wide, reach)
 
     def _projected(self, index: NodeValue, name: str, count: int) -> list[ImageTable]:
         return self._rows(self._row(index) + float(self.rows.first[name]), count)

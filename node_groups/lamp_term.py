@@ -11,7 +11,7 @@ import bpy
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel_parts import COLOURS, ChannelPixel
 from ..uw_spectral.water.phase import PhaseFunction
-from . import realtime_lamps, surface_inputs
+from . import lamp_visibility, realtime_lamps, surface_inputs
 from .lamp_images import LampImages, images_in, new_images
 from .node_mathematics import NODES, NodeValue
 from .pixel_term import Pixel, TermPixel
@@ -25,7 +25,7 @@ from .shape import Shape, TermShape
 class LampShape(TermShape):
     """Lamps shine in the water."""
 
-    singles = realtime_lamps.NUMBERS
+    singles = lamp_visibility.NUMBERS
     large = True
 
     count: int = 0
@@ -98,7 +98,7 @@ class _LampPixel(TermPixel):
         inputs: dict[str, Operand] = {
             names.NORMAL: normal,
             names.COLOR: given[surface_inputs.COLOR],
-            names.VISIBILITY: names.visibility(pixel.graph, numbers, images, normal),
+            names.VISIBILITY: lamp_visibility.visibility(pixel.graph, numbers, images, normal),
         }
         if shape.measured:
             # There measured reflectances count from 1, here columns go on after three colours.

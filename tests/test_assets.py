@@ -13,7 +13,7 @@ import pytest
 from underwater_spectral import registration
 from underwater_spectral.scene import contents, marks, stored_settings
 from underwater_spectral.scene.engines import cycles_settings, exr_output
-from underwater_spectral.scene.readers import lamps
+from underwater_spectral.scene.readers import dark_lamps
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tools import asset_groups
@@ -197,10 +197,10 @@ def test_a_rig_that_is_dropped_becomes_lamps_of_the_scene(loaded):
     dropped.location = (1.0, 2.0, -3.0)
     scene.collection.objects.link(dropped)
     bpy.context.view_layer.update()
-    assert len(lamps.objects_of(scene)) == 1  # of the instance
+    assert len(dark_lamps.objects_of(scene)) == 1  # of the instance
     (torch,) = dropped_assets.hang_lamps(scene)
     bpy.context.view_layer.update()
-    assert lamps.objects_of(scene) == [torch]
+    assert dark_lamps.objects_of(scene) == [torch]
     assert torch.parent == dropped
     assert (torch.matrix_world.translation - dropped.location).length < 0.5
     assert torch.data.underwater.unit == "lm"

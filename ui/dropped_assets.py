@@ -44,10 +44,10 @@ def take_over(scene: bpy.types.Scene) -> bool:
         for name, value in given.items():
             if name in group.bl_rna.properties:
                 setattr(group, name, value)
-    from ..scene.viewport import live
+    from ..scene.viewport import live, live_scenes
 
     if is_live(scene):
-        live.rebuild(scene)
+        live_scenes.rebuild(scene)
     elif scene.camera is not None:
         live.add(scene)
     return True

@@ -118,9 +118,9 @@ class RemoveWater(_LiveOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene.viewport import live
+        from ..scene.viewport import live_scenes
 
-        self.tell(live.take_out(context.scene))
+        self.tell(live_scenes.take_out(context.scene))
 
 
 class Show(_LiveOperator):
@@ -143,9 +143,9 @@ class Rebuild(_LiveOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
-        from ..scene.viewport import live
+        from ..scene.viewport import live_scenes
 
-        self.tell(live.rebuild(context.scene))
+        self.tell(live_scenes.rebuild(context.scene))
 
 
 class Submerge(CameraOperator):

@@ -125,7 +125,7 @@ class _RenderOperator(Described, bpy.types.Operator):
     def _passes(self, context: bpy.types.Context) -> Generator:
         """Yield each pass that is on disk; the live water makes way meanwhile."""
         from ..jobs import render_job
-        from ..scene.viewport import live
+        from ..scene.viewport import live_scenes
         from ..settings import render_plan
 
         scene = context.scene
@@ -136,7 +136,7 @@ class _RenderOperator(Described, bpy.types.Operator):
         migration.stamp(scene)
         frame = scene.frame_current
         notes: list[str] = []
-        with live.suspended(scene):
+        with live_scenes.suspended(scene):
             try:
                 with contextlib.closing(
                     render_job.render(
@@ -237,7 +237,7 @@ class FarmBundle(ReportingOperator):
     @override
     def run(self, context: bpy.types.Context) -> None:
         from ..jobs.farm import farm_bundle
-        from ..scene.viewport import live
+        from ..scene.viewport import live_scenes
 
         scene = context.scene
         if not self.directory:
@@ -245,7 +245,7 @@ class FarmBundle(ReportingOperator):
         job = panel_job.job(scene)
         farm_bundle.check_saved()
         frame = scene.frame_current
-        with live.suspended(scene):
+        with live_scenes.suspended(scene):
             try:
                 made = farm_bundle.bundle_job(
                     Path(bpy.path.abspath(self.directory)),

@@ -14,7 +14,7 @@ from ...datasets.layer_file import FrameLayers
 from ...quality.methods import REFERENCE, Device
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from ..readers import cameras, waterline
+from ..readers import moving_surface, waterline
 from ..terms.cycles_frames import CyclesFrames
 from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent
@@ -58,12 +58,10 @@ def _opened(
 
             def frame(now: RenderPlan, _: float, __: Weights | None = None) -> RenderPass:
                 values = frames.bring(now)
-                raised = frames.heights(now)
+                raised = moving_surface.heights(scene, now.settings)
                 split = above and waterline.splits(scene, camera, raised)
                 # Rays begin at the glass where the waterline is on it, or at the port.
-                camera.data.clip_start = (
-                    waterline.PORT if split else max(clip_start, cameras.before_water(camera))
-                )
+                camera.data.clip_start = waterline.first_distance(camera, clip_start, split=split)
 
                 # Glass and water bend it across.
                 scene.render.use_border = of_region and not split

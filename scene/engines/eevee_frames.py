@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...settings.render_plan import RenderPlan
-from ..readers import cameras, lamps
+from ..readers import cameras, lamp_exposure
 from ..terms.eevee_water import eevee_water
 from ..terms.fluorescence import FluorescenceTerm
 from ..terms.planar_views import ReflectionTerm, WindowTerm
@@ -59,11 +59,11 @@ class EeveeFrames:
 
     def weights(self, now: RenderPlan, depth: float) -> NDArray[np.float64]:
         """Linear RGB per unit radiance of each band in the light that the camera sees, (3, n)."""
-        return now.reduction(depth, lamps.lamplight(self.scene, self.camera, now)).weights
+        return now.reduction(depth, lamp_exposure.lamplight(self.scene, self.camera, now)).weights
 
     def white_light(self, now: RenderPlan, depth: float) -> NDArray[np.float64]:
         """Irradiance that makes white what is as bright as white that fluoresces, (n,)."""
-        lit = lamps.lamplight(self.scene, self.camera, now)
+        lit = lamp_exposure.lamplight(self.scene, self.camera, now)
         light = now.viewpoint(depth, lamplight=lit).light
         glowing = self.water(now, depth).term(FluorescenceTerm)
         return light if glowing is None else glowing.objects.brightened(light, now.bands)

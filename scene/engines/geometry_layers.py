@@ -19,7 +19,7 @@ from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.imaging.layers import layer
 from .. import contents, marks
-from ..readers import lamps
+from ..readers import lamp_records, lamps
 from ..readers.pinhole import pinhole_of, pose_of
 from ..rendered import rendered_layer
 from ..temporary import render_settings
@@ -91,7 +91,7 @@ def geometry_layers(
             "camera_to_world": pose.tolist(),
         },
         "lamps": [
-            {**lamp_record(lamp), **lamps.record(item)}
+            {**lamp_record(lamp), **lamp_records.record(item)}
             for item, lamp in zip(shining.shown, shining.lamps, strict=True)
         ],
     }

@@ -9,7 +9,7 @@ import bpy
 from ...uw_spectral.errors import first_of
 from .. import contents
 from ..rendered import ever_rendered
-from .realtime_materials import kinds
+from .material_kinds import kinds
 
 
 def notes(scene: bpy.types.Scene) -> Iterator[str]:

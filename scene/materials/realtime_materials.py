@@ -9,65 +9,22 @@ it stand nodes for what the same shader reflects, emits and lets through (:mod:`
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-
 import bpy
-import numpy as np
-from numpy.typing import NDArray
 
-from ...node_groups import realtime_highlights, realtime_lamps, surface_inputs, uplift
+from ...node_groups import surface_inputs, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import whole_closure
-from .. import contents
-from . import (
-    band_colors,
-    bare_colours,
-    inlined_shaders,
-    matte_fallbacks,
-    refractive_indices,
-    wet_colours,
-    wet_trees,
-)
+from . import band_colors, prepared_shaders, wet_trees
 from .closure_walk import ClosureWalk, Surfaces
 from .inserted import new_node, put_before
 from .native_closures import SUNLIGHT, groups_of_shaders, has_sunlight, native_materials
-from .shader_nodes import row_of
 from .shader_walk import Closure, is_zero, mean
-from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE, surface_node
+from .surface_description import write_closure
+from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE
 
 _SHEET, _BODY = "SLAB", "SPHERE"
 _DARKEST = 1e-3
-_LEAST_FACETS = 1e-6
-_MATTE = "mirrors; in real time it throws back the water's light as a matte object does"
-
-
-@dataclass(frozen=True)
-class Kinds:
-    """What any of the materials of a scene may do.
-
-    Mirror what is around it, emit light, throw on light from behind it, filter what is seen
-    through it, have highlights that are longer than wide, be toons; and how many of
-    :data:`.realtime_lamps.FACETS` they have.
-    """
-
-    mirrors: bool = False
-    glows: bool = False
-    translucent: bool = False
-    filters: bool = False
-    stretched: bool = False
-    toons: bool = False
-    facets: int = 0
-
-    @property
-    def highlights(self) -> tuple[str, ...]:
-        """Groups of :mod:`.realtime_highlights` that are needed."""
-        found = (
-            (realtime_highlights.STRETCHED, self.stretched),
-            (realtime_highlights.TOON, self.toons),
-        )
-        return tuple(kind for kind, is_there in found if is_there)
 
 
 def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]:
@@ -75,14 +32,7 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
 
     Returns what could not be treated, one line each.
     """
-    notes = inlined_shaders.insert(materials)
-    bare_colours.insert(materials)
-    bare_colours.blacken(materials)
-    refractive_indices.insert(materials)
-    wet_colours.insert(materials)
-    matte_fallbacks.insert(materials)
-    if surfaces.clear is not None:
-        band_colors.filter_clear(materials, surfaces.clear)
+    notes = prepared_shaders.insert(materials, surfaces.clear)
     native = native_materials(materials, surfaces)
     for material in materials:
         if not material.is_editable:
@@ -134,42 +84,6 @@ def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
         )
 
 
-def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
-    """Return what any of some materials may do."""
-    trees = {material.node_tree for material in materials if MARK not in material}
-    own = [tree for tree in trees | contents.inner_groups(trees) if MARK not in tree]
-    nodes = [(tree, node) for tree in own for node in tree.nodes if MARK not in node]
-    rows = [(row, at) for at in nodes if (row := row_of(at[1])) is not None]
-    drawn_by = {row.drawn_by(*at) for row, at in rows}
-    return Kinds(
-        mirrors=any(row.may_mirror(*at) for row, at in rows),
-        glows=any(row.may_glow(*at) for row, at in rows)
-        or any(next(bare_colours.bare(tree), None) is not None for tree in own),
-        translucent=any(row.behind for row, _ in rows),
-        filters=any(row.may_filter(*at) for row, at in rows),
-        stretched=realtime_highlights.STRETCHED in drawn_by,
-        toons=realtime_highlights.TOON in drawn_by,
-        facets=max((row.count_facets(*at) for row, at in rows), default=0),
-    )
-
-
-def write_reflectance(
-    material: bpy.types.Material, column: int, channels: NDArray[np.float64]
-) -> None:
-    """Tell a wet material where its measured reflectance is, and its channels."""
-    for node in material.node_tree.nodes:
-        if node.bl_idname == "ShaderNodeGroup" and (MUTED in node or SUNLIGHT in node):
-            node.inputs[surface_inputs.COLUMN].default_value = float(column)
-            node.inputs[surface_inputs.MEASURED].default_value = channels
-
-
-def write_fluorescence(material: bpy.types.Material, absorptance: NDArray[np.float64]) -> None:
-    """Tell a wet material how much each fluorophore in it absorbs."""
-    surface = surface_node(material.node_tree)
-    if surface is not None and surface_inputs.FLUORESCENCE in surface.inputs:
-        surface.inputs[surface_inputs.FLUORESCENCE].default_value = absorptance
-
-
 def _keep(
     walk: ClosureWalk,
     material: bpy.types.Material,
@@ -189,7 +103,7 @@ def _keep(
     surface = _sunlight_of(tree, group)
     surface[MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
-    passing = _describe(walk, closure, surface)
+    passing = write_closure(walk, closure, surface)
     fraction = graph.term(surface.outputs[uplift.FRACTION])
     mixed = graph.node("ShaderNodeMixShader")
     mixed[HOLDER] = 2
@@ -287,62 +201,6 @@ def _sunlight_of(tree: bpy.types.NodeTree, group: bpy.types.ShaderNodeTree) -> b
     return node
 
 
-def _describe(walk: ClosureWalk, closure: Closure, surface: bpy.types.Node) -> Operand | None:
-    """Tell a surface group what a closure is; return what passes through it, if anything does."""
-    graph = walk.graph
-    graph.assign(closure.colour, surface.inputs[surface_inputs.COLOR])
-    if surface_inputs.EMITTED in surface.inputs:
-        graph.assign(closure.emission, surface.inputs[surface_inputs.EMITTED])
-    if surface_inputs.MIRRORED in surface.inputs:
-        graph.assign(closure.mirrored, surface.inputs[surface_inputs.MIRRORED])
-        rough = _per_weight(closure.mirror_roughness, closure.mirrored)
-        graph.assign(rough, surface.inputs[surface_inputs.MIRROR_ROUGHNESS])
-    elif not is_zero(closure.mirrored):
-        walk.notes.append(f"{walk.name} {_MATTE}")
-    if walk.surfaces.facets:
-        _describe_facets(walk, closure, surface)
-    if surface_inputs.BEHIND in surface.inputs:
-        graph.assign(closure.behind, surface.inputs[surface_inputs.BEHIND])
-    if surface_inputs.CLOSED in surface.inputs:
-        surface.inputs[surface_inputs.CLOSED].default_value = float(walk.closed)
-    normal = closure.normal
-    if normal is None:
-        normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-    graph.assign(normal, surface.inputs[surface_inputs.NORMAL])
-    if is_zero(closure.transmittance):
-        return None
-    passing = closure.transmittance
-    covered = 1.0 - mean(passing)
-    graph.assign(covered, surface.inputs[surface_inputs.COVERAGE])
-    if surface_inputs.COVERED in surface.inputs:
-        graph.assign(1.0 - passing, surface.inputs[surface_inputs.COVERED])
-    return passing
-
-
-def _describe_facets(walk: ClosureWalk, closure: Closure, surface: bpy.types.Node) -> None:
-    """Tell a surface group what throws back the light of lamps."""
-    graph, lamps, ratio = walk.graph, realtime_lamps, _per_weight
-    values = {
-        lamps.MIRROR: closure.mirror,
-        lamps.EDGE: closure.edge,
-        lamps.CLEAR: closure.clear,
-        lamps.ROUGHNESS: ratio(closure.roughness, closure.facets),
-        lamps.CLEAR_INDEX: ratio(closure.index, closure.clear),
-    }
-    if walk.surfaces.facets > 1:
-        normal = closure.coat_normal
-        if normal is None:
-            normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-        values |= {
-            lamps.COAT: mean(closure.coat),
-            lamps.COAT_ROUGHNESS: ratio(closure.coat_roughness, closure.coat),
-            lamps.COAT_INDEX: ratio(closure.coat_index, closure.coat),
-            lamps.COAT_NORMAL: normal,
-        }
-    for name, value in values.items():
-        graph.assign(value, surface.inputs[name])
-
-
 def _insert(
     walk: ClosureWalk,
     material: bpy.types.Material,
@@ -359,7 +217,7 @@ def _insert(
     surface = graph.node("ShaderNodeGroup", node_tree=group)
     surface[MUTED] = muted
     surface.location = (output.location.x, output.location.y - 200.0)
-    passing = _describe(walk, closure, surface)
+    passing = write_closure(walk, closure, surface)
     others = []
     if not is_zero(closure.behind):
         others.append(_translucent(walk, material, closure, closure.behind, output, surface))
@@ -384,7 +242,3 @@ def _insert(
 def _surface_output(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
     output = tree.get_output_node("EEVEE")
     return output if output is not None and output.inputs["Surface"].is_linked else None
-
-
-def _per_weight(total: Operand, weight: Operand) -> Operand:
-    return mean(total) / NODES.maximum(mean(weight), _LEAST_FACETS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..materials import realtime_materials
+from ..materials import material_kinds
 from ..rendered import rendered_layer
 from .visible_meshes import visible_instances
 
@@ -24,7 +24,7 @@ def closed_materials(scene: bpy.types.Scene) -> set[bpy.types.Material]:
         known.add(key)
         materials = {s.material.original for s in found.object.material_slots if s.material}
         for material in materials - asked.keys():
-            kinds = realtime_materials.kinds([material])
+            kinds = material_kinds.kinds([material])
             asked[material] = kinds.translucent or kinds.filters
         through = [material for material in materials if asked[material]]
         if not through:

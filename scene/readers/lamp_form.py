@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from ...uw_spectral.errors import InputError
@@ -222,3 +223,8 @@ def _area_of_power(lamp: ShownLamp) -> float:
     if light.type == "AREA":
         return math.pi * radius_of(lamp) ** 2
     return 4.0 * (math.pi * light.shadow_soft_size**2 if light.shadow_soft_size else 1.0)
+
+
+def axis_of(place: Matrix) -> tuple[float, ...]:
+    """Unit direction that a lamp at a place shines to."""
+    return tuple((place.to_3x3() @ Vector((0.0, 0.0, -1.0))).normalized())

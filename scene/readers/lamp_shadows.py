@@ -16,8 +16,8 @@ from ...uw_spectral.lamps.lamp_shadow import PART_SIDE, SIDE, shadow_directions,
 from ...uw_spectral.lamps.profile import LampProfile
 from ...uw_spectral.lamps.virtual_point_lights import rays_of
 from ...uw_spectral.table import Table
-from .lamps import SceneLamps, SeenByLamp
 from .ray_casting import Meshes
+from .scene_lamps import SceneLamps, SeenByLamp
 
 
 @dataclass(frozen=True, eq=False)

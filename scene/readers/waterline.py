@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...node_groups.realtime_refraction import WATERLINE
 from ...uw_spectral.imaging.waterline import split_picture
 from ...uw_spectral.surface.raised_waves import RaisedWaves
-from .cameras import eye_of
+from .cameras import before_water, eye_of
 
 PORT = WATERLINE
 """Distance in m between the camera and the glass that the water stands at."""
@@ -65,6 +65,11 @@ def splits(
 ) -> bool:
     """Whether the waterline is in a camera's picture, on waves with heights or a level surface."""
     return glass_heights(scene, camera, _COARSE, waves) is not None
+
+
+def first_distance(camera: bpy.types.Object, clip_start: float, *, split: bool) -> float:
+    """Distance from a camera at which its rays begin in Cycles, m: at the glass, or at its port."""
+    return PORT if split else max(clip_start, before_water(camera))
 
 
 def is_in_air(eye: Sequence[float], waves: RaisedWaves | None = None) -> bool:

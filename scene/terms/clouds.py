@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import cloud_table
-from ...node_groups.realtime_clouds import CloudShape
+from ...node_groups.cloud_term import CloudShape
 from ...node_groups.shape import TermShape
 from ...uw_spectral.clouds.cloud_numbers import CloudNumbers
 from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_on
@@ -21,7 +21,7 @@ from ..readers.clouds import (
     clouds_of,
     grids_of,
 )
-from ..readers.lamps import SceneLamps
+from ..readers.scene_lamps import SceneLamps
 from ..water import cloud_volumes
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
@@ -102,8 +102,8 @@ class CloudTerm(Term):
         phases = cloud_table.kinds(water.shape.of(CloudShape).all)
         for cloud, away in clouds:
             lit = None
-            if shining.around is not None:
-                lit = lamplight_on(cloud, lamps, shining.around)
+            if shining.scene.around is not None:
+                lit = lamplight_on(cloud, lamps, shining.scene.around)
             numbers = cloud_numbers(cloud, water.field, water.channels, away, lit, lamps)
             found.append(replace(numbers, kind=float(phases.index(cloud.matter.phase))))
         return found

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import bpy
 
 from ...settings.render_plan import RenderPlan
-from ...uw_spectral.surface.raised_waves import RaisedWaves
 from ..readers import cameras, mirrored_eye, moving_surface
 from ..readers.lamps import plan_lamps
 from ..water import continued_seabed, cycles_water, scene_water
@@ -53,10 +52,6 @@ class CyclesFrames:
     def remove(self) -> None:
         """Take the water out."""
         scene_water.remove(self.scene)
-
-    def heights(self, now: RenderPlan) -> RaisedWaves | None:
-        """Return the heights of the surface at the current frame; None if it is a plane."""
-        return moving_surface.heights(self.scene, now.settings)
 
     def above(self, plan: RenderPlan) -> bool:
         """Whether the camera may have air before its glass at a frame of the job."""

@@ -13,7 +13,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable, without_occlusion
 from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from .. import contents
-from ..materials import band_colors, realtime_materials
+from ..materials import band_colors, material_kinds
 from ..readers import cameras
 from ..readers.surroundings import has_objects
 from ..water import continued_seabed
@@ -73,7 +73,7 @@ def eevee_water(
             material.name: reflectance.at(plan.bands.centres)
             for material, reflectance in band_colors.measured_reflectances(scene)
         },
-        realtime_materials.kinds(contents.materials(scene)),
+        material_kinds.kinds(contents.materials(scene)),
         continued_seabed.depth_of(ground) if continues else None,
         terms=tuple(term for term in found if term is not None),
     )

@@ -15,7 +15,7 @@ from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.spectra.bands import Bands
 from .. import contents, marks
-from ..materials import realtime_materials
+from ..materials import surface_description
 from ..materials.fluorescence import FluorescentObjects, fluorescent_objects, unseen
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
@@ -64,4 +64,4 @@ class FluorescenceTerm(Term):
         known = {m.name: m for m in contents.materials(scene) if m.is_editable}
         for name, absorptance in self.objects.materials.items():
             if name in known:
-                realtime_materials.write_fluorescence(known[name], absorptance)
+                surface_description.write_fluorescence(known[name], absorptance)

@@ -10,15 +10,15 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import lamp_images, realtime_lamps
+from ...node_groups import lamp_images, lamp_visibility
 from ...node_groups.lamp_term import LampShape
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.lamps.grouping import grouped
 from ...uw_spectral.lamps.lamp_projection import project_lamps
-from ...uw_spectral.lamps.multiple_scattering import LampWater
 from .. import marks
-from ..readers.lamps import SceneLamps, plan_lamps
+from ..readers.lamps import plan_lamps
+from ..readers.scene_lamps import SceneLamps
 from ..water import cycles_lamps, scene_water
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
@@ -31,10 +31,9 @@ _FAINT_FRACTION, _FAINTEST, _BRIGHTEST = 1e-3, 2e-5, 2e-3
 
 @dataclass(frozen=True, eq=False)
 class LampTerm(Term):
-    """The lamps of a frame, and the water around them if there are any."""
+    """The lamps of a frame, in their water."""
 
     scene: SceneLamps
-    around: LampWater | None = None
 
     @classmethod
     @override
@@ -46,7 +45,7 @@ class LampTerm(Term):
             water = lamps.around or plan.lamp_water(max(depth, 0.0))
             lamps = lamps.with_virtual_lights(water, plan.bands, frame.eye.place)
             lamps = cache.of_virtual(lamps)
-        return cls(lamps, lamps.water_around(plan.column, plan.phase, depth))
+        return cls(lamps.in_water(plan.column, plan.phase, depth))
 
     @classmethod
     @override
@@ -71,7 +70,7 @@ class LampTerm(Term):
     @override
     def followers(self) -> Sequence[Follower]:
         shown = self.scene.shown
-        made = realtime_lamps.shadow_lamps([lamp.light for lamp in shown])
+        made = lamp_visibility.shadow_lamps([lamp.light for lamp in shown])
         return list(zip(made, shown, strict=True))
 
     @override
@@ -85,29 +84,30 @@ class LampTerm(Term):
         if sun > 0:
             code = min(max(_FAINT_FRACTION * brightest / sun, _FAINTEST), _BRIGHTEST)
         sunlit = float(np.any(column.sun_irradiance > 0))
-        return Numbers({}, dict(zip(realtime_lamps.NUMBERS, (sunlit, code), strict=True)))
+        return Numbers({}, dict(zip(lamp_visibility.NUMBERS, (sunlit, code), strict=True)))
 
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
-        if self.around is None:
+        if self.scene.around is None:
             return
         lamps, shown, numbers = self.scene.lamps, self.scene.shown, water.numbers.single
-        codes = realtime_lamps.CODES[int(numbers[realtime_lamps.SUNLIT]) :]
+        codes = lamp_visibility.CODES[int(numbers[lamp_visibility.SUNLIT]) :]
         blocked = [index for index, lamp in enumerate(lamps) if not lamp.unblocked]
         groups = grouped([lamps[index].position for index in blocked], len(codes))
-        colours = [realtime_lamps.NO_SHADOW] * len(lamps)
+        colours = [lamp_visibility.NO_SHADOW] * len(lamps)
         for index, group in zip(blocked, groups, strict=True):
             colours[index] = codes[group]
         projected = project_lamps(
-            self.scene.all, self.around, water.channels, list(water.inputs.reflectances.values()),
-            self.scene.waters, water.excitation, clouds=water.floating,
+            self.scene.all, self.scene.around, water.channels,
+            list(water.inputs.reflectances.values()), self.scene.waters, water.excitation,
+            clouds=water.floating,
         )  # fmt: skip
         images = lamp_images.images_in(marks.collection_of(scene) or {})
         assert images is not None, "lamps shine in the water"
-        virtual = [realtime_lamps.NO_SHADOW] * len(self.scene.virtual)
+        virtual = [lamp_visibility.NO_SHADOW] * len(self.scene.virtual)
         lamp_images.write_lamps(images, projected, colours + virtual)
         followers = marks.followers(scene)
         for item, lamp, own, colour in zip(followers, lamps, shown, colours, strict=True):
             scene_water.follow(item, own)
-            code = numbers[realtime_lamps.CODE]
-            realtime_lamps.write_shadow_lamp(item.data, lamp, colour, code)
+            code = numbers[lamp_visibility.CODE]
+            lamp_visibility.write_shadow_lamp(item.data, lamp, colour, code)

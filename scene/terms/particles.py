@@ -27,7 +27,7 @@ from ...uw_spectral.water.particles import (
 )
 from .. import marks
 from ..materials import band_colors
-from ..water import scene_water, wet_materials
+from ..water import new_materials, scene_water
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
 from ..water.term import Term
@@ -71,7 +71,7 @@ class ParticleTerm(Term):
 
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
-        bring(scene, self, lambda material: wet_materials.wet(scene, material))
+        bring(scene, self, lambda material: new_materials.wet(scene, material))
 
 
 def snow_of_water(settings: SceneSettings, column: WaterColumn) -> float:

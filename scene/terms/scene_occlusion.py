@@ -9,7 +9,7 @@ from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer, empty_buffer
 from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ...uw_spectral.transfer.solved_field import SolvedField
-from ..readers import lamps
+from ..readers import lamp_exposure
 from ..readers.filled_view import filled_view
 from ..readers.surroundings import Surroundings, has_objects
 from ..water import continued_seabed, occlusion
@@ -53,7 +53,7 @@ def table_of(frame: SceneFrame, around: Surroundings) -> OcclusionTable:
     some = plan if few == plan.settings else plan_of(few)
     solved = continued_seabed.over(some, cache.ground).solved_field(TABLE_STREAMS)
     # What the sensor sees decides, in band passes too, so that they agree.
-    lit = lamps.lamplight(frame.scene, eye.camera, some, eye.lit_places)
+    lit = lamp_exposure.lamplight(frame.scene, eye.camera, some, eye.lit_places)
     seen = some.reduction(eye.depth, lit).weights
     table = occlusion.table_of(around, some.bands, solved, seen, eye.depth, cache)
     return table.on(some.bands.centres, plan.bands.centres)

@@ -21,7 +21,7 @@ from ...uw_spectral.transfer.foam_light import foam_light
 from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from .. import marks
-from ..readers import cameras, moving_surface
+from ..readers import moving_surface
 from ..readers.moving_surface import WAVES
 from ..water import cycles_surface
 from ..water.frame_water import RealtimeWater
@@ -53,7 +53,7 @@ class WaveTerm(Term):
     def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
         if frame.plan.settings.surface != WAVES:
             return {}
-        return cycles_surface.move(frame.scene, frame.plan, cameras.eye_of(frame.eye.camera))
+        return cycles_surface.move(frame.scene, frame.plan, frame.eye.camera)
 
     @override
     def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:

@@ -7,10 +7,10 @@ import bpy
 from ...node_groups.node_mathematics import MARK
 from ...settings.scene_settings import SceneSettings
 from .. import contents, stored_settings
-from ..materials import fluorescence, realtime_materials, wet_colours, wet_trees
+from ..materials import fluorescence, material_kinds, wet_colours, wet_trees
 from ..readers import clouds, lamps, moving_surface
 from ..session import KINDS, SESSION, STALE
-from ..water import wet_materials
+from ..water import new_materials
 from .live_water import KNOWN, places_of
 
 
@@ -25,7 +25,7 @@ def has_come(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> bool:
     return any(
         isinstance(item, bpy.types.Object)
         and MARK not in item
-        and wet_materials.is_dry(item)
+        and new_materials.is_dry(item)
         and item.name in scene.objects
         for item in changed
     )
@@ -42,7 +42,7 @@ def has_new_kinds(scene: bpy.types.Scene) -> bool:
 def kinds(scene: bpy.types.Scene) -> str:
     """Return what of the materials decides the nodes, to be compared."""
     materials = list(contents.materials(scene))
-    found = realtime_materials.kinds(materials), wet_colours.of(materials)
+    found = material_kinds.kinds(materials), wet_colours.of(materials)
     glowing = [(name, one.fluorophore) for name, one in fluorescence.of(materials).items()]
     return repr((*found, glowing, getattr(scene, stored_settings.PROPERTY).hide_own_water))
 

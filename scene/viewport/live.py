@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 
-from ...settings.render_plan import forget_files
-from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.errors import InputError
-from .. import colour_space, contents, scripts, sources
-from ..materials import own_water
+from .. import colour_space, scripts
 from ..readers import missing_data
-from ..session import BUILD, KINDS, PROBLEM, SESSION
-from ..water import frame_water, realtime, scene_water, wet_materials
-from ..water.water_body import WaterExtent, water_extent
+from ..session import KINDS, PROBLEM, SESSION
+from ..water import new_materials, realtime, scene_water
 from . import camera_reach, problems, saved_settings
 from .changes import has_new_kinds, is_stale, key, kinds
+from .filling import ROAM, fill
 from .live_water import KNOWN, live_water, settings_of
 from .preview_depths import preview_depth
 
-_SHOWN, _ROAM = "shown", "roam"
+_SHOWN = "shown"
 
 
 @dataclass
@@ -50,29 +44,14 @@ def add(scene: bpy.types.Scene) -> list[str]:
     chosen = settings_of(scene)
     depth = preview_depth(scene, chosen)
     water = live_water(scene, chosen, depth)
-    extent = water_extent(scene, water.column, depth)
     notes = [*missing_data.missing_notes(scene, (scene.frame_current,)), *scripts.notes()]
-    notes += _fill(scene, chosen, water, extent)
+    filled, held = fill(scene, chosen, water, depth)
+    notes += filled
     notes += problems.standing_limits(scene, water)
     realtime.keep_images(scene)
-    session: dict[str, Any] = {_SHOWN: key(scene, chosen, depth), PROBLEM: ""}
-    session[_ROAM] = camera_reach.reach(extent, water.column)
-    session[KINDS], session[BUILD] = kinds(scene), sources.source_digest()
-    scene[SESSION] = session
+    now = {_SHOWN: key(scene, chosen, depth), PROBLEM: "", KINDS: kinds(scene)}
+    scene[SESSION] = held | now
     saved_settings.apply(scene, water)
-    return notes
-
-
-def _fill(
-    scene: bpy.types.Scene,
-    chosen: SceneSettings,
-    water: frame_water.RealtimeWater,
-    extent: WaterExtent,
-) -> list[str]:
-    """Put water into a scene, and hide the scene's own if that is wanted."""
-    notes = realtime.add_realtime(scene, water, extent)
-    if chosen.hide_own_water:
-        own_water.hide(scene)
     return notes
 
 
@@ -87,25 +66,6 @@ def remove(scene: bpy.types.Scene) -> list[str]:
         notes += saved_settings.restore(scene)
         del scene[SESSION]
     return notes
-
-
-def take_out(scene: bpy.types.Scene) -> list[str]:
-    """Take live water out for good: what the scene shares with others gets the water of these.
-
-    Returns what could not be given back, or be treated there, one line each.
-    """
-    others = [other for other in _wet_with(scene) if other != scene]
-    return remove(scene) + [note for other in others for note in rebuild(other)]
-
-
-def _wet_with(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
-    """Scenes with live water that are the scene, or share materials with it."""
-    own = set(contents.materials(scene))
-    return [
-        other
-        for other in bpy.data.scenes
-        if SESSION in other and (other == scene or not own.isdisjoint(contents.materials(other)))
-    ]
 
 
 def update(
@@ -137,9 +97,9 @@ def update(
         depth = preview_depth(scene, chosen, depsgraph)
         now = key(scene, chosen, depth)
         if may_rebuild:
-            wet_materials.take_in(scene)
+            new_materials.take_in(scene)
         outgrown = may_rebuild and camera_reach.from_the_middle(scene, depsgraph) > session.get(
-            _ROAM, math.inf
+            ROAM, math.inf
         )
         outgrown = outgrown or (may_rebuild and has_new_kinds(scene))
         same = session[_SHOWN] == now and not outgrown
@@ -149,14 +109,9 @@ def update(
         if outgrown or not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
-            # It evaluates the scene: while that is dry, its objects would seem to have come.
-            extent = water_extent(scene, water.column, depth)
-            scene_water.remove(scene)
-            _fill(scene, chosen, water, extent)
-            session[_ROAM], session[BUILD] = (
-                camera_reach.reach(extent, water.column),
-                sources.source_digest(),
-            )
+            _, held = fill(scene, chosen, water, depth, again=True)
+            for name, value in held.items():
+                session[name] = value
         else:
             realtime.set_values(scene, water)
         if not hasty:
@@ -172,25 +127,3 @@ def update(
     finally:
         _state.busy = False
     return True
-
-
-def rebuild(scene: bpy.types.Scene) -> list[str]:
-    """Build the water anew: new objects and materials get wet, files are read again."""
-    forget_files()
-    return remove(scene) + add(scene)
-
-
-@contextlib.contextmanager
-def suspended(scene: bpy.types.Scene) -> Iterator[None]:
-    """Take live water out while the block runs; a render brings its own.
-
-    Other scenes that share materials with the scene are dry meanwhile too.
-    """
-    wet = _wet_with(scene)
-    for other in wet:
-        remove(other)
-    try:
-        yield
-    finally:
-        for other in wet:
-            add(other)

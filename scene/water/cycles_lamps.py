@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ...node_groups import attributes, water_lamp
 from .. import marks
-from ..readers.lamps import SceneLamps
+from ..readers.scene_lamps import SceneLamps
 from . import scene_water
 from .term import Follower
 

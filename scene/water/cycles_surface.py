@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import bpy
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +12,7 @@ from ...uw_spectral.surface.whitecaps import foam_reflectance
 from ...uw_spectral.transfer.foam_light import foam_light
 from ...uw_spectral.transfer.water_column import WAVES, WaterColumn
 from .. import marks
-from ..readers import moving_surface
+from ..readers import cameras, moving_surface
 from . import raised_surface
 from .water_body import plane
 
@@ -35,11 +33,11 @@ def build(
 
 
 def move(
-    scene: bpy.types.Scene, plan: RenderPlan, middle: Sequence[float] = (0.0, 0.0)
+    scene: bpy.types.Scene, plan: RenderPlan, camera: bpy.types.Object | None = None
 ) -> dict[str, NDArray[np.float64]]:
     """Bring the moving surface to the current frame; returns what of its foam differs by band.
 
-    With heights it is finest about a middle, x and y, m.
+    With heights it is finest about a camera.
     """
     # Its sun has a disc already.
     now = moving_surface.patterns(scene, plan, sun_disc=False)
@@ -48,6 +46,7 @@ def move(
     numbers = realtime_waves.numbers(now, plan.settings.caustics)
     water_surface.write(material, numbers, plan.column.sun_direction.tolist())
     if now.raised is not None:
+        middle = (0.0, 0.0) if camera is None else cameras.eye_of(camera)
         raised_surface.follow(scene, now.raised, middle)
     if not moving_surface.sea_of(plan.settings).foam:
         return {}

@@ -23,7 +23,7 @@ from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase
-from ..materials.realtime_materials import Kinds
+from ..materials.material_kinds import Kinds
 from .shafts import ShaftRange, shaft_range
 from .term import Term
 

@@ -7,7 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import lamp_images, lamp_table, realtime_lamps
+from underwater_spectral.node_groups import lamp_images, lamp_table, lamp_visibility, realtime_lamps
 from underwater_spectral.node_groups.loops import summed
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
@@ -188,7 +188,7 @@ def test_the_way_past_what_stands_for_objects_is_the_formula(square, tmp_path):
     parts = LitParts([LitPart((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * WAVES, 0.1)])
     projected = _projected(LAMBERT, radius=0.3, shadow=None, parts=parts)
     images = lamp_images.new_images(2, 2, projected.parts, projected.measured, 1)
-    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), lamp_visibility.NO_SHADOW])
     group = realtime_lamps.build_path(images, projected.components, ahead=False)
     assert lamp_table.LampTable.of(Graph(group), images).virtual == 1
 
@@ -279,7 +279,7 @@ def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
     ]
     projected = _projected(shadow=None, unblocked=1.0, parts=LitParts(parts))
     images = lamp_images.new_images(2, 2, projected.parts, projected.measured, 1)
-    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), realtime_lamps.NO_SHADOW])
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), lamp_visibility.NO_SHADOW])
     group = realtime_lamps.build_patch(images, ("Seen", "E"))
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
     x, y = at[..., :1], at[..., 1:2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from underwater_spectral.scene.materials import bare_colours, realtime_materials
+from underwater_spectral.scene.materials import bare_colours, material_kinds
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.tests.scene.snapshot import snapshot
 
@@ -15,7 +15,7 @@ def _bare():
 
 def test_a_colour_in_a_surface_emits_and_comes_back(empty_blender):
     material, plain = _bare(), scenes.principled("plain")
-    assert realtime_materials.kinds([material]).glows
+    assert material_kinds.kinds([material]).glows
     before = snapshot()
     bare_colours.insert([material, plain])
     link = material.node_tree.nodes["Material Output"].inputs["Surface"].links[0]

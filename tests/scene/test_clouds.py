@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.datasets.layer_file import bands_name
-from underwater_spectral.node_groups import cloud_grids, realtime_clouds, realtime_values
+from underwater_spectral.node_groups import cloud_grids, cloud_table, cloud_term, realtime_values
 from underwater_spectral.scene import marks, stored_clouds
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.readers import clouds, volume_grids
@@ -418,7 +418,7 @@ def _volume_of_a_blob(place):
 def test_a_scene_without_clouds_has_no_nodes_for_them():
     camera = _camera()
     water = eevee_water(_plan(), bpy.context.scene, Eye(camera, DEPTH), np.eye(3))
-    assert realtime_clouds.CloudShape not in water.shape
+    assert cloud_term.CloudShape not in water.shape
     assert not any("cloud" in name for name in realtime_values.single_names(water.shape))
     realtime.add_realtime(
         bpy.context.scene, water, water_body.water_extent(bpy.context.scene, water.column, DEPTH)
@@ -452,7 +452,7 @@ def test_live_water_follows_clouds():
 
 def _numbers_in_image():
     """Return the texels of the only cloud, three numbers each."""
-    image = next(x for x in bpy.data.images if x.name.startswith(realtime_clouds.NAME))
+    image = next(x for x in bpy.data.images if x.name.startswith(cloud_table.NAME))
     return np.array(image.pixels).reshape(-1, 4)[:, :3]
 
 

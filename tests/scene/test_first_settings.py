@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.quality.picture import Optics, picture
 from underwater_spectral.scene import stored_settings
-from underwater_spectral.scene.readers import lamps, view_tracing
+from underwater_spectral.scene.readers import dark_lamps, view_tracing
 from underwater_spectral.scene.viewport import first_settings, preview_depths
 from underwater_spectral.scene.water import metering
 from underwater_spectral.settings.render_plan import plan_of
@@ -62,10 +62,10 @@ def test_lamps_of_a_dry_scene_stay_in_the_air_and_are_named(default_file):
     first_settings.start(scene, 3.0)
     lamp = scene.objects["Light"]
     assert lamp.matrix_world.translation.z < 0
-    assert lamps.objects_of(scene) == []
-    assert "belongs to the air" in lamps.left_out(scene)[lamp]
+    assert dark_lamps.objects_of(scene) == []
+    assert "belongs to the air" in dark_lamps.left_out(scene)[lamp]
     lamp.data.underwater.in_water = True
-    assert lamps.objects_of(scene) == [lamp]
+    assert dark_lamps.objects_of(scene) == [lamp]
 
 
 def test_a_scene_built_for_water_stays_where_it_is(default_file):
@@ -77,8 +77,8 @@ def test_a_scene_built_for_water_stays_where_it_is(default_file):
     first_settings.start(scene, 3.0)
     bpy.context.view_layer.update()
     assert _places(scene) == before
-    assert lamps.objects_of(scene) == []
-    assert "above the water" in lamps.left_out(scene)[scene.objects["Light"]]
+    assert dark_lamps.objects_of(scene) == []
+    assert "above the water" in dark_lamps.left_out(scene)[scene.objects["Light"]]
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.materials import material_kinds
 from underwater_spectral.scene.water import frame_water, realtime, water_body
 from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes
@@ -83,7 +83,7 @@ def _drawn(scene, camera, path, scattering=1e-6):
         1e-6, scattering, sun_irradiance=0.0, sky_radiance=1.0, floor_depth=12.0,
         floor_reflectance=1.0,
     )  # fmt: skip
-    inputs = FrameInputs(kinds=realtime_materials.kinds(contents.materials(scene)))
+    inputs = FrameInputs(kinds=material_kinds.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
     realtime.add_realtime(scene, water, water_body.water_extent(scene, column, _DEPTH))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.materials import material_kinds
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes, snapshot
@@ -76,7 +76,7 @@ def test_highlights_are_those_of_cycles(empty_blender, tmp_path, monkeypatch):
         1e-6, 1e-6, sun_irradiance=-_SUN[2], sun_cosine=-_SUN[2], sun_direction=_SUN,
         floor_depth=12.0,
     )  # fmt: skip
-    inputs = FrameInputs(kinds=realtime_materials.kinds(contents.materials(scene)))
+    inputs = FrameInputs(kinds=material_kinds.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
     for keeps in (True, False):
@@ -99,6 +99,6 @@ def test_only_what_is_stretched_pays(empty_blender):
     node = tree.nodes.new("ShaderNodeBsdfAnisotropic")
     tree.links.new(node.outputs[0], output.inputs["Surface"])
     node.inputs["Anisotropy"].default_value = 0.0
-    assert realtime_materials.kinds([material]).highlights == ()
+    assert material_kinds.kinds([material]).highlights == ()
     node.inputs["Anisotropy"].default_value = 0.1
-    assert len(realtime_materials.kinds([material]).highlights) == 1
+    assert len(material_kinds.kinds([material]).highlights) == 1

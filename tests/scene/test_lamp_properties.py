@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene.engines import engines, exr_output
-from underwater_spectral.scene.readers import cameras, lamps
+from underwater_spectral.scene.readers import cameras, lamp_records, lamps
 from underwater_spectral.scene.readers.lamp_nodes import WATTS_PER_CANDELA, nodes_of
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
@@ -209,7 +209,7 @@ def test_negative_light_is_left_out_with_the_reason(scene):
     item = _hang(scene, _light(energy=-10.0))
     assert "'Lamp' is dark: its power is negative" in _notes(scene)
     assert not lamps.lamps_of(scene, BANDS, RELATIVE).lamps[0].intensity.any()
-    (row,) = lamps.records(scene)
+    (row,) = lamp_records.records(scene)
     assert "negative" in row["left_out"]
     item.data.energy = 10.0
     assert _notes(scene) == ""
@@ -298,7 +298,7 @@ def test_candela_are_on_the_axis(scene):
     whole = flux(parse_emission("E"), "cd")
     assert seen[0] == pytest.approx(1.0 / whole * band_mean(parse_emission("E"), BANDS), rel=1e-3)
     assert seen[1] == pytest.approx(1.34**2 * seen[0], rel=1e-6)
-    assert lamps.records(scene)[0]["unit"] == "cd"
+    assert lamp_records.records(scene)[0]["unit"] == "cd"
 
 
 def test_an_asymmetric_file_is_said(scene, tmp_path):

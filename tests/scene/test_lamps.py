@@ -11,7 +11,7 @@ import pytest
 from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene import marks, stored_lamps
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.readers import cameras, lamp_shadows, lamps
+from underwater_spectral.scene.readers import cameras, dark_lamps, lamp_records, lamp_shadows, lamps
 from underwater_spectral.scene.readers.lamp_shadows import LampShadowCache
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import lamp_rigs, water_body
@@ -318,14 +318,14 @@ def test_a_spectrum_that_cannot_be_used_names_the_lamp(scene):
 
 def test_a_lamp_above_the_water_shines_into_it_and_says_how(scene):
     item = _lamp((0.0, 1.0, 2.0))
-    assert "above the water" in lamps.left_out(scene)[item]
+    assert "above the water" in dark_lamps.left_out(scene)[item]
     item.data.underwater.from_above = True
-    assert lamps.left_out(scene) == {}
+    assert dark_lamps.left_out(scene) == {}
     found = lamps.lamps_of(scene, BANDS, RELATIVE)
     assert "above the water" in found.notes[0]
-    assert "above the water" in " ".join(lamps.diagnostics(item))
-    assert lamps.records(scene)[0]["through_surface"]
-    assert lamps.records(scene)[0]["position"] == pytest.approx([0.0, 1.0, 2.0])
+    assert "above the water" in " ".join(dark_lamps.diagnostics(item))
+    assert lamp_records.records(scene)[0]["through_surface"]
+    assert lamp_records.records(scene)[0]["position"] == pytest.approx([0.0, 1.0, 2.0])
     assert found.from_air
     (lamp,) = found.lamps
     assert lamp.position == pytest.approx((0.0, 1.0, 1.34 * 2.0))

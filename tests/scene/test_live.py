@@ -13,7 +13,7 @@ from underwater_spectral.scene.materials import wet_trees
 from underwater_spectral.scene.materials.inserted import has_inserted, own_input
 from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.terms.eevee_water import eevee_water
-from underwater_spectral.scene.viewport import changes, live, problems, submerging
+from underwater_spectral.scene.viewport import changes, live, live_scenes, problems, submerging
 from underwater_spectral.scene.water import occlusion
 from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import make_plan, plan_of
@@ -313,7 +313,7 @@ def test_scenes_that_share_materials_are_dry_while_one_renders():
     third.underwater.phase = "hg:0.924"
     live.add(third)
     tree = bpy.data.materials["paint"].node_tree
-    with live.suspended(other):
+    with live_scenes.suspended(other):
         assert not is_live(scene)
         assert is_live(third)
         assert len(tree.nodes) == 2
@@ -330,11 +330,11 @@ def test_materials_of_two_scenes_stay_wet_when_one_gives_its_water_up():
     live.add(scene)
     assert any("show its water" in note for note in live.add(other))
     tree = bpy.data.materials["paint"].node_tree
-    assert live.take_out(scene) == []
+    assert live_scenes.take_out(scene) == []
     assert not is_live(scene)
     assert is_live(other)
     assert len(tree.nodes) > 2
-    assert live.take_out(other) == []
+    assert live_scenes.take_out(other) == []
     assert len(tree.nodes) == 2
     assert not bpy.data.node_groups
 
@@ -342,7 +342,7 @@ def test_materials_of_two_scenes_stay_wet_when_one_gives_its_water_up():
 def test_suspended_water_comes_back():
     scene = _scene()
     live.add(scene)
-    with live.suspended(scene):
+    with live_scenes.suspended(scene):
         assert not is_live(scene)
     assert is_live(scene)
     _assert_shows(scene, 5.0)
@@ -448,7 +448,7 @@ def test_an_edited_file_counts_once_the_water_is_built_anew(tmp_path):
     write(0.3)
     live.update(scene)
     assert np.array_equal(_numbers(), before)
-    live.rebuild(scene)
+    live_scenes.rebuild(scene)
     assert not np.array_equal(_numbers(), before)
     _assert_shows(scene, 5.0)
     write(0.2)
@@ -579,7 +579,7 @@ def test_water_of_another_build_is_said_until_it_is_built_anew(monkeypatch):
     monkeypatch.setattr(sources, "source_digest", lambda: "another")
     (note,) = problems.standing_notes(scene)
     assert "Refresh Water" in note
-    live.rebuild(scene)
+    live_scenes.rebuild(scene)
     assert problems.standing_notes(scene) == []
     live.remove(scene)
     assert problems.standing_notes(scene) == []

@@ -10,7 +10,7 @@ from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.materials import wet_trees
 from underwater_spectral.scene.session import is_live
-from underwater_spectral.scene.viewport import live
+from underwater_spectral.scene.viewport import live, live_scenes
 from underwater_spectral.scene.water import giving_back, scene_water
 from underwater_spectral.tests.scene import snapshot
 from underwater_spectral.tests.scene.test_live_survives import add, furnish, left_overs
@@ -268,7 +268,7 @@ def check(before, user):
     assert found == [], found[:6]
 
 
-FRAME, LIVE = (add, scene_water.remove), (live.add, live.take_out)
+FRAME, LIVE = (add, scene_water.remove), (live.add, live_scenes.take_out)
 """What touches the user's objects, in milliseconds; and all of live water."""
 
 

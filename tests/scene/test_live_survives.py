@@ -8,7 +8,8 @@ from underwater_spectral.node_groups import realtime_surface, uplift
 from underwater_spectral.node_groups.node_mathematics import MARK, new_group
 from underwater_spectral.scene import contents, marks
 from underwater_spectral.scene.materials import bare_surfaces, wet_trees
-from underwater_spectral.scene.materials.realtime_materials import Surfaces, insert
+from underwater_spectral.scene.materials.closure_walk import Surfaces
+from underwater_spectral.scene.materials.realtime_materials import insert
 from underwater_spectral.scene.water import giving_back, scene_water, water_body
 from underwater_spectral.tests.scene import columns, scenes, snapshot
 

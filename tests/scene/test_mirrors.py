@@ -11,7 +11,7 @@ from underwater_spectral.benchmarks import grey_scene
 from underwater_spectral.node_groups import realtime_surface
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import engines
-from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.materials import material_kinds
 from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import water_body
@@ -127,7 +127,7 @@ def test_only_scenes_with_mirrors_pay_for_them(empty_blender):
     shader.keyframe_insert("default_value", frame=1)
     assert eevee_water(plan, scene, Eye(scene.camera, DEPTH), np.eye(3)).shape.mirrors
     item.active_material.node_tree.animation_data_clear()
-    assert not realtime_materials.kinds(contents.materials(scene)).mirrors
+    assert not material_kinds.kinds(contents.materials(scene)).mirrors
     shader.default_value = 0.5
     assert eevee_water(plan, scene, Eye(scene.camera, DEPTH), np.eye(3)).shape.mirrors
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.materials import wet_trees
-from underwater_spectral.scene.readers.lamps import SceneLamps, lamps_of
+from underwater_spectral.scene.readers.lamps import lamps_of
+from underwater_spectral.scene.readers.scene_lamps import SceneLamps
 from underwater_spectral.scene.terms.lamps import LampTerm
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.scene.water.frame_water import FrameInputs
@@ -28,7 +29,7 @@ def _water(
     values = {"floor_depth": 9.0, "floor_reflectance": 0.3} | changes
     column = columns.grey_column(a, b, **values)
     lamps = lamps or SceneLamps()
-    shining = LampTerm(lamps, lamps.water_around(column, phase, depth))
+    shining = LampTerm(lamps.in_water(column, phase, depth))
     inputs = FrameInputs(reflectances or {}, terms=(shining,))
     return frame_water.realtime_water(column, phase, depth, np.eye(3), shafts=shafts, inputs=inputs)
 

@@ -14,6 +14,7 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import (
     band_colors,
     closure_walk,
+    material_kinds,
     realtime_materials,
     shader_nodes,
     wet_trees,
@@ -118,7 +119,7 @@ def test_in_clear_water_every_kind_looks_as_eevee_draws_it(tmp_path):
     # The sensor that undoes the way from colours to bands.
     weights = np.linalg.inv(uplift_basis(column.bands))
     phase = parse_phase("hg:0.8").for_bands(np.ones(3))
-    kinds = realtime_materials.kinds(bpy.data.materials)
+    kinds = material_kinds.kinds(bpy.data.materials)
     water = frame_water.realtime_water(column, phase, 8.0, weights, inputs=FrameInputs(kinds=kinds))
     notes = realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))
     # In the closed form mirrors are matte.
@@ -191,7 +192,7 @@ def test_closures_that_are_kept_are_as_bright_as_lit_ones(tmp_path, monkeypatch)
     water = frame_water.realtime_water(
         column, phase, 5.0, np.eye(3), inputs=FrameInputs(
             {"measured": np.linspace(0.2, 0.8, 3)},
-            kinds=realtime_materials.kinds(bpy.data.materials),
+            kinds=material_kinds.kinds(bpy.data.materials),
         ),
     )  # fmt: skip
     bpy.context.view_layer.update()
@@ -238,7 +239,7 @@ def test_volumes_are_left_out_and_said_and_come_back(empty_blender):
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
     mesh.materials.append(material)
     empty_blender.collection.objects.link(bpy.data.objects.new("smoke", mesh))
-    surfaces = realtime_materials.Surfaces(bpy.data.node_groups.new("lit", "ShaderNodeTree"))
+    surfaces = closure_walk.Surfaces(bpy.data.node_groups.new("lit", "ShaderNodeTree"))
     notes = realtime_materials.insert([material], surfaces)
     assert output.inputs["Volume"].links[0].is_muted
     assert any("'smoke'" in note and "volume" in note for note in notes)
@@ -291,7 +292,7 @@ def _cut_out(name: str, *, nodes: int) -> bpy.types.Material:
 
 
 def _cut_out_water() -> frame_water.RealtimeWater:
-    seen = FrameInputs(kinds=realtime_materials.kinds(bpy.data.materials))
+    seen = FrameInputs(kinds=material_kinds.kinds(bpy.data.materials))
     phase = parse_phase("hg:0.8").for_bands(np.full(3, 0.1))
     return frame_water.realtime_water(
         columns.grey_column(0.01, 0.0), phase, 5.0, np.eye(3), inputs=seen
@@ -339,10 +340,10 @@ def test_only_facets_in_lamplight_pay(empty_blender):
     inputs = {m: m.node_tree.nodes["Principled BSDF"].inputs for m in (matte, glossy, coated)}
     inputs[matte]["Specular IOR Level"].default_value = 0.0
     inputs[coated]["Coat Weight"].default_value = 0.5
-    found = [realtime_materials.kinds([m]).facets for m in (matte, glossy, coated)]
+    found = [material_kinds.kinds([m]).facets for m in (matte, glossy, coated)]
     assert found == [0, 1, 2]
     column = columns.grey_column(0.1, 0.1)
-    seen = FrameInputs(kinds=realtime_materials.kinds([coated]))
+    seen = FrameInputs(kinds=material_kinds.kinds([coated]))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, 4.0, np.eye(3), inputs=seen)
     assert LampShape not in water.shape
@@ -356,7 +357,7 @@ def test_clear_objects_that_hide_lamps_are_said(empty_blender):
     group = bpy.data.node_groups.new("lit", "ShaderNodeTree")
     for name in (n for one in realtime_lamps.FACETS for n in one):
         group.interface.new_socket(name, in_out="INPUT", socket_type="NodeSocketFloat")
-    surfaces = realtime_materials.Surfaces(group)
+    surfaces = closure_walk.Surfaces(group)
     for method, expected in (("DITHERED", 1), ("BLENDED", 0)):
         material.surface_render_method = method
         notes = []

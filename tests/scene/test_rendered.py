@@ -9,7 +9,7 @@ from underwater_spectral.jobs import batch, planning
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.as_rendered import as_rendered
 from underwater_spectral.scene.materials.mean_colours import mean_colour, mean_surface
-from underwater_spectral.scene.readers import lamps, surroundings
+from underwater_spectral.scene.readers import dark_lamps, lamps, surroundings
 from underwater_spectral.scene.readers.lamp_shadows import LampShadowCache
 from underwater_spectral.scene.readers.ray_casting import Meshes
 from underwater_spectral.scene.readers.surface_samples import visible_triangles
@@ -68,10 +68,10 @@ def _shown(**options):
 def test_lamps_that_blender_does_not_render_light_nothing(where):
     scene = bpy.context.scene
     item = _lamp()
-    assert lamps.objects_of(scene) == [item]
+    assert dark_lamps.objects_of(scene) == [item]
     HIDDEN[where](item, _in_collection(item))
     bpy.context.view_layer.update()
-    assert lamps.objects_of(scene) == []
+    assert dark_lamps.objects_of(scene) == []
 
 
 def test_lamps_of_a_collection_that_is_left_out_shine_where_they_are_instanced():
@@ -88,7 +88,7 @@ def test_lamps_of_a_collection_that_is_left_out_shine_where_they_are_instanced()
     assert found.place.translation.x == item.location.x + 3.0
     empty.hide_render = True
     bpy.context.view_layer.update()
-    assert lamps.objects_of(scene) == []
+    assert dark_lamps.objects_of(scene) == []
 
 
 @pytest.mark.parametrize("where", HIDDEN)

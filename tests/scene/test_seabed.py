@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.readers import surroundings
-from underwater_spectral.scene.viewport import live, problems
+from underwater_spectral.scene.viewport import live, live_scenes, problems
 from underwater_spectral.scene.water import continued_seabed, seabed, water_body
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -325,7 +325,7 @@ def test_live_water_continues_the_seabed(registered, monkeypatch):
     assert floor.location.z == pytest.approx(-FLOOR - 0.01, abs=1e-4)
     ground.location.z = -FLOOR - 1.0
     bpy.context.view_layer.update()
-    live.rebuild(scene)
+    live_scenes.rebuild(scene)
     (floor,) = (item for item in scene.objects if marks.FLOOR_DEPTH in item)
     assert floor.location.z == pytest.approx(-FLOOR - 1.01, abs=1e-4)
     water.scene_floor = False

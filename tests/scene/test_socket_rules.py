@@ -13,7 +13,9 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import (
     band_colors,
     bare_colours,
+    closure_walk,
     inlined_shaders,
+    material_kinds,
     native_closures,
     realtime_materials,
     wet_trees,
@@ -357,7 +359,7 @@ def _shown(name):
     told = group.nodes.new("NodeGroupInput").outputs[name]
     end = group.nodes.new("NodeGroupOutput")
     group.links.new(_glow(group, 1.0, told), end.inputs[0])
-    return realtime_materials.Surfaces(group)
+    return closure_walk.Surfaces(group)
 
 
 @pytest.mark.slow
@@ -449,7 +451,7 @@ def _told_of_light(tree, strength=1.0):
 
 def test_materials_that_share_a_group_of_shaders_are_lit_one_way(empty_blender):
     group = bpy.data.node_groups.new("water", "ShaderNodeTree")
-    surfaces = realtime_materials.Surfaces(group, native=group)
+    surfaces = closure_walk.Surfaces(group, native=group)
     for own, expected in ((False, 0), (True, 1)):
         shared = [_group(lambda g, _: _diffuse(g)) for _ in range(2)]
         made = (
@@ -481,7 +483,7 @@ def test_opaque_objects_are_as_bright_however_they_are_expressed(empty_blender, 
         item.location.z -= 8.0
     bpy.context.view_layer.update()
     column = columns.grey_column(0.05, 0.02)
-    inputs = FrameInputs(kinds=realtime_materials.kinds(materials))
+    inputs = FrameInputs(kinds=material_kinds.kinds(materials))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, 3.0, np.eye(3), inputs=inputs)
     realtime.add_realtime(scene, water, water_body.WaterExtent(100.0, 100.0))

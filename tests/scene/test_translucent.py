@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
-from underwater_spectral.scene.materials import realtime_materials
+from underwater_spectral.scene.materials import material_kinds
 from underwater_spectral.scene.readers.closed_bodies import closed_materials, is_closed
 from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
 from underwater_spectral.scene.water.frame_water import FrameInputs
@@ -66,7 +66,7 @@ def test_light_crosses_one_sheet_or_two_walls(
     column = columns.grey_column(
         1e-6, 1e-6, sun_irradiance=sun, sky_radiance=sky, floor_depth=12.0, floor_reflectance=0.0
     )
-    inputs = FrameInputs(kinds=realtime_materials.kinds(contents.materials(scene)))
+    inputs = FrameInputs(kinds=material_kinds.kinds(contents.materials(scene)))
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     monkeypatch.setattr(frame_water.RealtimeWater, "has_native_closures", keeps)
     water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
