@@ -16,11 +16,7 @@ import bpy
 from ..uw_spectral.clouds.cloud_light import Clouds
 from ..uw_spectral.clouds.lamp_lit_cloud import LampAndClouds, transmittance_to_surface
 from ..uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from ..uw_spectral.lamps.lamp_channels import (
-    COLOURS,
-    matte_part,
-    of_colour,
-)
+from ..uw_spectral.lamps.lamp_channels import COLOURS, matte_part, of_colour
 from ..uw_spectral.lamps.lamp_surface import patch_past_lamp
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.facets import Facets

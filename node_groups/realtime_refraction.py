@@ -31,13 +31,7 @@ from .realtime_rays import (
     straight_direction,
     straight_distance,
 )
-from .realtime_values import (
-    CAMERA,
-    IN_AIR,
-    INDEX,
-    RAY_INDEX,
-    THROUGH,
-)
+from .realtime_values import CAMERA, IN_AIR, INDEX, RAY_INDEX, THROUGH
 from .realtime_waves import (
     FOAM,
     SLOPE,

@@ -154,10 +154,7 @@ def numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
             WAVES_HIGHEST: raised.highest,
         }
         if raised.foam is not None:
-            far |= {
-                FOAM_FIRST: raised.foam.first,
-                FOAM_PER_CROWDING: raised.foam.per_crowding,
-            }
+            far |= {FOAM_FIRST: raised.foam.first, FOAM_PER_CROWDING: raised.foam.per_crowding}
     return far | {
         WAVES_PER_METRE: 1 / waves.layers.tile,
         WAVES_HALF_CELL: 0.5 / len(waves.slope_x),

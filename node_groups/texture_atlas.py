@@ -114,10 +114,7 @@ def _split(
 
 
 def closest(
-    graph: Graph,
-    image: bpy.types.Image,
-    column: NodeValue | float,
-    row: NodeValue | float,
+    graph: Graph, image: bpy.types.Image, column: NodeValue | float, row: NodeValue | float
 ) -> NodeValue:
     """Return a single texel of an image of fixed size, with all its digits."""
     width, height = image.size
@@ -126,12 +123,7 @@ def closest(
 
 
 def _single(
-    graph: Graph,
-    image: bpy.types.Image,
-    x: NodeValue | float,
-    y: NodeValue | float,
-    *,
-    tiled: bool,
+    graph: Graph, image: bpy.types.Image, x: NodeValue | float, y: NodeValue | float, *, tiled: bool
 ) -> NodeValue:
     """Return the texel of an image at a place of its width and height."""
     where = graph.vector(x, y, 0.0)

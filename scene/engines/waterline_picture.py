@@ -19,10 +19,7 @@ from .exr_output import write_float_exr
 
 
 def drawn(
-    scene: bpy.types.Scene,
-    camera: bpy.types.Object,
-    water: RealtimeWater,
-    path: Path,
+    scene: bpy.types.Scene, camera: bpy.types.Object, water: RealtimeWater, path: Path
 ) -> NDArray[np.float32]:
     """Render a picture into a file, from either side of the waterline if the camera is there."""
 

@@ -17,10 +17,7 @@ from ...node_groups.shape import TermShape
 from ...uw_spectral.clouds.cloud_numbers import CloudNumbers
 from ...uw_spectral.clouds.solved_cloud import Cloud, cloud_numbers, lamplight_on
 from .. import marks
-from ..readers.clouds import (
-    clouds_of,
-    grids_of,
-)
+from ..readers.clouds import clouds_of, grids_of
 from ..readers.scene_lamps import SceneLamps
 from ..water import cloud_volumes
 from ..water.frame_water import RealtimeWater

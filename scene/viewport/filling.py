@@ -36,7 +36,4 @@ def fill(
     notes = realtime.add_realtime(scene, water, extent)
     if chosen.hide_own_water:
         own_water.hide(scene)
-    return notes, {
-        ROAM: camera_reach.reach(extent, water.column),
-        BUILD: sources.source_digest(),
-    }
+    return notes, {ROAM: camera_reach.reach(extent, water.column), BUILD: sources.source_digest()}

@@ -9,13 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...node_groups import (
-    attributes,
-    sea_floor,
-    sky_world,
-    sun_lamp,
-    sun_lid,
-)
+from ...node_groups import attributes, sea_floor, sky_world, sun_lamp, sun_lid
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
 from ..readers.scene_lamps import SceneLamps

@@ -5,13 +5,7 @@ from __future__ import annotations
 import bpy
 
 from .. import contents, marks
-from ..materials import (
-    bare_surfaces,
-    fluorescence,
-    material_kinds,
-    realtime_materials,
-    wet_trees,
-)
+from ..materials import bare_surfaces, fluorescence, material_kinds, realtime_materials, wet_trees
 from ..readers.closed_bodies import closed_materials
 from . import giving_back, refracted_materials, scene_water, wet_materials
 

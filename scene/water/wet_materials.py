@@ -6,11 +6,7 @@ from collections.abc import Collection, Mapping
 
 import bpy
 
-from ...node_groups import (
-    realtime_filter,
-    realtime_highlights,
-    realtime_surface,
-)
+from ...node_groups import realtime_filter, realtime_highlights, realtime_surface
 from ...node_groups.realtime_fluorescence import FluorescenceShape
 from ...node_groups.shape import Sources
 from .. import contents, marks
