@@ -70,18 +70,10 @@ _LEAST_RADIUS = 1e-3  # m
 
 @dataclass(frozen=True, eq=False)
 class LampImages:
-    """What lamps are looked up in.
+    """What lamps are looked up in."""
 
-    Attributes
-    ----------
-    numbers : Image
-        Of :func:`new_images`.
-    sources : Image
-        Of :func:`.lamp_sources.new_image`.
-    """
-
-    numbers: bpy.types.Image
-    sources: bpy.types.Image
+    numbers: bpy.types.Image  #: Of :func:`new_images`.
+    sources: bpy.types.Image  #: Of :func:`.lamp_sources.new_image`.
 
     @property
     def parts(self) -> dict[str, bpy.types.ID]:
@@ -141,26 +133,11 @@ def new_images(
     exciting: bool = False,
     in_clouds: bool = False,
 ) -> LampImages:
-    """Make the images of so many lamps, which are dark.
+    """Make the images of so many lamps, which are dark; the ``virtual`` ones of them come last.
 
-    Parameters
-    ----------
-    lamps : int
-        Those that stand for objects included.
-    profiles : int
-        That these may have.
-    parts : int
-        Of the phase function.
-    measured : int
-        Measured reflectances of objects.
-    virtual : int
-        How many of the lamps stand for objects; they come last.
-    from_air : bool
-        Whether some may shine into the water from above.
-    exciting : bool
-        Whether their light excites fluorophores.
-    in_clouds : bool
-        Whether there are clouds that scatter it.
+    They may have so many profiles, parts of the phase function and measured reflectances of
+    objects; some may shine in ``from_air``, their light may excite fluorophores and be scattered in
+    clouds.
     """
     excited, floating = BANDS * exciting, _FLOATING_ROWS * in_clouds
     height = (
@@ -178,10 +155,8 @@ def write_lamps(
 ) -> None:
     """Put lamps and their water into images of their size.
 
-    Parameters
-    ----------
-    colours : sequence of 3
-        Of the lamps that cast the shadows of each; :data:`.NO_SHADOW` where nothing is in the way.
+    The colours are those of the lamps that cast the shadows of each; :data:`.NO_SHADOW` where
+    nothing is in the way.
     """
     profiles = list(dict.fromkeys(lamp.profile for lamp in projected.lamps))
     lamp_sources.write(images.sources, *_fields(projected), profiles)

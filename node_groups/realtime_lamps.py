@@ -56,21 +56,9 @@ def build_path(
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps in the water before an object, or up to the boundary.
 
-    Parameters
-    ----------
-    components : sequence of PhaseFunction
-        Parts of the phase function.
-    ahead : bool
-        Whether it goes to the boundary; the group has the input ``y_f`` then, else none.
-    rays : ShaderNodeTree, optional
-        Of :mod:`.realtime_refraction`.
-    clouds : callable, optional
-        Which they shine through; images have to be made for these.
-
-    Returns
-    -------
-    ShaderNodeTree
-        Output :data:`LIGHT`: three channels, the lamps themselves and what clouds scatter included.
+    ``ahead`` is whether it goes to the boundary; the group has the input ``y_f`` then. Images have
+    to be made for the clouds that lamps shine through. The output :data:`LIGHT` has three channels,
+    the lamps themselves and what clouds scatter included.
     """
     inputs = {"y_f": FLOAT} if ahead else {}
     group = _group(f"{NAME} in the Water", inputs, (LIGHT,), rays, slim=clouds is not None)
@@ -114,22 +102,13 @@ def build_patch(
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of the light of lamps on an object.
 
-    Inputs: ``Normal``; ``Lamp Visibility``, of :func:`visibility`; ``Color``, the reflectance;
-    those of :data:`FACETS`; and, if the image has measured reflectances, ``Measured``: 0, or the
+    Inputs: ``Normal``; ``Lamp Visibility``, of :func:`.visibility`; ``Color``, the reflectance;
+    so many of :data:`FACETS`; and, if the image has measured reflectances, ``Measured``: 0, or the
     number of one from 1 on that replaces the colour.
 
-    Parameters
-    ----------
-    outputs : collection of str
-        Which of these, in three channels: :data:`SEEN`, the radiance that arrives at the camera,
-        of which :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance
-        at the object; :data:`IRRADIANCE`, on it; :data:`EXCITING`, that as fluorophores weigh it.
-    rays : ShaderNodeTree, optional
-        Of :mod:`.realtime_refraction`.
-    facets : int
-        How many of :data:`FACETS` objects may have.
-    clouds : callable, optional
-        Which are between lamps and objects.
+    Outputs, in three channels: :data:`SEEN`, the radiance that arrives at the camera, of which
+    :data:`UNSCATTERED` and :data:`FORWARD` are the parts; :data:`THERE`, the radiance at the
+    object; :data:`IRRADIANCE`, on it; :data:`EXCITING`, that as fluorophores weigh it.
     """
     inputs = dict.fromkeys((NORMAL, VISIBILITY), VECTOR) | {COLOR: COLOUR}
     for one in FACETS[:facets]:

@@ -30,7 +30,7 @@ class PortShape(TermShape):
 
     @override
     def rays(self, sources: Sources) -> bpy.types.ShaderNodeTree:
-        return build_port(sources.values, PORT)
+        return build_port(sources.values)
 
 
 def view_direction(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
@@ -80,20 +80,12 @@ def view_distance(graph: Graph) -> NodeValue:
     return straight_distance(graph)
 
 
-def build_port(values: bpy.types.ShaderNodeTree, distance: str) -> bpy.types.ShaderNodeTree:
-    """Build the group of the rays of a camera behind a port: straight, in the water from there on.
-
-    Parameters
-    ----------
-    values : ShaderNodeTree
-        UW Values.
-    distance : str
-        Which of them is the distance of the port from the camera along its axis, m.
-    """
+def build_port(values: bpy.types.ShaderNodeTree) -> bpy.types.ShaderNodeTree:
+    """Build the group of rays of a camera behind a port: straight, in the water from there on."""
     group = OpenGroup(_PORT_NAME)
     graph = group.graph
     w = straight_direction(graph)
-    start = graph.term(graph.shared(values)[distance]) / _along_axis(graph, w)
+    start = graph.term(graph.shared(values)[PORT]) / _along_axis(graph, w)
     return _begun(group, start)
 
 
@@ -172,11 +164,8 @@ def eye_place(
 ) -> tuple[NodeValue, NodeValue, NodeValue]:
     """Coordinates of the camera, or of the eye of a view.
 
-    Parameters
-    ----------
-    frame : sequence of 4, optional
-        Of an orthographic camera: left and bottom edge, width and height of its picture, m; zero
-        of others. Where the pixel's ray begins on its plane.
+    With the left and bottom edge, width and height of the picture of an orthographic camera, m, all
+    zero of others: where the pixel's ray begins on its plane.
     """
     if frame is None:
         return _from_camera(graph, "POINT", (0.0, 0.0, 0.0))

@@ -109,15 +109,7 @@ def of_light(light: ChannelTables, sun: tuple[float, ...]) -> Numbers:
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """The numbers of UW Values in a node tree.
-
-    Parameters
-    ----------
-    graph : Graph
-        The tree.
-    group : ShaderNodeTree
-        Of :func:`build`.
-    """
+    """The numbers of UW Values, a group of :func:`build`, in a node tree."""
 
     graph: Graph
     group: bpy.types.ShaderNodeTree

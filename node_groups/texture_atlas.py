@@ -39,18 +39,10 @@ def texel(
     tiled: bool = False,
     whole_row: bool = False,
 ) -> NodeValue:
-    """Look up a place of an image, in texels from the middle of its first.
+    """Look up a place of an image, in texels from the middle of its first: column h and row v.
 
-    Parameters
-    ----------
-    h, v : NodeValue or float
-        Column and row.
-    columns, rows : NodeValue or float
-        Size of the image.
-    tiled : bool
-        Whether the image begins anew beyond its outermost texels; it is what they are else.
-    whole_row : bool
-        Whether the row is a whole number, if only nodes know that.
+    A ``tiled`` image begins anew beyond its outermost texels; it is what they are else.
+    ``whole_row`` is whether the row is a whole number, if only nodes know that.
     """
     across, up = _split(h, columns), _split(v, rows, whole=whole_row)
     # In groups, rows that only nodes know leave lamplight on surfaces black in Cycles; why is open.

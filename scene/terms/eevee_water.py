@@ -36,21 +36,10 @@ def eevee_water(
 ) -> RealtimeWater:
     """Return the water of EEVEE, see :func:`.realtime_water`; waves come on top.
 
-    Parameters
-    ----------
-    weights : array, shape (3, n)
-        Linear RGB per unit radiance of each band.
-    cache : Cache, optional
-        What may be used again.
-    occluded : OcclusionTable, optional
-        What is known already of the occlusion; the ground is then the one that was kept.
-    unchanged : bool
-        Whether objects may be taken to be where they were when ``cache`` was filled.
-
-    Raises
-    ------
-    InputError
-        If the camera is orthographic and the water differs with depth.
+    ``weights`` are linear RGB per unit radiance of each band, (3, n). What is known of the
+    occlusion may be given, with the ground that the cache kept then; ``unchanged`` is whether
+    objects may be taken to be where they were when it was filled. InputError if the camera is
+    orthographic and the water differs with depth.
     """
     chosen, cache = plan.settings, cache or Cache()
     surfaces = (chosen.diffuse_shadows or chosen.scene_floor) and has_objects(scene)

@@ -217,16 +217,9 @@ def realtime_water(
 ) -> RealtimeWater:
     """Return the water of a frame, and of a camera at a depth, m.
 
-    Parameters
-    ----------
-    weights : array, shape (3, n)
-        What the channels have per unit radiance of each band.
-    solved : SolvedField, optional
-        Light of the column, if it has been solved already.
-    shafts : bool
-        Whether single scattering is drawn by the froxel volume, with shadows.
-    inputs : FrameInputs, optional
-        What there is in the water; nothing by default.
+    ``weights`` are what the channels have per unit radiance of each band, (3, n); ``solved`` is the
+    light of the column, if it has been solved already; with ``shafts`` single scattering is drawn
+    by the froxel volume, with shadows.
     """
     inputs = inputs or FrameInputs()
     if shafts:

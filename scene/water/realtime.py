@@ -35,31 +35,12 @@ _SHADOW, _WAVY_SHADOW = 0.01, 0.03
 
 
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
-    """Put real-time water into a scene.
+    """Put real-time water into a scene, whose z = 0 is the mean water surface.
 
-    Replaces the world, hides the scene's own lamps, adds sun, floor and the
-    volume of the shafts, and sends every material through the surface group.
-    :func:`.scene_water.remove` takes it out.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene; its z = 0 is the mean water surface.
-    water : RealtimeWater
-        The water of the current frame.
-    extent : WaterExtent
-        Size of the water.
-
-    Returns
-    -------
-    list of str
-        What could not be treated, one line each.
-
-    Raises
-    ------
-    InputError
-        If the scene has water already or is linked from another file, or the water has too
-        many bands.
+    Replaces the world, hides the scene's own lamps, adds sun, floor and the volume of the shafts,
+    and sends every material through the surface group. :func:`.scene_water.remove` takes it out.
+    Returns what could not be treated, one line each. InputError if the scene has water already or
+    is linked from another file, or the water has too many bands.
     """
     scene_water.prepare(scene)
     shape, terms = water.shape, water.inputs.terms
