@@ -11,7 +11,7 @@ from .realtime_air import AirShape
 from .realtime_rays import drawn_place, eye_place, straight_direction
 from .realtime_refracted_view import WindowShape
 from .realtime_values import IN_AIR, INDEX, THROUGH
-from .realtime_waves import WaveImages, numbers_of, water_level
+from .realtime_waves import WaveImages, WaveTables, numbers_of
 from .shape import Shape
 
 NAME = "UW Above the Water"
@@ -33,7 +33,7 @@ def build(
     number = numbers_of(graph, values)
     index = number(INDEX)
     w, (x, y, z) = straight_direction(graph), drawn_place(graph)
-    z = z - water_level(graph, number, images, x, y)
+    z = z if images is None else z - WaveTables(graph, images, number).level(x, y)
     dry = NODES.less(-_UNDER, z)
     out_of_window = 1.0 - is_in_window(w[2], index, NODES)
     seen = 1.0 - graph.term(graph.node("ShaderNodeLightPath").outputs["Is Shadow Ray"])

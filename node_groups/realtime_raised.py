@@ -21,10 +21,10 @@ from .realtime_waves import (
     WAVES_FAR_PER_METRE,
     WAVES_HIGHEST,
     WaveImages,
+    WaveTables,
     images_in,
     new_image,
     numbers_of,
-    raised_at,
 )
 from .shape import Shape, TermShape
 
@@ -102,5 +102,5 @@ def _build_height(values: bpy.types.ShaderNodeTree, images: WaveImages) -> bpy.t
     group = OpenGroup(_HEIGHT_NAME, dict.fromkeys((_X, _Y), FLOAT))
     graph = group.graph
     place = group.given[_X], group.given[_Y]
-    surface = raised_at(graph, numbers_of(graph, values), images, *place)
+    surface = WaveTables(graph, images, numbers_of(graph, values)).raised(*place)
     return group.finished({_HEIGHT: graph.components(surface)[2]})

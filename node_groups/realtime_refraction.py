@@ -37,10 +37,8 @@ from .realtime_waves import (
     SLOPE,
     WAVES_HIGHEST,
     WaveImages,
-    foam_at,
+    WaveTables,
     numbers_of,
-    raised_at,
-    water_level,
 )
 
 NAME = "UW Rays"
@@ -82,8 +80,8 @@ def build(values: bpy.types.ShaderNodeTree, images: WaveImages | None) -> bpy.ty
     _, at_rest, _ = seen_from_air(v, level, n, NODES)
     slopes, foam, normal = None, None, level
     if images is not None:
-        foam = foam_at(graph, number, images, sx, sy)
-        slopes = raised_at(graph, number, images, sx, sy)
+        tables = WaveTables(graph, images, number)
+        foam, slopes = tables.foam(sx, sy), tables.raised(sx, sy)
         normal = surface_normal(*graph.components(slopes)[:2], NODES)
     R, bent, mirrored = seen_from_air(v, normal, n, NODES)
     # A ray into the sky has none in the water; straight down is as good as any.
@@ -128,8 +126,9 @@ def build_refraction_displacement(
     number = numbers_of(graph, values)
     x, y, z = drawn_place(graph)
     cx, cy, cz = (number(name) for name in CAMERA)
-    level = water_level(graph, number, images, x, y)
-    z, cz = z - level, cz - level
+    if images is not None:
+        level = WaveTables(graph, images, number).level(x, y)
+        z, cz = z - level, cz - level
     dx, dy = x - cx, y - cy
     distance = NODES.sqrt(dx * dx + dy * dy)
     if from_air:

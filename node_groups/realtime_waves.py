@@ -36,6 +36,8 @@ from .realtime_values import SUN, SUN_IN_AIR, Values
 from .shape import Shape, TermShape
 from .texture_atlas import number_image, take_as_given, texel
 
+type Numbers = Callable[[str], NodeValue]
+"""Looks a number of UW Values up by its name."""
 SLOPE, FOAM = "Slope", "Foam"
 WAVES_PER_METRE, WAVES_HALF_CELL = "waves per metre", "waves half cell"
 WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL = "long waves per metre", "long waves half cell"
@@ -165,32 +167,24 @@ def numbers(waves: WavePatterns, strength: float) -> dict[str, float]:
 
 
 def sample(
-    graph: Graph,
-    image: bpy.types.Image,
-    x: NodeValue,
-    y: NodeValue,
-    per_metre: NodeValue,
-    half_cell: NodeValue,
+    graph: Graph, image: bpy.types.Image, x: NodeValue, y: NodeValue, scale: tuple[NodeValue, ...]
 ) -> tuple[NodeValue, NodeValue]:
-    """Colour and alpha of a tiled image at a place on the surface."""
+    """Colour and alpha of a tiled image of some scale at a place on the surface."""
     texture = graph.node("ShaderNodeTexImage", image=image, interpolation="Linear")
     texture.extension = "REPEAT"
     take_as_given(texture)
+    per_metre, half_cell = scale
     where = graph.vector(x * per_metre + half_cell, y * per_metre + half_cell, 0.0)
     graph.assign(where, texture.inputs["Vector"])
     return graph.term(texture.outputs["Color"]), graph.term(texture.outputs["Alpha"])
 
 
 def layers_at(
-    graph: Graph,
-    caustics: bpy.types.Image,
-    x: NodeValue,
-    y: NodeValue,
-    per_metre: NodeValue,
-    half_cell: NodeValue,
+    graph: Graph, caustics: bpy.types.Image, x: NodeValue, y: NodeValue, number: Numbers
 ) -> tuple[NodeValue, NodeValue, NodeValue, NodeValue]:
     """Relative sunlight at the depths of the four layers."""
-    colour, alpha = sample(graph, caustics, x, y, per_metre, half_cell)
+    scale = number(WAVES_PER_METRE), number(WAVES_HALF_CELL)
+    colour, alpha = sample(graph, caustics, x, y, scale)
     return (*graph.components(colour), alpha)
 
 
@@ -207,102 +201,76 @@ def caustics_here(
     x, y = (
         NODES.clamp(at, here - reach, here + reach) for at, here in zip((x, y), eye, strict=True)
     )
-    layers = layers_at(graph, caustics, x, y, number(WAVES_PER_METRE), number(WAVES_HALF_CELL))
+    layers = layers_at(graph, caustics, x, y, number)
     position = layer_position(depth, number(WAVES_LOG_DEPTH), number(WAVES_PER_LOG), NODES)
     return pattern_at(depth, position, layers, NODES)
 
 
-def surface_at(
-    graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
-) -> NodeValue:
-    """Slopes of the surface at a place along x and y, and its height where it has any."""
-    return _added(graph, number, (images.slopes, images.far), x, y, filtered=True)
+@dataclass(frozen=True, eq=False)
+class WaveTables:
+    """Look-ups of the images of a moving surface in a node tree, at places x and y on it."""
+
+    graph: Graph
+    images: WaveImages
+    number: Numbers
+
+    def slopes(self, x: NodeValue, y: NodeValue) -> NodeValue:
+        """Slopes of the surface along x and y, and its height where it has any."""
+        return self._added(self.images.slopes, self.images.far, x, y, filtered=True)
+
+    def raised(self, x: NodeValue, y: NodeValue) -> NodeValue:
+        """Return the same, unfiltered where there are heights: places jump between pixels.
+
+        There a software rasteriser filters for ever.
+        """
+        far = self.images.far
+        return self._added(self.images.slopes, far, x, y, filtered=far is None)
+
+    def level(self, x: NodeValue, y: NodeValue) -> NodeValue | float:
+        """Height of the surface over its mean; 0 where it has none."""
+        return 0.0 if self.images.far is None else self.graph.components(self.raised(x, y))[2]
+
+    def foam(self, x: NodeValue, y: NodeValue, *, filtered: bool = False) -> NodeValue | None:
+        """Fraction of fresh foam; None where waves leave none.
+
+        Filtered where places never jump between pixels, see :meth:`raised`.
+        """
+        near, far = self.images.crowding, self.images.far_crowding
+        if near is None or far is None:
+            return None
+        total = self.graph.components(self._added(near, far, x, y, filtered=filtered))[0]
+        return foam_fraction(total, self.number(FOAM_FIRST), self.number(FOAM_PER_CROWDING), NODES)
+
+    def _added(
+        self,
+        near: bpy.types.Image,
+        far: bpy.types.Image | None,
+        x: NodeValue,
+        y: NodeValue,
+        *,
+        filtered: bool,
+    ) -> NodeValue:
+        """Sum of the images of short and of long waves."""
+
+        def found(image: bpy.types.Image, *names: str) -> NodeValue:
+            per_metre, half_cell = scale = tuple(map(self.number, names))
+            if filtered:
+                return sample(self.graph, image, x, y, scale)[0]
+            size = 0.5 / half_cell
+
+            def texels(along: NodeValue) -> NodeValue:
+                turns = along * per_metre + half_cell
+                return (turns - NODES.floor(turns)) * size - 0.5
+
+            return texel(self.graph, image, texels(x), texels(y), size, size, tiled=True)
+
+        short = found(near, WAVES_PER_METRE, WAVES_HALF_CELL)
+        if far is None:
+            return short
+        return short + found(far, WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL)
 
 
-def raised_at(
-    graph: Graph, number: Callable[[str], NodeValue], images: WaveImages, x: NodeValue, y: NodeValue
-) -> NodeValue:
-    """As :func:`surface_at`, unfiltered where there are heights: places jump between pixels.
-
-    There a software rasteriser filters for ever.
-    """
-    filtered = images.far is None
-    return _added(graph, number, (images.slopes, images.far), x, y, filtered=filtered)
-
-
-def water_level(
-    graph: Graph,
-    number: Callable[[str], NodeValue],
-    images: WaveImages | None,
-    x: NodeValue,
-    y: NodeValue,
-) -> NodeValue | float:
-    """Height of the surface at a place over its mean; 0 where it has none."""
-    if images is None or images.far is None:
-        return 0.0
-    return graph.components(raised_at(graph, number, images, x, y))[2]
-
-
-def foam_at(
-    graph: Graph,
-    number: Callable[[str], NodeValue],
-    images: WaveImages,
-    x: NodeValue,
-    y: NodeValue,
-    *,
-    filtered: bool = False,
-) -> NodeValue | None:
-    """Fraction of fresh foam at a place on the surface; None where waves leave none.
-
-    Filtered where places never jump between pixels, see :func:`raised_at`.
-    """
-    if images.crowding is None or images.far_crowding is None:
-        return None
-    both = images.crowding, images.far_crowding
-    total = graph.components(_added(graph, number, both, x, y, filtered=filtered))[0]
-    return foam_fraction(total, number(FOAM_FIRST), number(FOAM_PER_CROWDING), NODES)
-
-
-def _added(
-    graph: Graph,
-    number: Callable[[str], NodeValue],
-    near_and_far: tuple[bpy.types.Image, bpy.types.Image | None],
-    x: NodeValue,
-    y: NodeValue,
-    *,
-    filtered: bool,
-) -> NodeValue:
-    """Sum of the images of short and of long waves at a place."""
-
-    def found(image: bpy.types.Image, *names: str) -> NodeValue:
-        place = x, y, *map(number, names)
-        return sample(graph, image, *place)[0] if filtered else _unfiltered(graph, image, *place)
-
-    near, far = near_and_far
-    short = found(near, WAVES_PER_METRE, WAVES_HALF_CELL)
-    if far is None:
-        return short
-    return short + found(far, WAVES_FAR_PER_METRE, WAVES_FAR_HALF_CELL)
-
-
-def _unfiltered(
-    graph: Graph,
-    image: bpy.types.Image,
-    x: NodeValue,
-    y: NodeValue,
-    per_metre: NodeValue,
-    half_cell: NodeValue,
-) -> NodeValue:
-    size = 0.5 / half_cell
-
-    def texels(along: NodeValue) -> NodeValue:
-        turns = along * per_metre + half_cell
-        return (turns - NODES.floor(turns)) * size - 0.5
-
-    return texel(graph, image, texels(x), texels(y), size, size, tiled=True)
-
-
-def numbers_of(graph: Graph, values: bpy.types.ShaderNodeTree) -> Callable[[str], NodeValue]:
+def numbers_of(graph: Graph, values: bpy.types.ShaderNodeTree) -> Numbers:
     """Return what looks a number of UW Values up by its name."""
     outputs = graph.shared(values)
     return lambda name: graph.term(outputs[name])
@@ -330,8 +298,8 @@ class _WavePixel(TermPixel):
         number, (x, y, z), w = numbers_of(graph, values), pixel.eye, pixel.w
         reach = NODES.maximum(-z, 0.0) / NODES.maximum(w[2], _FLATTEST)
         place = x + w[0] * reach, y + w[1] * reach
-        self._slope = raised_at(graph, number, images, *place)
-        self._foam = foam_at(graph, number, images, *place)
+        tables = WaveTables(graph, images, number)
+        self._slope, self._foam = tables.raised(*place), tables.foam(*place)
 
     @property
     @override

@@ -34,9 +34,8 @@ from .realtime_waves import (
     WAVES_PER_LOG,
     WAVES_PER_METRE,
     WaveImages,
-    foam_at,
+    WaveTables,
     layers_at,
-    surface_at,
 )
 
 NAME = "UW Surface"
@@ -78,12 +77,12 @@ def build(
     clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     seen = glass.outputs[0]
     if images is not None:
-        number = _numbers_of(graph, images)
-        normal, sunlight = _waves(graph, images, number, graph.term(path["Ray Length"]))
+        waves = WaveTables(graph, images, _numbers_of(graph, images).__getitem__)
+        normal, sunlight = _waves(waves, graph.term(path["Ray Length"]))
         graph.assign(normal, glass.inputs["Normal"])
         graph.assign(sunlight, clear.inputs["Color"])
         if images.crowding is not None:
-            seen = _with_foam(graph, images, number, seen, normal)
+            seen = _with_foam(waves, seen, normal)
             material.cycles.emission_sampling = "NONE"
     shown = graph.mixed(path["Is Shadow Ray"], seen, clear.outputs[0])
     graph.tree.links.new(shown, output.inputs["Surface"])
@@ -100,15 +99,12 @@ def _numbers_of(graph: Graph, images: WaveImages) -> dict[str, NodeValue]:
 
 
 def _with_foam(
-    graph: Graph,
-    images: WaveImages,
-    number: Mapping[str, NodeValue],
-    glass: bpy.types.NodeSocket,
-    normal: NodeValue,
+    waves: WaveTables, glass: bpy.types.NodeSocket, normal: NodeValue
 ) -> bpy.types.NodeSocket:
+    graph = waves.graph
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     x, y, _ = graph.components(graph.term(geometry["Position"]))
-    foam = foam_at(graph, number.__getitem__, images, x, y, filtered=True)
+    foam = waves.foam(x, y, filtered=True)
     assert foam is not None, "there are images of the crowding"
     path = graph.node("ShaderNodeLightPath").outputs
     lights = NODES.maximum(
@@ -122,26 +118,23 @@ def _with_foam(
     return graph.mixed((1.0 - lights) * foam, glass, sides)
 
 
-def _waves(
-    graph: Graph, images: WaveImages, number: Mapping[str, NodeValue], ray_length: NodeValue
-) -> tuple[NodeValue, NodeValue]:
+def _waves(waves: WaveTables, ray_length: NodeValue) -> tuple[NodeValue, NodeValue]:
     """Normal of the surface, and what it lets through to a shadow ray of a length."""
-    raised = images.far is not None
-    place = number[WAVES_PER_METRE], number[WAVES_HALF_CELL]
+    graph, number = waves.graph, waves.number
     geometry = graph.node("ShaderNodeNewGeometry").outputs
     x, y, z = graph.components(graph.term(geometry["Position"]))
-    slopes = surface_at(graph, number.__getitem__, images, x, y)
+    slopes = waves.slopes(x, y)
     facing = 1.0 - 2.0 * graph.term(geometry["Backfacing"])
     normal = graph.vector(*surface_normal(*graph.components(slopes)[:2], NODES)) * facing
-    depth = ray_length * number[_SUN_HEIGHT]
-    if raised:
+    depth = ray_length * number(_SUN_HEIGHT)
+    if waves.images.far is not None:
         # Patterns belong to where a straight ray meets the mean level.
         depth = depth - z
-        x, y = x + z * number[_SUN_RUN[0]], y + z * number[_SUN_RUN[1]]
-    position = layer_position(depth, number[WAVES_LOG_DEPTH], number[WAVES_PER_LOG], NODES)
-    layers = layers_at(graph, images.caustics, x, y, *place)
+        x, y = x + z * number(_SUN_RUN[0]), y + z * number(_SUN_RUN[1])
+    position = layer_position(depth, number(WAVES_LOG_DEPTH), number(WAVES_PER_LOG), NODES)
+    layers = layers_at(graph, waves.images.caustics, x, y, number)
     pattern = pattern_at(depth, position, layers, NODES)
-    return normal, sunlight_factor(pattern, number[CAUSTIC_STRENGTH], NODES)
+    return normal, sunlight_factor(pattern, number(CAUSTIC_STRENGTH), NODES)
 
 
 def write(material: bpy.types.Material, numbers: Mapping[str, float], sun: Sequence[float]) -> None:
