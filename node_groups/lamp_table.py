@@ -27,7 +27,7 @@ from ..uw_spectral.water.phase import PhaseFunction
 from . import lamp_images as layout
 from .image_table import ImageTable
 from .lamp_images import LampImages, LampRows
-from .lamp_water import ImageParts, ImageProfile, water_of_lamps
+from .lamp_profiles import ImageParts, ImageProfile, water_of_lamps
 from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import closest

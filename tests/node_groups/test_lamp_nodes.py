@@ -7,7 +7,13 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.node_groups import lamp_images, lamp_table, lamp_visibility, realtime_lamps
+from underwater_spectral.node_groups import (
+    lamp_images,
+    lamp_profiles,
+    lamp_table,
+    lamp_visibility,
+    realtime_lamps,
+)
 from underwater_spectral.node_groups.loops import summed
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
@@ -262,7 +268,7 @@ def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
     def always(graph, count, terms):
         return summed(graph, count if isinstance(count, int) else PARTS, terms)
 
-    monkeypatch.setattr(lamp_table, "summed", always)
+    monkeypatch.setattr(lamp_profiles, "summed", always)
     at = _position(square, tmp_path)
     # Walls at the height of the square's middle keep the light of some from one side of it.
     down, x = -shadow_directions(PART_SIDE)[:, 2], shadow_directions(PART_SIDE)[:, 0]
