@@ -18,7 +18,8 @@ def build_blob(lobes: tuple[ScatteringLobe, ...], index: int, outline: float) ->
     blob = GaussianBlob.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
 
     def density(graph: Graph) -> NodeValue:
-        return blob.density(_own_place(graph), NODES) * _wet(graph)
+        place = graph.components(graph.term(graph.node("ShaderNodeTexCoord").outputs["Object"]))
+        return blob.density(place, NODES) * _wet(graph)
 
     return _named(water_volume.build(lobes, attributes.cloud(index), density))
 
@@ -38,10 +39,6 @@ def build_grid(
 def _named(material: bpy.types.Material) -> bpy.types.Material:
     material.name = NAME
     return material
-
-
-def _own_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
-    return graph.components(graph.term(graph.node("ShaderNodeTexCoord").outputs["Object"]))
 
 
 def _wet(graph: Graph) -> NodeValue:

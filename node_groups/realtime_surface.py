@@ -161,7 +161,8 @@ class _Surface:
         if "reflectance" in wanted:
             found["reflectance"] = self._own.reflectance(self._values)
         if "E" in wanted:
-            found["E"] = self._illumination(sun)
+            E = self._irradiance(self._ray, COLOURS, sun, self._pattern)
+            found["E"] = self._terms.combined(lambda found, term: found + term.irradiance, E)
         return found
 
     def _made_material(self) -> SurfaceMaterial:
@@ -234,11 +235,6 @@ class _Surface:
         drawn = self._at.shaft(reach) * self._given[COVERAGE]
         # The volume has shadows of its own.
         return drawn * self._path_occlusion().single
-
-    def _illumination(self, sun: Operand) -> Operand:
-        """Irradiance on the object with its normal."""
-        E = self._irradiance(self._ray, COLOURS, sun, self._pattern)
-        return self._terms.combined(lambda found, term: found + term.irradiance, E)
 
     def _irradiance(
         self, ray: ChannelWater, white: Sequence[int], sun: Operand, pattern: Operand | None

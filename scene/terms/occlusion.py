@@ -44,9 +44,8 @@ class OcclusionTerm(Term):
             return None
         table = occlusion.table(frame)
         light = table.on_patches(np.tile(frame.eye.place, (len(AXES), 1)), AXES)[:, 0].mean()
-        return cls(
-            table, occlusion.low_stream_field(frame), occlusion.buffer(frame), light < _IN_ROOM
-        )
+        field, buffer = occlusion.low_stream_field(frame), occlusion.buffer(frame)
+        return cls(table, field, buffer, bool(light < _IN_ROOM))
 
     @override
     def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:

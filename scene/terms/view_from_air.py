@@ -63,8 +63,9 @@ class AirTerm(Term):
 
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
-        scene_water.centre_floor(scene, self.view.camera)
         for item in marks.objects(scene):
+            if marks.FLOOR_DEPTH in item:  # its faces are fine in its middle
+                item.location.x, item.location.y = self.view.camera[:2]
             if item.get(marks.IS_SUN):
                 scene_water.turn(item, self._sun(water))
 

@@ -197,13 +197,6 @@ def _place_floor(
         item.location.z = -(depth if own_seabed is not None else seabed.clear_depth(scene, depth))
 
 
-def centre_floor(scene: bpy.types.Scene, camera: Sequence[float]) -> None:
-    """Bring the middle of the added floor, where its faces are fine, below the camera."""
-    for item in marks.objects(scene):
-        if marks.FLOOR_DEPTH in item:
-            item.location.x, item.location.y = camera[:2]
-
-
 def turn(lamp: bpy.types.Object, direction: Iterable[float]) -> None:
     """Let a lamp's light travel along a direction."""
     lamp.rotation_mode = "QUATERNION"
