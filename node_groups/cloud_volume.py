@@ -24,13 +24,11 @@ def build_blob(lobes: tuple[ScatteringLobe, ...], index: int, outline: float) ->
     return _named(water_volume.build(lobes, attributes.cloud(index), density))
 
 
-def build_grid(
-    lobes: tuple[ScatteringLobe, ...], index: int, grid: str = "density"
-) -> bpy.types.Material:
+def build_grid(lobes: tuple[ScatteringLobe, ...], index: int) -> bpy.types.Material:
     """Build the material of an object with a grid of its own."""
 
     def density(graph: Graph) -> NodeValue:
-        node = graph.node("ShaderNodeAttribute", attribute_name=grid)
+        node = graph.node("ShaderNodeAttribute", attribute_name="density")
         return NODES.maximum(graph.term(node.outputs["Factor"]), 0.0) * _wet(graph)
 
     return _named(water_volume.build(lobes, attributes.cloud(index), density))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -75,9 +75,9 @@ class RealtimeWater:
     pictures: bool = False  #: The channels are those of a picture.
     indices_in_water: bool = True  #: Refractive indices of materials are against the water.
 
-    def in_channels(self, channels: Channels, layers: Sequence[str] = ()) -> RealtimeWater:
-        """Return the water in other channels, with layers that are written beside the picture."""
-        return replace(self, channels=channels, layers=tuple(layers))
+    def in_channels(self, channels: Channels) -> RealtimeWater:
+        """Return the water in other channels, without layers."""
+        return replace(self, channels=channels, layers=())
 
     def with_terms(self, *terms: Term) -> RealtimeWater:
         """Return the water with terms, in place of those of their kind."""
