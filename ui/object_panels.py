@@ -54,17 +54,17 @@ class LampsPanel(SectionPanel, bpy.types.Panel):
 
     @override
     def after(self, context: bpy.types.Context) -> None:
-        from ..scene.readers import lamps
+        from ..scene.readers import dark_lamps
 
         column = self.column()
         column.operator_menu_enum("underwater.add_lamps", "rig", icon="LIGHT_SPOT")
-        for item, why in lamps.left_out(context.scene).items():
+        for item, why in dark_lamps.left_out(context.scene).items():
             row = column.row()
             row.active = False
             row.label(text=f"{item.name}: dark here", icon=f"LIGHT_{item.data.type}")
             row.prop(getattr(item.data, stored_lamps.PROPERTY), "in_water", text="Light")
             say(column, sentence(why))
-        for item in lamps.objects_of(context.scene):
+        for item in dark_lamps.objects_of(context.scene):
             light = item.data
             box = column.box().column()
             box.label(text=item.name, icon=f"LIGHT_{light.type}")
@@ -85,5 +85,5 @@ class LampsPanel(SectionPanel, bpy.types.Panel):
                 box.prop(own, "behind_port")
             box.prop(own, "from_above")
             box.prop(item, "visible_camera", text="Itself Seen")
-            for said in lamps.diagnostics(item):
+            for said in dark_lamps.diagnostics(item):
                 say(box, sentence(said))
