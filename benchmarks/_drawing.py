@@ -14,8 +14,8 @@ import bpy
 from ..scene import stored_settings
 from ..scene.engines import eevee_settings, engines, exr_output
 from ..scene.engines.band_engine import Opening, Weights
-from ..scene.readers import cameras, lamp_exposure
-from ..scene.water import lamp_rigs, water_body
+from ..scene.readers import cameras
+from ..scene.water import lamp_rigs, metering, water_body
 from ..settings import render_plan
 from ..settings.scene_settings import REALTIME, Mode, SceneSettings
 
@@ -60,7 +60,7 @@ def drawing(settings: SceneSettings | None, mode: Mode = REALTIME) -> Iterator[D
     depth = cameras.camera_depth(camera, plan.column.floor_depth)
 
     def weights(now: render_plan.RenderPlan) -> Weights:
-        return now.reduction(depth, lamp_exposure.lamplight(scene, camera, now)).weights
+        return now.reduction(depth, metering.lamplight(scene, camera, now)).weights
 
     opening = Opening(
         plan, water_body.water_extent(scene, plan.column, depth), depth, weights(plan),

@@ -15,8 +15,7 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..scene.engines import engines
-from ..scene.readers import lamp_exposure
-from ..scene.water import new_clouds, water_body
+from ..scene.water import metering, new_clouds, water_body
 from ..settings.render_plan import make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.clouds.cloud_light import Clouds, Several
@@ -223,7 +222,7 @@ def compare(case: Case, samples: int, ask: Ask) -> Compared:
     )  # fmt: skip
     camera = place.open()
     plan = place.plan(1)
-    lit = lamp_exposure.lamplight(bpy.context.scene, camera, plan) if case.watts else None
+    lit = metering.lamplight(bpy.context.scene, camera, plan) if case.watts else None
     develop = plan.reduction(_DEPTH, lit).apply
     halves = [develop(x) for x in ask.kept(place.name, lambda: place.by_cycles(camera))]
     return Compared(np.stack(halves), {"bands": develop(place.by_eevee(camera))}, case.block)

@@ -12,8 +12,8 @@ import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..scene.readers import lamp_exposure
 from ..scene.readers.lamps import plan_lamps
+from ..scene.water import metering
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.water.phase import BandPhase
@@ -128,7 +128,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
     for place in places(ask.folder)[: ask.places]:
         camera = place.open()
         plan = place.plan(1)
-        lit = lamp_exposure.lamplight(bpy.context.scene, camera, plan)
+        lit = metering.lamplight(bpy.context.scene, camera, plan)
         develop = plan.reduction(depth_of(camera), lit).apply
         eevee = place.by_eevee(camera)
         halves = ask.kept(place.name, lambda p=place, c=camera: _halves(p, c))

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.engines import engines
-from ..scene.readers import cameras, lamp_exposure
+from ..scene.readers import cameras
 from ..scene.readers.ray_casting import Meshes
-from ..scene.water import water_body
+from ..scene.water import metering, water_body
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
 from ._lamp_scenes import LitPlace, add_lamp, sand_room
@@ -82,7 +82,7 @@ def moved(frames: int) -> Moved:
     plan, depth = place.plan(_SAMPLES, bands=_BANDS), -camera.matrix_world.translation.z
     extent = water_body.water_extent(scene, plan.column, depth)
     scene.frame_set(frames // 2)
-    weights = plan.reduction(depth, lamp_exposure.lamplight(scene, camera, plan)).weights
+    weights = plan.reduction(depth, metering.lamplight(scene, camera, plan)).weights
     origins, ways = cameras.ray_arrays(scene, camera, *_SIZE)
     meshes = Meshes(bpy.context.evaluated_depsgraph_get(), (), "camera")
     met = meshes.first(origins, ways, np.full(len(ways), np.inf))

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from ..scene.engines import engines
 from ..scene.engines.band_engine import BandEngine
-from ..scene.readers import lamp_exposure
 from ..scene.terms.particles import particles_of
-from ..scene.water import lamp_rigs, water_body
+from ..scene.water import lamp_rigs, metering, water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance, metered_stops, srgb_encode
@@ -109,7 +108,7 @@ def _looked(
     none = dict.fromkeys((*KINDS, "snow_of_water"), 0.0)
     bare = replace(look, changes={**look.changes, **none}).plan(samples)
     extent = water_body.water_extent(scene, plan.column, DEPTH)
-    weights = plan.reduction(DEPTH, lamp_exposure.lamplight(scene, camera, plan), 0.0).weights
+    weights = plan.reduction(DEPTH, metering.lamplight(scene, camera, plan), 0.0).weights
     if look.engine == "realtime":
         opened = engines.eevee_realtime(scene, camera, plan, extent, DEPTH)
     else:

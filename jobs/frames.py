@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..quality.methods import method_of
 from ..scene.engines import port_look
-from ..scene.readers import cameras, clouds, lamp_exposure, lamp_records
+from ..scene.readers import cameras, clouds, lamp_records
 from ..scene.readers.pinhole import require_pinhole
 from ..scene.water import metering
 from ..scene.water.water_body import SceneReach, reach_of, scene_reach
@@ -91,7 +91,7 @@ def _resolved(
         receptor_pictures.require_bands(plan, method_of(job.engine, job.mode))
         for camera, depth in zip(seen_by, depths, strict=True):
             port_look.look_of(scene, camera, plan, depth)
-        lit = tuple(lamp_exposure.lamplight(scene, camera, plan) for camera in seen_by)
+        lit = tuple(metering.lamplight(scene, camera, plan) for camera in seen_by)
         eyes = tuple(cameras.eye_of(camera) for camera in seen_by)
         stops = metering.metered(scene, seen_by[0], plan, depths[0], lit[0])
         shining, floating = lamp_records.records(scene), clouds.records(scene)

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...settings.render_plan import RenderPlan
-from ..readers import cameras, lamp_exposure
+from ..readers import cameras
 from ..terms.eevee_water import eevee_water
 from ..terms.fluorescence import FluorescenceTerm
 from ..terms.planar_views import ReflectionTerm, WindowTerm
 from ..terms.waves import with_waves
+from ..water import metering
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
 from ..water.scene_frame import Eye
@@ -59,11 +60,11 @@ class EeveeFrames:
 
     def weights(self, now: RenderPlan, depth: float) -> NDArray[np.float64]:
         """Linear RGB per unit radiance of each band in the light that the camera sees, (3, n)."""
-        return now.reduction(depth, lamp_exposure.lamplight(self.scene, self.camera, now)).weights
+        return now.reduction(depth, metering.lamplight(self.scene, self.camera, now)).weights
 
     def white_light(self, now: RenderPlan, depth: float) -> NDArray[np.float64]:
         """Irradiance that makes white what is as bright as white that fluoresces, (n,)."""
-        lit = lamp_exposure.lamplight(self.scene, self.camera, now)
+        lit = metering.lamplight(self.scene, self.camera, now)
         light = now.viewpoint(depth, lamplight=lit).light
         glowing = self.water(now, depth).term(FluorescenceTerm)
         return light if glowing is None else glowing.objects.brightened(light, now.bands)

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any, Self, override
 
 import bpy
-import numpy as np
 
 from ...node_groups import realtime_adjacency, realtime_occlusion
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
-from ...uw_spectral.occlusion.unoccluded_field import AXES
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
 from ...uw_spectral.transfer.band_spectra import OcclusionSpectrum
 from ...uw_spectral.transfer.pixel_parts import COLOURS
@@ -24,8 +22,6 @@ from ..water.frame_water import FLOOR, RealtimeWater
 from ..water.scene_frame import SceneFrame
 from ..water.term import Term
 from . import scene_occlusion as occlusion
-
-_IN_ROOM = 0.35  # of the light of open water
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +39,8 @@ class OcclusionTerm(Term):
         if not occlusion.has_occlusion(frame.scene, frame.plan):
             return None
         table = occlusion.table(frame)
-        light = table.on_patches(np.tile(frame.eye.place, (len(AXES), 1)), AXES)[:, 0].mean()
         field, buffer = occlusion.low_stream_field(frame), occlusion.buffer(frame)
-        return cls(table, field, buffer, bool(light < _IN_ROOM))
+        return cls(table, field, buffer, occlusion.is_in_room(table, frame.eye.place))
 
     @override
     def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import bpy
+import numpy as np
 
 from ...settings.render_plan import RenderPlan, plan_of
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
+from ...uw_spectral.occlusion.unoccluded_field import AXES
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer, empty_buffer
 from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ...uw_spectral.transfer.solved_field import SolvedField
-from ..readers import lamp_exposure
 from ..readers.filled_view import filled_view
 from ..readers.surroundings import Surroundings, has_objects
-from ..water import continued_seabed, occlusion
+from ..water import continued_seabed, metering, occlusion
 from ..water.scene_frame import SceneFrame
+
+_IN_ROOM = 0.35  # of the light of open water
 
 
 def has_occlusion(scene: bpy.types.Scene, plan: RenderPlan) -> bool:
@@ -27,6 +32,11 @@ def table(frame: SceneFrame) -> OcclusionTable:
         return table_of(frame, frame.around)
     assert frame.occluded is not None, "there was no look around"
     return frame.occluded
+
+
+def is_in_room(table: OcclusionTable, place: Sequence[float]) -> bool:
+    """Whether little light reaches a place, m."""
+    return bool(table.on_patches(np.tile(place, (len(AXES), 1)), AXES)[:, 0].mean() < _IN_ROOM)
 
 
 def low_stream_field(frame: SceneFrame) -> SolvedField:
@@ -53,7 +63,7 @@ def table_of(frame: SceneFrame, around: Surroundings) -> OcclusionTable:
     some = plan if few == plan.settings else plan_of(few)
     solved = continued_seabed.over(some, cache.ground).solved_field(TABLE_STREAMS)
     # What the sensor sees decides, in band passes too, so that they agree.
-    lit = lamp_exposure.lamplight(frame.scene, eye.camera, some, eye.lit_places)
+    lit = metering.lamplight(frame.scene, eye.camera, some, eye.lit_places)
     seen = some.reduction(eye.depth, lit).weights
     table = occlusion.table_of(around, some.bands, solved, seen, eye.depth, cache)
     return table.on(some.bands.centres, plan.bands.centres)

@@ -14,7 +14,7 @@ from ...settings.render_plan import RenderPlan, plan_of, quiet
 from ...settings.scene_settings import BY_PICTURE, REALTIME, SceneSettings
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
 from .. import stored_settings
-from ..readers import cameras, lamp_exposure
+from ..readers import cameras
 from ..session import SESSION, STALE
 from ..terms.eevee_water import eevee_water
 from ..terms.occlusion import OcclusionTerm
@@ -56,9 +56,9 @@ def live_water(
     camera = cameras.camera_of(scene)
     last = KNOWN.get(scene.session_uid)
     known = last if hasty else None
-    seen = lamp_exposure.lit_places(scene, camera) if known is None else known.lit
+    seen = metering.lit_places(scene, camera) if known is None else known.lit
     with quiet():
-        lit = lamp_exposure.lamplight(scene, camera, plan, seen)
+        lit = metering.lamplight(scene, camera, plan, seen)
         stops = _exposure(scene, plan, depth, lit, hasty=hasty)
         weights = plan.reduction(depth, lit, stops).weights
         cache = last.cache if last else Cache()

@@ -12,9 +12,9 @@ from underwater_spectral.node_groups.node_mathematics import MARK
 from underwater_spectral.node_groups.realtime_fluorescence import FluorescenceShape
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.materials import fluorescence
-from underwater_spectral.scene.readers import lamp_exposure, lamps
+from underwater_spectral.scene.readers import lamps
 from underwater_spectral.scene.terms.eevee_water import eevee_water
-from underwater_spectral.scene.water import realtime, scene_water, water_body
+from underwater_spectral.scene.water import metering, realtime, scene_water, water_body
 from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
@@ -147,7 +147,7 @@ def _errors(scene, plan, folder, name, E, *, by_band):
     added = glowing - _picture(scene, plan, folder, by_band=by_band)
     wanted = _wanted(plan, parse_fluorophore(name), E)
     if not by_band:
-        lit = lamp_exposure.lamplight(scene, scene.camera, plan)
+        lit = metering.lamplight(scene, scene.camera, plan)
         wanted = wanted @ plan.reduction(DEPTH, lit).weights.T
         return np.abs(added - wanted) / np.abs(wanted).max()
     shown = np.abs(wanted).max(axis=(0, 1)) > 1e-2 * np.abs(wanted).max()

@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.jobs import command_line, planning
 from underwater_spectral.node_groups import realtime_tables
 from underwater_spectral.scene import marks, stored_settings
-from underwater_spectral.scene.readers import cameras, lamp_exposure
+from underwater_spectral.scene.readers import cameras
 from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import metering
@@ -111,7 +111,7 @@ def test_at_night_lamps_are_metered_and_nothing_is_no_error():
     bpy.context.scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
     scene = bpy.context.scene
-    lit = lamp_exposure.lamplight(scene, scene.camera, plan_of(dark))
+    lit = metering.lamplight(scene, scene.camera, plan_of(dark))
     weak = _stops(dark, lit)
     light.energy = 40.0
     bpy.context.view_layer.update()
