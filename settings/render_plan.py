@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
+from ..uw_spectral.lamps.inelastic_source import LampExcitation, lamp_excitation
+from ..uw_spectral.lamps.lamp_harmonics import Harmonics
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
@@ -84,6 +86,14 @@ class RenderPlan(ResolvedOptics):
         """Return the water at a depth in m as light of lamps meets it."""
         here = self.column.layer_at(depth, self.phase)
         return lamp_water(here.absorption, here.scattering, here.phase)
+
+    def lamp_excitation(self) -> LampExcitation | None:
+        """Return what lamps excite in the water; None if nothing changes the wavelength."""
+        if self.excitation is None:
+            return None
+        column, phase = self.excitation.column, self.excitation.phase
+        water = Harmonics(column.absorption, column.scattering, phase)
+        return lamp_excitation(self.excitation.processes, column.bands, self.bands, water)
 
     def over_ground(self, depth: float, colour: Sequence[float]) -> RenderPlan:
         """Return the plan over a ground of the scene's own, if it is wanted and no floor is added.

@@ -30,7 +30,7 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,7 @@ from .lamp_surface import (
     forward_fraction,
     patch_past_lamp,
 )
-from .multiple_scattering import LampWater, light_along
+from .multiple_scattering import InelasticLight, LampWater, inelastic_along, light_along
 from .representative_bands import COUNT
 
 Array = NDArray[np.float64]
@@ -82,6 +82,17 @@ def along_path(stretch: Operand) -> tuple[Axis]:
 
 
 @dataclass(frozen=True, eq=False)
+class InelasticLamp:
+    """Light of changed wavelength that a lamp makes in the water, of three bands of its own."""
+
+    source: Table  #: Of :func:`.inelastic_source`.
+    #: Of :func:`.straight_emission` and :func:`.absorption_left`, (3, LENGTHS, 3).
+    made: Array
+    #: S of these, by the way to the camera, but for the scattering there, (3, LENGTHS, 3).
+    arriving: Array
+
+
+@dataclass(frozen=True, eq=False)
 class ChannelLamp:
     """The tables of a lamp.
 
@@ -100,6 +111,8 @@ class ChannelLamp:
         S, of the three bands for light on objects; its channels are what excites fluorophores.
     floating : array, shape (FLOATING, FLOATING, 3), or (0, FLOATING, 3)
         Of light on what floats in the water: see :meth:`ChannelLight.floating_at`.
+    inelastic : InelasticLamp, optional
+        Light of changed wavelength that it makes.
     """
 
     scattered: Array
@@ -108,6 +121,7 @@ class ChannelLamp:
     coloured: Array
     exciting: Array
     floating: Array
+    inelastic: InelasticLamp | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,6 +167,10 @@ class ChannelLight:
         """
         assert self.floating is not None, "there are clouds"
         return self.floating.at(wet=wet, s=s)
+
+    def arriving_by(self, arriving: Sequence[Lookup]) -> ChannelLight:
+        """Return other light in the water, by the tables of what arrives of it."""
+        return replace(self, in_water=arriving)
 
     def along(
         self,
@@ -302,9 +320,13 @@ class LampChannels:
     ) -> Array:
         """Radiance of the lamps along rays, as of :func:`.ray_past_lamp`, shape (..., 3)."""
         total = np.zeros(3)
-        for lamp, light in self.lights():
+        for (lamp, light), projected in zip(self.lights(), self.projected, strict=True):
             ray = ray_past_lamp(lamp, origin, w, P, before_surface=before_surface)
             total = total + light.along(lamp, ray)
+            if (changed := projected.inelastic) is not None:
+                made = InelasticLight(changed.source, *self._rows(changed.made))
+                seen = light.arriving_by(self._rows(changed.arriving))
+                total = total + inelastic_along(lamp, ray, made, seen)
         return total
 
     def lights(self) -> Iterator[tuple[Lamp, ChannelLight]]:

@@ -28,7 +28,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..content import ComparedByContent
 from ..mathematics import Operand
@@ -84,6 +84,12 @@ class Harmonics(ComparedByContent):
         """Return what is enough for the irradiance of patches, whose cosine is smooth."""
         return replace(self, degrees=min(self.degrees, _FEW_DEGREES), beyond=BEYOND)
 
+    def of_bands(self, indices: ArrayLike) -> Harmonics:
+        """Return it in some of the bands."""
+        chosen = np.asarray(indices, dtype=int)
+        phase = BandPhase(self.phase.components, np.asarray(self.phase.weights)[:, chosen])
+        return replace(self, a=self.a[chosen], b=self.b[chosen], phase=phase)
+
     @property
     def moments(self) -> Array:
         """Of what is scattered, shape (l, n)."""
@@ -114,15 +120,8 @@ class Harmonics(ComparedByContent):
         ``turns`` are angles θ, rad; ``degrees`` the highest order m. The profile is blurred: the
         higher, the less of it rings on the lamp's dark side.
         """
-        highest = self.degrees
-        # Blurred as far as the harmonics go, or what is beyond them would ring.
-        fading = np.exp(-blur * (np.arange(highest + 1.0) / highest) ** 2)
-        moments = 4.0 * math.pi * profile_moments(profile)[: highest + 1] * fading
         orders = AROUND if degrees is None else degrees + 1
-        on_axis = on_sphere(np.cos(turns), highest)[:orders]
-        return np.einsum(
-            "rmljn,j,mjt->rtmln", self.radial[:, :orders], moments, on_axis, optimize=True
-        )
+        return round_axis(self.radial[:, :orders], profile, turns, blur)
 
     @property
     def extinction(self) -> Array:
@@ -130,27 +129,53 @@ class Harmonics(ComparedByContent):
         return np.maximum(self.a + self.b * self.moments[0], _CLEAREST)
 
 
+def round_axis(radial: Array, profile: LampProfile, turns: Array, blur: float = 1.0) -> Array:
+    """Coefficients round a lamp, (ROWS, turns, m, l, n), of those (ROWS, m, l, j, n) at distances.
+
+    See :meth:`Harmonics.around`.
+    """
+    orders, highest = radial.shape[1], radial.shape[3] - 1
+    # Blurred as far as the harmonics go, or what is beyond them would ring.
+    fading = np.exp(-blur * (np.arange(highest + 1.0) / highest) ** 2)
+    moments = 4.0 * math.pi * profile_moments(profile)[: highest + 1] * fading
+    on_axis = on_sphere(np.cos(turns), highest)[:orders]
+    return np.einsum("rmljn,j,mjt->rtmln", radial, moments, on_axis, optimize=True)
+
+
 @functools.lru_cache(maxsize=8)
 def _radial(field: Harmonics) -> Array:
-    highest = field.degrees
-    turned, hankel = _turned(highest), _hankel(highest)
-    waves = _waves() * field.scale
-    found = []
+    waves, found = wave_numbers(field.scale), []
     for a, c, b in zip(field.a, field.extinction, field.scattering.T, strict=True):
-        solved = np.stack([_solved(order, float(c), b, waves) for order in range(highest + 1)])
-        rows = []
-        for degree, turn in enumerate(turned):
-            # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).
-            by_wave = turn.astype(np.float64) @ np.moveaxis(solved[:, :, degree], 2, 0)
-            by_wave = by_wave.reshape(highest + 1, AROUND, -1)
-            row = np.empty((highest + 1, AROUND, ROWS))
-            for parity in range(2):
-                of_parity = slice((degree + parity) % 2, None, 2)
-                row[of_parity] = by_wave[of_parity] @ hankel[parity]
-            rows.append(row)
-        by_row = np.einsum("ljmr->rmlj", np.stack(rows))
+        orders = range(field.degrees + 1)
+        solved = np.stack([scattered_waves(m, float(c), b, waves) for m in orders])
+        by_row = at_distances(solved, field.scale)
         found.append(_continued(by_row, float(a) * field.distances))
-    return np.stack(found, axis=-1) * field.scale**3
+    return np.stack(found, axis=-1)
+
+
+def at_distances(waves: Array, scale: float) -> Array:
+    """Coefficients at the distances of a scale, shape (ROWS, m, l, j).
+
+    Of amplitudes of waves of :func:`wave_numbers`, shape (m', k, l, j); orders that are not given
+    are none.
+    """
+    orders, count = len(waves), waves.shape[-1]
+    hankel, rows = _hankel(count - 1), []
+    for degree, turn in enumerate(_turned(count - 1)):
+        # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).
+        by_wave = turn[..., :orders].astype(np.float64) @ np.moveaxis(waves[:, :, degree], 2, 0)
+        by_wave = by_wave.reshape(count, AROUND, -1)
+        row = np.empty((count, AROUND, ROWS))
+        for parity in range(2):
+            of_parity = slice((degree + parity) % 2, None, 2)
+            row[of_parity] = by_wave[of_parity] @ hankel[parity]
+        rows.append(row)
+    return np.einsum("ljmr->rmlj", np.stack(rows)) * scale**3
+
+
+def wave_numbers(scale: float) -> Array:
+    """Return the wave numbers in which solutions are tabulated, 1/m, for an extinction, 1/m."""
+    return _waves() * scale
 
 
 def _continued(rows: Array, absorbed: Array) -> Array:
@@ -165,17 +190,23 @@ def _continued(rows: Array, absorbed: Array) -> Array:
     return rows * np.broadcast_to(left, ROWS)[:, None, None, None]
 
 
-def _solved(order: int, c: float, scattering: Array, waves: Array) -> Array:
-    """Radiance of what was scattered, of waves along z, shape (k, l, j).
+def scattered_waves(m: int, c: float, scattering: Array, waves: Array) -> Array:
+    """Radiance of what was scattered, of waves along z of the order m, shape (k, l, j).
 
     Times i^(l - j) it is the amplitude of the degree l for a source of the degree j.
     """
-    b, count = scattering[order:], len(scattering)
-    beside = [math.sqrt(_coupled(degree, order)) for degree in range(order + 1, count)]
-    ends = _closure(order, count, c, waves)
-    single = b[:, None] * _inverse(np.full(len(b), c), beside, ends, waves, np.eye(len(b)))
+    unscattered = radiance_of(m, c, 0.0 * scattering, waves, np.eye(len(scattering)))
+    return radiance_of(m, c, scattering, waves, scattering[:, None] * unscattered)
+
+
+def radiance_of(m: int, c: float, scattering: Array, waves: Array, sources: Array) -> Array:
+    """Radiance of waves along z that come from sources, both of the shape (k, l, j)."""
+    b, count = scattering[m:], len(scattering)
+    beside = [math.sqrt(_coupled(degree, m)) for degree in range(m + 1, count)]
+    ends = _closure(m, count, c, waves)
     found = np.zeros((len(waves), count, count))
-    found[:, order:, order:] = _inverse(c - b, beside, ends, waves, single)
+    given = sources[..., m:, m:]
+    found[:, m:, m:] = _inverse(c - b, beside, ends, waves, given)
     return _without_tiny(found)
 
 

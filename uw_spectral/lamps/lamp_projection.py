@@ -6,12 +6,20 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..content import constant
 from ..occlusion.point_spread import within_outline
 from ..transfer.channels import Channels
+from .inelastic_source import (
+    LampExcitation,
+    absorption_left,
+    inelastic_source,
+    straight_emission,
+)
 from .lamp import Lamp
 from .lamp_channels import (
     FARTHEST,
@@ -20,6 +28,7 @@ from .lamp_channels import (
     LENGTHS,
     Array,
     ChannelLamp,
+    InelasticLamp,
     LampChannels,
     SurfaceLight,
     bands_of,
@@ -29,7 +38,7 @@ from .lamp_surface import (
     arriving_light,
 )
 from .multiple_scattering import LampField, LampWater
-from .profile import SpotProfile
+from .profile import LampProfile, SpotProfile
 from .representative_bands import RepresentativeBands, representative_bands
 from .scattered_source import source_seen, source_table
 from .soft_shadow import soft_map
@@ -43,6 +52,8 @@ _OFF_AXIS = (1.0, 0.8, 0.5, -0.2)  # in the beam and beside it
 _TILTS = (1.0, 0.3)
 _HALF_DEFLECTIONS = (0.01, 0.05, 0.1, 0.3, 0.6, 0.9, 1.2)
 _NEAR = _DISTANCES[:-1]  # from where light that is turned is seen
+_FEW_DEGREES = 10
+_LARGEST = 60.0  # exponent in single precision
 _CANDIDATES = 721  # cosines from the axis
 _TYPICAL = Lamp((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, SpotProfile(math.radians(60.0), 0.5))
 
@@ -56,6 +67,7 @@ def project_lamps(
     exciting: ArrayLike = (),
     *,
     clouds: float = 0.0,
+    excited: Sequence[LampExcitation] = (),
 ) -> LampChannels:
     """Project the light of lamps into channels.
 
@@ -70,6 +82,8 @@ def project_lamps(
         Weights of bands by which fluorophores are excited.
     clouds : float
         About how large clouds in the water are, as their standard deviation, m; 0 without.
+    excited : sequence of LampExcitation
+        What each of the first lamps excites in the water.
     """
     spectra = np.asarray(measured, dtype=np.float64).reshape(-1, len(water.a))
     intensities = [np.broadcast_to(lamp.intensity, water.a.shape) for lamp in lamps]
@@ -87,7 +101,9 @@ def project_lamps(
     lengths = stretch * fraction / np.maximum(1.0 - fraction, stretch / FARTHEST)
     reflectances = np.concatenate([channels.reflectance.T, spectra])
 
-    def projected(lamp: Lamp, intensity: Array, water: LampWater) -> ChannelLamp:
+    def projected(
+        lamp: Lamp, intensity: Array, water: LampWater, excited: LampExcitation | None
+    ) -> ChannelLamp:
         passed = np.exp(-lengths[:, None] * water.a)
         unscattered = np.exp(-lengths[:, None] * water.c)
         single = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
@@ -99,6 +115,7 @@ def project_lamps(
             channels.project(intensity * coloured),
             exciting_on_surfaces(intensity * passed),
             on_floating(lamp, intensity, water),
+            excited and _inelastic(excited, lamp.profile, water, three, channels, lengths),
         )
 
     def exciting_on_surfaces(light: Array) -> Array:
@@ -119,15 +136,59 @@ def project_lamps(
 
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
+    exciters = [*excited, *[None] * (len(lamps) - len(excited))]
     return LampChannels(
         tuple(_softly_shadowed(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps),
-        tuple(itertools.starmap(projected, zip(lamps, intensities, waters, strict=True))),
+        tuple(itertools.starmap(projected, zip(lamps, intensities, waters, exciters, strict=True))),
         three,
         three_on_surfaces,
         water.phase.components,
         len(spectra),
         stretch,
     )
+
+
+def _inelastic(
+    excited: LampExcitation,
+    profile: LampProfile,
+    water: LampWater,
+    three: LampWater,
+    channels: Channels,
+    lengths: Array,
+) -> InelasticLamp | None:
+    """Project the light of changed wavelength that a lamp makes; None if it makes none.
+
+    It is looked up with the rows of the bands ``three`` of the water, and what these scatter on the
+    way to the camera.
+    """
+    power = float(excited.matrices.sum())
+    if power <= 0.0:
+        return None
+    # Of a lamp that only changes its brightness all is known already.
+    even = replace(excited, matrices=constant(np.round(excited.matrices / power, 9)))
+    assert isinstance(water.field, LampField)
+    assert isinstance(three.field, LampField)
+    seen, scale = water.field.harmonics, three.field.harmonics.scale
+    half, r, t, cosine = _places(_HALF_DEFLECTIONS, _NEAR, _NEAR, _OFF_AXIS)
+    bent = np.cos(2.0 * half)
+    # Few harmonics tell how bands differ.
+    few = replace(even, water=replace(even.water, degrees=_FEW_DEGREES))
+    source = inelastic_source(few, _TYPICAL.profile, replace(seen, degrees=_FEW_DEGREES), scale)
+    values = source_seen(source, r, cosine, bent, cosine * bent) / r
+    values = values * absorption_left(few, r[:, 0])
+    straight = straight_emission(even, r[:, 0]).sum(axis=0) / (4.0 * math.pi * r * r)
+    values = values + straight * _TYPICAL.profile.value(cosine)
+    light = np.abs(channels.weights).sum(axis=0) * np.exp(-t * (water.a + water.wide))
+    bands = representative_bands(values, light)
+    three_even = even.of_bands(bands.indices)
+    source = inelastic_source(three_even, profile, seen.of_bands(bands.indices), scale)
+    # Looked up where the three bands of the water are scattered on the way.
+    left = three.wide[:, None, None] - (water.a + water.wide)
+    passed = np.exp(np.minimum(lengths[:, None] * left, _LARGEST))
+    arriving = channels.project(power * bands.fractions[:, None, :] * passed)
+    left = absorption_left(three_even, lengths)[None]
+    made = np.concatenate([straight_emission(three_even, lengths), left])
+    return InelasticLamp(source, made, arriving)
 
 
 def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:

@@ -36,7 +36,9 @@ from ..content import ComparedByContent
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..table import Lookup, Table
+from ..water.inelastic_processes import RAMAN_PHASE
 from ..water.phase import BandPhase, Mixture
+from ..water.phase_functions import PER_SPHERE
 from .angular_spread import Spread, WaterSpread
 from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp, RayPastLamp
@@ -98,9 +100,9 @@ class LampWater:
 
     def of_bands(self, indices: ArrayLike) -> LampWater:
         """Return the water in some of the bands."""
-        chosen = np.asarray(indices, dtype=int)
-        phase = BandPhase(self.phase.components, np.asarray(self.phase.weights)[:, chosen])
-        return lamp_water(self.a[chosen], self.b[chosen], phase)
+        assert isinstance(self.field, LampField)
+        few = self.field.harmonics.of_bands(indices)
+        return lamp_water(few.a, few.b, few.phase)
 
     def astype(self, dtype: DTypeLike) -> LampWater:
         """Return the numbers in another floating-point precision."""
@@ -140,8 +142,8 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
     )
 
 
-class LampSpectrum(Protocol):
-    """The light of a lamp over wavelengths, as sums along rays take it.
+class ArrivingSpectrum(Protocol):
+    """What absorption leaves of light over wavelengths.
 
     Its own bands, or a few functionals of them.
     """
@@ -151,12 +153,16 @@ class LampSpectrum(Protocol):
         """Water of the bands that the angles of scattered light are computed for."""
         ...
 
-    def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Return its light scattered once over a length, by the squared sine of half the angle."""
-        ...
-
     def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return what absorption over a length leaves of its light, of which bands have so much."""
+        ...
+
+
+class LampSpectrum(ArrivingSpectrum, Protocol):
+    """The light of a lamp over wavelengths, as sums along rays take it."""
+
+    def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Return its light scattered once over a length, by the squared sine of half the angle."""
         ...
 
 
@@ -226,33 +232,108 @@ def _turned(
     integrate: Quadrature,
     transmittance: Transmittance | None,
 ) -> Operand:
-    """Radiance of light that was scattered already when it is scattered into the ray.
+    """Radiance of light that was scattered already when it is scattered into the ray."""
+    source = light.water.field.source(lamp.profile)
 
-    The integral is taken over u = asinh(s/h), s from the point nearest to the lamp: ds is r du.
+    def of_place(at: _SourcePlace) -> Operand:
+        leg = lamp.wet(at.r, at.where[2], m)
+        # Scattered as on the leg in the water, and as faint as at r.
+        lit = at.lit * leg / at.r if lamp.shines_in else at.lit
+        seen = source_seen(source, leg, at.turned, at.bent, at.off_axis, m)
+        arriving = light.arriving(seen * (lit * at.left), leg + at.t, m)
+        return arriving if transmittance is None else arriving * transmittance(at.along, at.where)
+
+    return _along_source(lamp, ray, part, light.water, m, integrate, of_place)
+
+
+@dataclass(frozen=True, eq=False)
+class InelasticLight:
+    """Light of changed wavelength round a lamp, of arrays or in a node tree."""
+
+    source: Lookup  #: Of :func:`.inelastic_source`.
+    #: Over the length: of :func:`.straight_emission` and :func:`.absorption_left`.
+    even: Lookup
+    raman: Lookup
+    absorbed: Lookup
+
+
+def inelastic_along(
+    lamp: Lamp,
+    ray: RayPastLamp,
+    inelastic: InelasticLight,
+    light: ArrivingSpectrum,
+    m: Mathematics = NUMPY,
+    integrate: Quadrature | None = None,
+) -> Operand:
+    """Radiance of light along a ray that has changed its wavelength (:mod:`.inelastic_source`).
+
+    Of ``light`` the absorption on the way to the camera is read, and the water.
     """
-    water = light.water
-    source, off_axis = water.field.source(lamp.profile), 0.0 - ray.along
+    part, integrate = lit_part(lamp, ray, m), integrate or nodes_for(lamp)
+    wide = light.water.wide
+
+    def straight(place: Operand, fraction: Operand) -> tuple[Operand]:
+        node = path_node(lamp, ray, part, place, fraction, m)
+        leg, t = lamp.wet(node.distance, node.where[2], m), m.maximum(ray.t0 + node.s, 0.0)
+        raman = inelastic.raman.at(length=leg) * RAMAN_PHASE.per_steradian(node.s2, m)
+        seen = (inelastic.even.at(length=leg) * PER_SPHERE + raman) * m.exp(0.0 - wide * t)
+        return (light.arriving(seen * node.weight, t, m),)
+
+    def of_place(at: _SourcePlace) -> Operand:
+        leg = lamp.wet(at.r, at.where[2], m)
+        lit = at.lit * leg / at.r if lamp.shines_in else at.lit
+        seen = source_seen(inelastic.source, leg, at.turned, at.bent, at.off_axis, m)
+        return light.arriving(seen * inelastic.absorbed.at(length=leg) * (lit * at.left), at.t, m)
+
+    turned = _along_source(lamp, ray, part, light.water, m, integrate, of_place)
+    return integrate(NODES, straight)[0] + turned
+
+
+@dataclass(frozen=True, eq=False)
+class _SourcePlace:
+    """A place on a ray where a source adds light."""
+
+    r: Operand  #: Distance from the lamp, m.
+    t: Operand  #: Distance from the camera, m, not negative.
+    along: Operand  #: The same, as transmittances have it.
+    where: Sequence[Operand]  #: The place as the lamp sees it, m.
+    #: Cosines of :func:`.source_seen`.
+    turned: Operand
+    bent: Operand
+    off_axis: Operand
+    lit: Operand  #: Fraction of its light that objects leave,
+    left: Operand  #: and what scattering leaves on the way to the camera, with its weight.
+
+
+def _along_source(
+    lamp: Lamp,
+    ray: RayPastLamp,
+    part: LitPart,
+    water: LampWater,
+    m: Mathematics,
+    integrate: Quadrature,
+    of_place: Callable[[_SourcePlace], Operand],
+) -> Operand:
+    """Integral along a ray of a source times the distance from the lamp.
+
+    It is taken over u = asinh(s/h), s from the point nearest to the lamp: ds is r du.
+    """
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
     first, stop = (asinh(s, ray.h, m) for s in (ray.first, last))
     width = m.maximum(stop - first, 0.0)
 
-    def of_place(place: Operand, fraction: Operand) -> tuple[Operand]:
+    def term(place: Operand, fraction: Operand) -> tuple[Operand]:
         grown = m.exp(first + width * place)
         s, r = ray.h * (grown - 1.0 / grown) / 2.0, ray.h * (grown + 1.0 / grown) / 2.0
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
         where = ray.place(s)
         lit = _source_lit(lamp, ray, part, (s, r, where), m)
-        leg = lamp.wet(r, where[2], m)
-        if lamp.shines_in:
-            # Scattered as on the leg in the water, and as faint as at r.
-            lit = lit * leg / r
-        seen = source_seen(source, leg, turned, 0.0 - s / r, off_axis, m)
-        seen = seen * m.exp(0.0 - water.wide * t) * (width * fraction * lit)
-        arriving = light.arriving(seen, leg + t, m)
-        return (arriving if transmittance is None else arriving * transmittance(ray.t0 + s, where),)
+        left = m.exp(0.0 - water.wide * t) * (width * fraction)
+        bent, off_axis = 0.0 - s / r, 0.0 - ray.along
+        return (of_place(_SourcePlace(r, t, ray.t0 + s, where, turned, bent, off_axis, lit, left)),)
 
-    return integrate(MORE_NODES, of_place)[0]
+    return integrate(MORE_NODES, term)[0]
 
 
 def _source_lit(

@@ -66,16 +66,28 @@ def source_table(solved: Harmonics, profile: LampProfile) -> Table:
 
 @functools.lru_cache(maxsize=16)
 def _source(solved: Harmonics, profile: LampProfile) -> Table:
-    of_bend = on_sphere(np.cos(BENT.values()), solved.degrees)
+    by_turn = solved.around(profile, TURNED.values()) * solved.scattering
+    found = in_directions(by_turn)
+    r = solved.distances[:, None, None, None, None]
+    return tabulated(found * r * np.exp(solved.a * r), solved.scale)
+
+
+def in_directions(by_turn: Array) -> Array:
+    """Values by azimuth, turn and bend, shape (ROWS, AZIMUTHS, TURNS, BENDS, n).
+
+    Of coefficients as of :func:`.round_axis`, of the turns of the table.
+    """
+    of_bend = on_sphere(np.cos(BENT.values()), by_turn.shape[3] - 1)
     orders = np.arange(AROUND)[:, None]
     around = np.where(orders > 0, 2.0, 1.0) * np.cos(orders * AZIMUTH.values())
-    by_turn = solved.around(profile, TURNED.values()) * solved.scattering
     by_bend = np.einsum("rtmln,mlk->mrtkn", by_turn, of_bend, optimize=True)
-    found = np.einsum("mrtkn,mz->rztkn", by_bend, around, optimize=True)
-    r = solved.distances[:, None, None, None, None]
-    found *= r * np.exp(solved.a * r)
+    return np.einsum("mrtkn,mz->rztkn", by_bend, around, optimize=True)
+
+
+def tabulated(found: Array, scale: float) -> Table:
+    """Tabulate the logarithm of such values."""
     least = _DARKEST * found.max(axis=(1, 2, 3), keepdims=True)
     values = np.log(np.maximum(found, np.maximum(least, _NONE)))
     # It goes on beyond the last row as it ends, where noise may rise.
     values[-1] = np.minimum(values[-1], values[-2])
-    return Table(values, source_axes(solved.scale))
+    return Table(values, source_axes(scale))
