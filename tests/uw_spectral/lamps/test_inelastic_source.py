@@ -166,6 +166,7 @@ def _about(plan, excited, spheres, edges):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("light", ["led", "led:450,20"])
 def test_channels_are_what_the_bands_add_up_to(light):
     plan = _plan("bio:chl=5,cdom=0.3", "all", None)
