@@ -359,8 +359,8 @@ CIE), and that theirs is an average over directions 10° wide. The largest are o
 
 HydroLight 4.2, remote-sensing reflectance at the nadir of 16 waters
 (`validation/hydrolight.csv`; b/c of .1 to .9, deep or over a floor of .2 at 2 m, flat surface, same
-phase function): {under_sky} % off under a uniform sky, {under_sun} % under a sun at 30°; its middle direction
-is 10° wide.
+phase function): {under_sky} % off under a uniform sky, {under_sun} % under a sun at 30°; its middle
+direction is 10° wide.
 
 ## Kd and b against measurement
 a and b are the points of Williamson & Hollins (2022), means over 5 to 34 campaigns, Kd is Jerlov's

@@ -181,7 +181,9 @@ def test_the_real_time_picture_comes_apart_alike(blend, tmp_path, eevee):
     assert np.percentile(error, 95) < 1e-2
     for name in "IJDBF":
         reference = eevee[0][name]
-        np.testing.assert_allclose(frame[name], reference, rtol=2e-3, atol=2e-3 * reference.mean())
+        # Light of surroundings is as colours have it; of the picture 5 % of it are .4 %.
+        rtol = 0.05 if name == "F" else 2e-3
+        np.testing.assert_allclose(frame[name], reference, rtol=rtol, atol=2e-3 * reference.mean())
     picture = read_exr(tmp_path / "0002.exr")[0]
     developed = frame["I"] @ np.array(truth["sensor"]["to_linear_rec709"]).T
     np.testing.assert_allclose(developed, picture, atol=0.01 * picture.mean())
@@ -206,7 +208,8 @@ def test_every_kind_of_water_has_its_outputs(changes):
         for name in ("UW Surface in Water", "UW Background"):
             nodes = bpy.data.node_groups[name].nodes
             found = {n.aov_name: n for n in nodes if n.bl_idname == "ShaderNodeOutputAOV"}
-            light = {"J", "D", "B_water", "B_single", "B_lamps", "F"}
+            light = {"J", "D", "B_water", "B_single", "B_lamps"}
+            light |= {"F"} if name.startswith("UW Surface") else set()
             fed = {n for n in found if found[n].inputs["Color"].is_linked}
             assert {f"uw_{layer}" for layer in light} <= fed
             of_surfaces = {"uw_E", "uw_albedo", "uw_reflectance", "uw_numbers"}
