@@ -7,7 +7,7 @@ import dataclasses
 import sys
 import tomllib
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..uw_spectral.errors import DataWarning, InputError
@@ -23,6 +23,7 @@ from ..uw_spectral.imaging.description import (
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
 from .applied_pictures import FILES, INVALID, AppliedSettings, SetSettings, apply_to_set
 from .cameras_and_rigs import CameraRig, read_rig
+from .fit_command import add_fit
 from .rgbd_layouts import LAYOUTS, Intrinsics, find_pairs
 from .tables import SpecTable
 
@@ -37,9 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     warnings.simplefilter("ignore", DataWarning)
     try:
-        pairs = find_pairs(options.layout, options.pictures, options.depths)
-        done = apply_to_set(pairs, options.out, _settings(options), _of_set(options), _say)
-        _say(f"{options.out}: {len(pairs)} pictures, {done} of them new")
+        options.run(options, _say)
     except InputError as error:
         sys.stderr.write(f"uw-spectral: {error}\n")
         return 2
@@ -51,12 +50,26 @@ def _say(text: str) -> None:
     sys.stdout.flush()
 
 
+def _apply(options: argparse.Namespace, say: Callable[[str], None]) -> None:
+    pairs = find_pairs(options.layout, options.pictures, options.depths)
+    done = apply_to_set(pairs, options.out, _settings(options), _of_set(options), say)
+    say(f"{options.out}: {len(pairs)} pictures, {done} of them new")
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="uw-spectral", description="optics of natural water")
-    command = parser.add_subparsers(required=True, metavar="COMMAND").add_parser(
-        "apply", help=_APPLY.splitlines()[0], description=_APPLY,
+    light = argparse.ArgumentParser(add_help=False)
+    add = light.add_argument
+    add("--illuminant", default="d65", help="the light above the water")
+    add("--sun-zenith", type=float, default=30.0, metavar="DEGREES")
+    add("--floor-depth", type=float, default=float("inf"), metavar="M")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    add_fit(commands, light)
+    command = commands.add_parser(
+        "apply", help=_APPLY.splitlines()[0], description=_APPLY, parents=[light],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
+    command.set_defaults(run=_apply)
     add = command.add_argument
     add("pictures", type=Path, metavar="RGB", help="a picture, a folder, or the folder of a set")
     add("depths", type=Path, metavar="DEPTH", nargs="?", help="depth of --layout plain")
@@ -80,11 +93,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--invalid", choices=INVALID, default=INVALID[0], help="what pixels without depth are")
     add("--white", type=float, default=1.0, help="reflectance of what is white in the pictures")
     add("--linear", action="store_true", help="codes are linear, not sRGB")
-    add("--illuminant", default="d65", help="the light above the water")
-    add("--sun-zenith", type=float, default=30.0, metavar="DEGREES")
     add("--sun-azimuth", type=float, default=0.0, metavar="DEGREES",
         help="where its light travels to; the camera looks to 90")  # fmt: skip
-    add("--floor-depth", type=float, default=float("inf"), metavar="M")
     add("--bands", type=int, default=8)
     add("--white-balance", choices=WHITE_BALANCES, default="daylight")
     add("--exposure", type=float, metavar="STOPS", help="automatic by default")

@@ -85,19 +85,25 @@ def fit_range_attenuation(z: ArrayLike, beta: ArrayLike) -> RangeAttenuation:
     return curve(least_squares(error, start))
 
 
-def least_squares(error: Callable[[Array], Array], start: Array) -> Array:
+def least_squares(
+    error: Callable[[Array], Array],
+    start: Array,
+    step: float = _SLIGHT,
+    tolerance: float = _SETTLED,
+) -> Array:
     """Return the parameters of the least sum of squared errors near a start.
 
     The method of Levenberg and Marquardt with Marquardt's scaling; slopes are differences.
 
-    ``error`` takes parameters (p,) to errors (m,).
+    ``error`` takes parameters (p,) to errors (m,). Slopes are taken over the part ``step`` of a
+    parameter; steps end once the squared error falls by less than ``tolerance`` of it.
 
     D. W. Marquardt, J. Soc. Ind. Appl. Math. 11, 431 (1963).
     """
     p, damping = start.astype(np.float64), 1e-3
     left = error(p)
     for _ in range(_STEPS):
-        steps = _SLIGHT * np.maximum(np.abs(p), 0.01)
+        steps = step * np.maximum(np.abs(p), 0.01)
         slopes = np.stack(
             [(error(p + h * e) - left) / h for h, e in zip(steps, np.eye(len(p)), strict=True)],
             axis=1,
@@ -112,7 +118,7 @@ def least_squares(error: Callable[[Array], Array], start: Array) -> Array:
             if gained > 0:
                 break
             damping *= 4.0
-        if not gained > _SETTLED * float(left @ left):
+        if not gained > tolerance * float(left @ left):
             return tried if gained > 0 else p
         p, left, damping = tried, then, damping / 8.0
     return p
