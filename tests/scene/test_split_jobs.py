@@ -164,7 +164,10 @@ def test_a_dive_that_is_cut_at_every_frame_is_the_uncut_one(dive, options):
     for frame in reversed(json.loads(path.read_text())["frames"]):
         _finish(_worker("--from", path, "--frames", frame))
     _finish(_worker("--from", path, "--develop"))
-    _assert_equal(_rendered(dive, *options), dive.with_name("split"))
+    whole = dive.with_name("whole")
+    # As the workers, without the coarse occlusion of tests.
+    _finish(_worker(dive, *DIVE, *options, "--out", whole))
+    _assert_equal(whole, dive.with_name("split"))
 
 
 def _until(there: Callable[[], object], *workers: subprocess.Popen) -> None:
