@@ -58,7 +58,7 @@ def test_a_ball_fills_its_solid_angle_and_blocks_what_the_formula_says(degrees, 
     buffer = buffer_of(ball(4.0, angle, parts))
     solid = 2 * math.pi * (1 - math.cos(angle))
     np.testing.assert_allclose(buffer.covered.sum() * VIEW.texel, solid, rtol=0.06)
-    blocked = spread(buffer.covered, PHASE, VIEW)[MIDDLE, MIDDLE].mean()
+    blocked = spread(buffer.covered, PHASE, float(VIEW.per_unit))[MIDDLE, MIDDLE].mean()
     np.testing.assert_allclose(blocked, fraction_on_path(PHASE, np.tan([angle])), rtol=0.04)
 
 
