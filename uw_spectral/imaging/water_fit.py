@@ -52,7 +52,7 @@ class SeenSurfaces:
     Raises
     ------
     InputError
-        If shapes differ, or a value is not finite, negative, or too large for its deviation.
+        If shapes differ, a value is not finite, a distance or deviation not positive, or all black.
     """
 
     reflectances: Sequence[Spectrum | float]  #: Of m surfaces; 0 for what is black.
