@@ -70,6 +70,11 @@ def objects(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     return [item for item in scene.objects if MARK in item]
 
 
+def suns(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The sun of the water in a scene, copies of it included."""
+    return [item for item in objects(scene) if item.get(IS_SUN)]
+
+
 def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """Surface and volumes of the water in a scene, floor, lamps and particles left out."""
     others = (FLOOR_DEPTH, PARTICLES)

@@ -63,10 +63,9 @@ class OcclusionTerm(Term):
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_occlusion.write_table(marks.part(scene, realtime_occlusion.PART), self.table)
-        for item in marks.objects(scene):
-            if item.get(marks.IS_SUN):
-                # A filtered shadow lets sun in where walls meet, its only light in a dark room.
-                item.data.shadow_filter_radius = 0.0 if self.in_room else 1.0
+        for item in marks.suns(scene):
+            # A filtered shadow lets sun in where walls meet, its only light in a dark room.
+            item.data.shadow_filter_radius = 0.0 if self.in_room else 1.0
         if self.buffer is not None:
             self.write_adjacency(scene, water, self.buffer)
 

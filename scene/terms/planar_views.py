@@ -99,9 +99,8 @@ def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedV
         **dict(zip(realtime_values.CAMERA, view.eye, strict=True)),
     }
     realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, numbers))
-    for item in marks.objects(scene):
-        if item.get(marks.IS_SUN):
-            scene_water.turn(item, water.column.skylight.sun)
+    for item in marks.suns(scene):
+        scene_water.turn(item, water.column.skylight.sun)
 
 
 def show_window(

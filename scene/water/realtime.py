@@ -102,14 +102,13 @@ def set_values(scene: bpy.types.Scene, water: RealtimeWater) -> None:
     uplift.set_wet_grains(water.column.refractive_index)
     uplift.set_water_index(water.column.refractive_index if water.indices_in_water else 1.0)
     scene_water.place(scene, water.column, water.inputs.seabed)
-    for item in marks.objects(scene):
-        if item.get(marks.IS_SUN):
-            # At night it would hide the shadows of lamps.
-            shines = bool(np.any(water.column.sun_irradiance > 0))
-            item.data.energy = shines / water.sun_gain
-            item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
-            of_volume = water.sun_gain / water.shafts.scale if water.shafts is not None else 0.0
-            item.data.volume_factor = of_volume
+    for item in marks.suns(scene):
+        # At night it would hide the shadows of lamps.
+        shines = bool(np.any(water.column.sun_irradiance > 0))
+        item.data.energy = shines / water.sun_gain
+        item.data.angle = scene_water.SUN_DIAMETER_IN_AIR / water.column.refractive_index
+        of_volume = water.sun_gain / water.shafts.scale if water.shafts is not None else 0.0
+        item.data.volume_factor = of_volume
     for term in water.inputs.terms:
         term.write(scene, water)
     wet_trees.refresh()

@@ -160,7 +160,7 @@ def lost_parts(scene: bpy.types.Scene) -> list[str]:
     lost = []
     if scene.world is None or MARK not in scene.world:
         lost.append("its world")
-    if not any(item.get(marks.IS_SUN) for item in marks.objects(scene)):
+    if not marks.suns(scene):
         lost.append("its sun")
     return lost
 

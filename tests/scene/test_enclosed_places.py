@@ -111,10 +111,10 @@ def test_live_water_says_it_too():
     bpy.ops.mesh.primitive_plane_add(size=200.0, location=(0.0, 0.0, -9.0))
     scenes.add_camera((1.0, 0.6, -7.6), (1.5, 0.0, 0.0))
     assert any("closed room" in note for note in live.add(bpy.context.scene))
-    sun = next(x.data for x in marks.objects(bpy.context.scene) if x.get(marks.IS_SUN))
+    sun = marks.suns(bpy.context.scene)[0].data
     assert sun.shadow_filter_radius == 0.0, "a filter lets the sun in where walls meet"
     bpy.context.scene.camera.location.y = -5.0
     bpy.context.view_layer.update()
     live.update(bpy.context.scene)
-    sun = next(x.data for x in marks.objects(bpy.context.scene) if x.get(marks.IS_SUN))
+    sun = marks.suns(bpy.context.scene)[0].data
     assert sun.shadow_filter_radius == 1.0
