@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..spectra.bands import Bands
-from ..spectra.illuminant import Illuminant
+from ..spectra.illuminant import RELATIVE, Illuminant, full_sun
+from ..spectra.sky_colours import sky_basis
 from ..surface.refraction import in_water_cosine, sun_travel_direction
 from ..transfer.rough_surface import WaterSurface
+from ..transfer.sky_picture import SkyPicture
 from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
 from ..water.bio_optics import Constituents
 from ..water.inelastic_processes import EXCITATION, InelasticProcess, inelastic_processes
@@ -73,22 +75,37 @@ def column_of(
     illuminant: Illuminant,
     bands: Bands,
     floor_reflectance: NDArray[np.float64],
+    picture: SkyPicture | None = None,
 ) -> tuple[WaterColumn, BandPhase]:
-    """Return the column of water in bands, and the phase function of its first layer."""
+    """Return the column of water in bands, and the phase function of its first layer.
+
+    ``picture`` is that of the sky, if one lights the water.
+    """
     phases = mixtures.map(lambda mixture: _phase(description.water, mixture, bands))
     waters = mixtures.map(lambda mixture: mixture.water)
     light, surface = description.light, description.surface
-    index, zenith = surface.refractive_index, light.zenith
-    direct, diffuse = (
-        part(bands) * light.strength for part in (illuminant.direct_in, illuminant.diffuse_in)
-    )
-    transmitted = 1.0
+    index, transmitted = surface.refractive_index, 1.0
     above = illuminant.above_surface if light.above_surface is None else light.above_surface
+    zenith, azimuth, more, basis = light.zenith, light.azimuth, light.sky_radiance, None
+    if picture is None:
+        direct, diffuse = illuminant.direct_in(bands), illuminant.diffuse_in(bands)
+    else:
+        above, more, (x, y, z) = True, 0.0, picture.sun
+        zenith, azimuth = math.degrees(math.acos(-z)), math.degrees(math.atan2(y, x))
+        unit = 1.0 if illuminant.unit == RELATIVE else full_sun()
+        basis = sky_basis(bands, picture.saturation) * unit
+        # Rounding may leave less than nothing.
+        direct, diffuse = (
+            np.maximum(basis @ rgb, 0.0)
+            for rgb in (picture.sun_irradiance, picture.without_sun.irradiance)
+        )
+        basis = basis * light.strength
+    direct, diffuse = direct * light.strength, diffuse * light.strength
     waves = surface.slope_variance if surface.kind == WAVES else 0.0
     sun_cosine, in_air = float(in_water_cosine(zenith, index)), None
-    sun = sun_travel_direction(zenith, light.azimuth, index)
+    sun = sun_travel_direction(zenith, azimuth, index)
     if waves:
-        in_air = sun_travel_direction(zenith, light.azimuth, 1.0)
+        in_air = sun_travel_direction(zenith, azimuth, 1.0)
         sun = WaterSurface(index, waves).beam_below(in_air.tolist())
         sun_cosine = -float(sun[2])
     if above:
@@ -105,7 +122,7 @@ def column_of(
         sun_irradiance=direct * transmitted,
         sun_cosine=sun_cosine,
         sun_direction=sun,
-        sky_radiance=diffuse / math.pi + light.sky_radiance * direct,
+        sky_radiance=diffuse / math.pi + more * direct,
         floor_depth=description.floor.depth,
         floor_reflectance=floor_reflectance,
         surface=surface.kind,
@@ -114,6 +131,8 @@ def column_of(
         sky=light.sky,
         slope_variance=waves,
         sun_in_air=in_air,
+        sky_picture=None if picture is None else picture.without_sun,
+        sky_basis=basis,
     )
     return column, phases.layers[0]
 

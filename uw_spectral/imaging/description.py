@@ -16,6 +16,7 @@ from ..spectra.illuminant import Illuminant
 from ..spectra.sensor import Sensor
 from ..spectra.spectrum import Spectrum
 from ..transfer.sky import UNIFORM
+from ..transfer.sky_picture import SkyPicture
 from ..water.bio_optics import Constituents
 from ..water.optical_properties import DEFAULT_SOURCE, Water
 from ..water.phase import PhaseModel
@@ -62,6 +63,9 @@ class SunAndSky:
     above_surface: bool | None = None
     sky: str = UNIFORM  #: Distribution of the sky's radiance, one of :data:`.SKIES`.
     strength: float = 1.0  #: Factor on all of it; 0 is night.
+    #: What lights the water instead: ``file:PATH``, in OpenEXR, as :class:`.SkyPicture` has it. The
+    #: illuminant is then what a camera is balanced and exposed for.
+    sky_picture: str | SkyPicture = ""
 
 
 @dataclass(frozen=True)

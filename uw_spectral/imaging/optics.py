@@ -19,6 +19,7 @@ from ..spectra.sensor import Sensor, parse_sensor, standard_observer
 from ..spectra.spectrum import Spectrum
 from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
+from ..transfer.sky_picture import SkyPicture
 from ..transfer.solved_field import SolvedField
 from ..transfer.water_column import WaterColumn
 from ..water.inelastic_processes import (
@@ -162,6 +163,9 @@ def resolve(description: Description) -> ResolvedOptics:
     illuminant = light.illuminant
     if isinstance(illuminant, str):
         illuminant = parse_illuminant(illuminant, light.zenith)
+    picture = light.sky_picture or None
+    if isinstance(picture, str):
+        picture = SkyPicture.read(picture.removeprefix("file:"))
     floor = description.floor.reflectance
     if isinstance(floor, str):
         floor = parse_reflectance(floor)
@@ -169,7 +173,7 @@ def resolve(description: Description) -> ResolvedOptics:
     def column_and_phase(
         bands: Bands, floor_reflectance: NDArray[np.float64]
     ) -> tuple[WaterColumn, BandPhase]:
-        return column_of(description, mixtures, illuminant, bands, floor_reflectance)
+        return column_of(description, mixtures, illuminant, bands, floor_reflectance, picture)
 
     bands, reference = description.bands, None
     if isinstance(bands, BandsDescription):

@@ -313,16 +313,15 @@ class ChannelWater:
         """Radiance that comes down from the surface against w and is left after P."""
         m, sky, index, ripples = self.m, surface.sky, surface.index, surface.ripples
         peaked = self.transmittance_with_peak(0.0 * P, P)
-        skylight = self.tables.at("sky", length=P) * peaked
         if index is None:
-            return skylight * sky.radiance(w, m)
+            return self._skylight(sky.radiance(w, m), P, peaked)
         slopes = None if ripples is None else ripples.slopes
         seen, mirrored, down = under_surface_fractions(w, sky, index, m, slopes)
         M, rest = self.ahead(0.0 * w[2], down)
         to_floor = distance_in_water(0.0 * w[2], -down[2], self.numbers.y_f, m)
         risen = peaked * self._risen(M + rest, P)
         floor = self._floor_mirrored(P, to_floor, 2)
-        total = skylight * seen + mirrored * (risen + floor)
+        total = self._skylight(seen, P, peaked) + mirrored * (risen + floor)
         if surface.picture is not None:
             rising = M + rest + self._floor_mirrored(P, to_floor, 1)
             total = total + mirrored * self._brought(surface.picture(down), rising, P)
@@ -331,7 +330,7 @@ class ChannelWater:
             normal = (0.0, 0.0, 1.0) if slopes is None else surface_normal(*slopes, m)
             surfaces = surface.window(direction_in_air(w, normal, index, m))
             through = (1.0 - mirrored) * (index * index)
-            behind = self.tables.at("sky", length=0.0 * P) * seen
+            behind = self._skylight(seen, 0.0 * P)
             total = total + self._differing(
                 through * surfaces.radiance - surfaces.covered * behind, P
             )
@@ -346,6 +345,12 @@ class ChannelWater:
             matte = peaked * self.peaked(foam.radiance, 0.0 * P, P)
             total = seen_with_foam(total, matte, foam.fraction)
         return total
+
+    def _skylight(self, relative: Operand, P: Operand, factor: Operand = 1.0) -> Operand:
+        """Radiance of the sky that is left after P, of the relative one of each of its spectra."""
+        spectra = self.tables.at("sky", length=P)
+        parts = self.tables.split(relative) if len(spectra) > 1 else [relative]
+        return _sum([one * factor * part for one, part in zip(spectra, parts, strict=True)])
 
     def _floor_after(self, P: Operand) -> Operand:
         """Radiance of the floor that is left after P."""

@@ -87,6 +87,7 @@ class TableSizes:
     layered: bool  #: The water differs with depth.
     waves: bool
     emissions: int = 0  #: That are no colour.
+    skies: int = 1  #: Spectra that the sky is a sum of.
 
     def axes(
         self, of_depth: Place = EVEN.of, of_length: Place = EVEN.of
@@ -112,7 +113,8 @@ class TableSizes:
             "rates": (discrete_axis("rate", len(RATES)), depth),
             "occlusion_matrices": (discrete_axis("kind", 2), light, depth),
             "image_transmittance": (discrete_axis("boundary", 2), length),
-            **dict.fromkeys(("sky", "glitter", "floor"), (length,)),
+            "sky": (discrete_axis("part", self.skies), length),
+            **dict.fromkeys(("glitter", "floor"), (length,)),
             "mirrored": (light, length),
             **dict.fromkeys(() if self.layered else once, (part, length)),
         }
@@ -184,8 +186,8 @@ class ChannelTables:
     #: Fraction of that which is left over a distance: of the surface, of the floor,
     #: (2, 3, LENGTHS).
     image_transmittance: Array
-    #: Of the sky per its relative radiance, of the sun's irradiance, of the floor, (3, LENGTHS).
-    sky: Array
+    sky: Array  #: [k]: of the sky per relative radiance of each of its spectra, (k, 3, LENGTHS).
+    #: Of the sun's irradiance, of the floor, (3, LENGTHS).
     glitter: Array
     floor: Array
     mirrored: Array  #: [j]: of light that the surface mirrors down, (3, 3, LENGTHS).
@@ -205,7 +207,7 @@ class ChannelTables:
         """How much of each there is."""
         return TableSizes(
             self.depth_scale.slices, len(self.sunlit), len(self.components), self.layered,
-            bool(len(self.caustics)), len(self.glowing) - COLOURS,
+            bool(len(self.caustics)), len(self.glowing) - COLOURS, len(self.sky),
         )  # fmt: skip
 
     def table(self, name: str) -> Table:

@@ -60,9 +60,10 @@ def project(
     """Project a solved field.
 
     ``eye`` is the camera's depth, m, which matters where water differs with depth; ``sky`` (n,) the
-    level of the sky's radiance in air; ``measured`` reflectances and ``emissions`` that are no
-    colour have shape (n,). If objects occlude, the sun's forward peak is part of the direct sun.
-    ``contrast`` is that of caustics at depths (d,), of shape (d, n), under waves.
+    level of the sky's radiance in air, or (n, k) those of the spectra that it is made of;
+    ``measured`` reflectances and ``emissions`` that are no colour have shape (n,). If objects
+    occlude, the sun's forward peak is part of the direct sun. ``contrast`` is that of caustics at
+    depths (d,), of shape (d, n), under waves.
     """
     table = tabulate(field)
     depths = table.depth_scale.depths()
@@ -137,7 +138,7 @@ def project(
         np.array(parts),
         image,
         image_transmittance / np.swapaxes(forward[:, [0, -1]], 0, 1),
-        channels.project(sky * up).T / forward[:, 0],
+        np.stack([channels.project(each * up).T for each in np.atleast_2d(sky.T)]) / forward[:, 0],
         channels.project(E * sun_up).T / way[:, 0],
         channels.project(field.floor_radiance * down).T / forward[:, -1],
         mirrored_tables(spectra, scattered.some, beyond.some) / forward[:, 0],

@@ -16,6 +16,8 @@ from .radiance_field import surface_normal
 from .rough_surface import WaterSurface
 
 UNIFORM, OVERCAST, CLEAR = "uniform", "overcast", "clear"
+PICTURE = "picture"
+"""What is none of them, but a picture."""
 # a, b, c, d, e of the standard general sky, CIE S 011 (ISO 15469:2004), by name.
 _CIE_SKIES = {
     UNIFORM: (0.0, -1.0, 0.0, -1.0, 0.0),
@@ -92,6 +94,10 @@ class Sky:
             return True
         x, y = float(self.sun[0]), float(self.sun[1])
         return math.hypot(x, y) - (x * math.cos(azimuth) + y * math.sin(azimuth)) < 1e-6
+
+    def as_even(self) -> Sky:
+        """Return what the solved field has of it: the same to both sides of the sun's azimuth."""
+        return self
 
     def seen_through(
         self,

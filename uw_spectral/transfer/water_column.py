@@ -23,6 +23,7 @@ from ..water.phase import BandPhase
 from .discrete_ordinates import STREAMS, Emission, OpticalLayer, solve_discrete_ordinates
 from .rough_surface import WaterSurface
 from .sky import SKIES, UNIFORM, Sky
+from .sky_picture import PictureSky, SkyPicture
 from .solved_field import SolvedField
 
 WAVES = "waves"
@@ -82,6 +83,9 @@ class WaterColumn(ComparedByContent):
     #: Direction that sunlight travels to in air, where that in the water is not what a flat surface
     #: makes of it, (3,).
     sun_in_air: NDArray[np.float64] | None = None
+    #: The sky without its sun, instead of ``sky``, and radiance of its red, green and blue, (n, 3).
+    sky_picture: SkyPicture | None = None
+    sky_basis: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         for name in (
@@ -231,6 +235,8 @@ class WaterColumn(ComparedByContent):
             sun = direction_in_air(self.sun_direction.tolist(), down, n)
         else:
             sun = tuple(self.sun_in_air.tolist())
+        if self.sky_picture is not None:
+            return PictureSky(self.sky_basis, sun=sun, picture=self.sky_picture)
         return Sky.standard(self.sky, math.pi * self.sky_radiance, sun)
 
     def solved_field(
@@ -256,7 +262,7 @@ def _solved_field(
         [dataclasses.replace(layer, emission=emission) for layer in column.layers(phase)],
         column.sun_irradiance,
         column.sun_direction.tolist(),
-        sky=column.skylight,
+        sky=column.skylight.as_even(),
         surface=column.mean_surface,
         floor_reflectance=column.floor_reflectance,
         streams=streams,
