@@ -12,9 +12,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..datasets.applied_pictures import AppliedSettings, PictureFilter, srgb_codes
+from ..datasets.applied_pictures import AppliedSettings, PictureFilter
 from ..datasets.camera import PinholeCamera
 from ..datasets.cameras_and_rigs import CameraRig, RigLamp
+from ..datasets.picture_codes import srgb_codes
 from ..scene.readers.pinhole import pinhole_of
 from ..uw_spectral.imaging import (
     Description,
@@ -160,8 +161,7 @@ def _speed() -> tuple[list[list[str]], float]:
 
 def _files() -> float:
     """Seconds that a Full HD picture, its depth and what is written take as PNG."""
-    from ..datasets.files import read_codes
-    from ..datasets.rgb_files import read_rgb
+    from ..datasets.picture_codes import read_codes, read_rgb
 
     y, x = np.mgrid[: _FULL_HD.height, : _FULL_HD.width]
     smooth = np.stack([x // 8, y // 5, (x + y) // 12], axis=-1).astype(np.uint8)

@@ -23,7 +23,6 @@ from ..uw_spectral.imaging.layer_sums import transmittance_ratio
 from ..uw_spectral.imaging.layers import layer
 from ..uw_spectral.imaging.optics import resolve
 from ..uw_spectral.imaging.ray_tables import RayTables, SeenComponents, ray_tables
-from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.spectra.spectral_image import write_codes, write_jpeg, write_rgb_exr
 from .camera import PinholeCamera
 from .cameras_and_rigs import CameraRig, rig_lamps
@@ -31,8 +30,8 @@ from .depth_maps import RANGE, planar_depth
 from .files import make_folder, write_json
 from .layer_file import SENSOR, FrameLayers, LayerImage, write_layers
 from .outputs import RawOutputs
+from .picture_codes import linear_codes, read_rgb, srgb_codes
 from .pose_sets import heading_pose
-from .rgb_files import linear_codes, read_rgb
 from .rgbd_layouts import LAYOUTS, Intrinsics, RgbdPair, at_size, camera_from, filled, read_depth
 from .truth import image_truth, write_truth
 from .view import DataSetView
@@ -47,7 +46,6 @@ STAMP = "apply.json"
 _TYPICAL, _LOOKED_AT = (0.02, 5000.0), 20_000  # m, of the median of so many pixels
 _HEADING = 90.0  # along +y
 _ROWS = 32  # of a picture that are done together, which stay in the processor's cache
-_CODES = 1 << 14
 _LAYERS = ("I", "J", "D", "B", "F", "T", "range", "planar_depth")
 
 
@@ -359,23 +357,6 @@ def write_picture(path: Path, linear: NDArray[np.float32]) -> None:
         write_jpeg(path, np.moveaxis(linear, 0, -1))
     else:
         write_codes(path, srgb_codes(linear), {"oiio:ColorSpace": "srgb_rec709_scene"})
-
-
-def srgb_codes(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """8-bit sRGB codes (h, w, 3) of linear Rec.709 (3, h, w)."""
-    codes, (_, height, width) = _table_of_codes(), linear.shape
-    found = np.empty((height, width, 3), np.uint8)
-    for first in range(0, height, _ROWS):
-        rows = slice(first, first + _ROWS)
-        for k, channel in enumerate(linear[:, rows]):
-            place = np.clip(channel, 0.0, 1.0) * np.float32(_CODES - 1) + np.float32(0.5)
-            found[rows, :, k] = codes.take(place.astype(np.int32), mode="clip")
-    return found
-
-
-@functools.cache
-def _table_of_codes() -> NDArray[np.uint8]:
-    return np.round(srgb_encode(np.linspace(0.0, 1.0, _CODES)) * 255).astype(np.uint8)
 
 
 @functools.lru_cache(maxsize=2)

@@ -21,8 +21,9 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing, write_codes
 from .camera import PinholeCamera
 from .depth_maps import read_depth_png
-from .files import make_folder, place_file, read_codes, write_json
+from .files import make_folder, place_file, write_json
 from .instance_maps import box, visible_masks
+from .picture_codes import read_codes
 from .set_files import SetFiles, Shape, camera_of_view
 from .view import SPLITS, DataSetView, SeenInstance, check_views
 

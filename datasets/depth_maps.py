@@ -15,7 +15,7 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, write_codes, write_exr
 from .axes import inverse, world_to_opencv
 from .camera import PinholeCamera
-from .files import read_codes
+from .picture_codes import read_codes
 
 Array = NDArray[np.float64]
 

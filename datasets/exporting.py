@@ -16,11 +16,12 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, write_codes, write_jpeg, write_png
 from .card import DataCard, Source, write_card
 from .depth_maps import PLANAR, RANGE, write_depth_exr, write_depth_png
-from .files import make_folder, place_file, read_codes
+from .files import make_folder, place_file
 from .formats import FORMATS, conventions
 from .index import Index, IndexedView, SceneObject
 from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, camera_of, read_layers
+from .picture_codes import read_codes
 from .raw_files import write_raw
 from .set_files import RenderedView, SetFiles, Shapes, no_note, no_shapes
 from .specification import DataSetSpec

@@ -11,9 +11,6 @@ from collections.abc import Callable, Iterable
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing
 
@@ -146,24 +143,3 @@ def plain_names(
 def _projected(name: str) -> str:
     """Return what is equal for names that some disk does not tell apart."""
     return unicodedata.normalize("NFC", unicodedata.normalize("NFKC", name).casefold())
-
-
-def read_codes(path: Path) -> NDArray[np.uint16]:
-    """Read a picture of one channel as whole numbers, shape (height, width).
-
-    Raises InputError if there is no such picture, or it has more channels.
-    """
-    import OpenImageIO as oiio  # noqa: N813
-
-    source = oiio.ImageInput.open(str(path)) if path.is_file() else None
-    if source is None:
-        raise InputError(f"cannot read {path}: there is no such picture; write it again")
-    try:
-        spec = source.spec()
-        # As it is stored: OpenImageIO scales 8-bit codes when it is asked for 16.
-        codes = source.read_image(spec.format)
-    finally:
-        source.close()
-    if codes is None or spec.nchannels != 1 or not np.issubdtype(codes.dtype, np.unsignedinteger):
-        raise InputError(f"{path} is not a whole picture of one channel of 8 or 16 bits")
-    return np.asarray(codes, dtype=np.uint16).reshape(spec.height, spec.width)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import write_codes
-from .files import read_codes
+from .picture_codes import read_codes
 from .view import DataSetView
 
 

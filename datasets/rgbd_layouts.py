@@ -16,7 +16,7 @@ from ..uw_spectral.housing import PIXEL_CENTRE
 from ..uw_spectral.spectra.spectral_image import read_exr
 from .camera import PinholeCamera
 from .depth_maps import PLANAR, RANGE
-from .files import read_codes
+from .picture_codes import read_codes
 
 Array = NDArray[np.float64]
 Intrinsics = tuple[float, float, float, float]

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.spectra.spectral_image import replacing
 from .axes import Array, placed, quaternion, turned
-from .files import make_folder, place_file, read_codes, write_text
+from .files import make_folder, place_file, write_text
 from .optical_flow import flow_mask, optical_flow
+from .picture_codes import read_codes
 from .set_files import SetFiles
 from .trajectories import Trajectory, trajectories
 from .view import DataSetView

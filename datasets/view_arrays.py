@@ -8,7 +8,8 @@ import numpy as np
 
 from ..uw_spectral.spectra.spectral_image import LINEAR_REC709, read_exr, replacing, write_exr
 from .depth_maps import PLANAR
-from .files import make_folder, read_codes
+from .files import make_folder
+from .picture_codes import read_codes
 from .set_files import SetFiles, shown_pixels
 from .view import category_numbers
 

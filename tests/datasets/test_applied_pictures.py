@@ -8,12 +8,12 @@ import re
 import numpy as np
 import pytest
 from underwater_spectral.datasets import applied_pictures, command_line
-from underwater_spectral.datasets.applied_pictures import AppliedSettings, PictureFilter, srgb_codes
+from underwater_spectral.datasets.applied_pictures import AppliedSettings, PictureFilter
 from underwater_spectral.datasets.camera import PinholeCamera
 from underwater_spectral.datasets.cameras_and_rigs import CameraRig, RigLamp
 from underwater_spectral.datasets.depth_maps import euclidean_range
 from underwater_spectral.datasets.layer_file import read_layers
-from underwater_spectral.datasets.rgb_files import read_rgb
+from underwater_spectral.datasets.picture_codes import read_rgb, srgb_codes
 from underwater_spectral.datasets.rgbd_layouts import find_pairs
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.description import (

@@ -27,9 +27,10 @@ from underwater_spectral.datasets.depth_maps import (
     write_depth_exr,
     write_depth_png,
 )
-from underwater_spectral.datasets.files import read_codes, write_json
+from underwater_spectral.datasets.files import write_json
 from underwater_spectral.datasets.instance_maps import visible_masks, write_instance_map
 from underwater_spectral.datasets.nerfstudio import write_nerfstudio
+from underwater_spectral.datasets.picture_codes import read_codes
 from underwater_spectral.datasets.view import DataSetView, SeenInstance
 from underwater_spectral.tests.datasets.scene_of_boxes import ACROSS, BENT, PLAIN, POINTS, poses
 from underwater_spectral.tests.datasets.scene_of_boxes import views as made_views

@@ -28,10 +28,10 @@ from underwater_spectral.datasets.depth_maps import (
     read_depth_exr,
     read_depth_png,
 )
-from underwater_spectral.datasets.files import read_codes
 from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.index import read_index
 from underwater_spectral.datasets.layer_file import read_layers
+from underwater_spectral.datasets.picture_codes import read_codes
 from underwater_spectral.datasets.specification import read_spec
 from underwater_spectral.jobs import (
     batch,
