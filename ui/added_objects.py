@@ -1,4 +1,4 @@
-"""Buttons that add lamps, clouds and plumes of bubbles, and give lamps their spectra."""
+"""Buttons that add lamps, clouds, plumes of bubbles and objects, and give lamps their spectra."""
 
 from __future__ import annotations
 
@@ -73,6 +73,50 @@ class AddPlumes(ReportingOperator):
 
         chosen = stored_settings.stored_settings(context.scene)
         new_plumes.add_plumes(context.scene, chosen, self.count, keyed=self.keyed)
+        refresh(context.scene)
+
+
+class DistributeObjects(ReportingOperator):
+    """Set the objects of a collection on the selected mesh, or on what lies below the place that
+    the camera looks at; or let them swim there. The modifier of what is added has all numbers.
+    """
+
+    bl_idname = "underwater.distribute"
+    bl_label = "Scatter Objects"
+
+    preset: bpy.props.EnumProperty(
+        name="As",
+        description="How they stand, or swim",
+        items=[
+            ("corals", "Corals", "In patches, on slopes too"),
+            ("rocks", "Rocks", "Strewn, as the ground leans"),
+            ("meadow", "Meadow", "Dense and upright, on level ground"),
+            ("school", "School of Fish", "They swim a circle, looking along their y"),
+        ],
+    )
+    collection: bpy.props.StringProperty(
+        name="Collection", description="Of which objects are picked", options={"SKIP_SAVE"}
+    )
+    seed: bpy.props.IntProperty(name="Seed", description="Of places, sizes and turns", min=0)
+
+    @override
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        return context.window_manager.invoke_props_dialog(self)
+
+    def draw(self, _: bpy.types.Context) -> None:
+        """Ask for the collection."""
+        self.layout.prop(self, "preset")
+        self.layout.prop_search(self, "collection", bpy.data, "collections")
+        self.layout.prop(self, "seed")
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..scene import distributed_objects
+
+        active = context.object
+        chosen = active if active in context.selected_objects and active.type == "MESH" else None
+        found = bpy.data.collections.get(self.collection)
+        distributed_objects.distribute(context.scene, found, self.preset, chosen, Seed=self.seed)
         refresh(context.scene)
 
 

@@ -8,7 +8,7 @@ import bpy
 
 from ..scene.session import is_live
 from . import example_scenes, live_updates, migration, panel_job, preferences
-from .added_objects import AddCloud, AddLamps, AddPlumes, ChooseSpectrum
+from .added_objects import AddCloud, AddLamps, AddPlumes, ChooseSpectrum, DistributeObjects
 from .render_operators import Auto, FarmBundle, Render, RenderReference
 from .reporting import CameraOperator, ReportingOperator
 
@@ -182,6 +182,7 @@ CLASSES = (
     AddLamps,
     AddCloud,
     AddPlumes,
+    DistributeObjects,
     ChooseSpectrum,
     Auto,
     Render,

@@ -57,6 +57,10 @@ class DepthPanel(SectionPanel, bpy.types.Panel):
         draw_depth(column, context)
         column.label(text="The surface is z = 0; 1 unit is 1 m", icon="MOD_OCEAN")
 
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        self.column().operator("underwater.distribute", icon="STICKY_UVS_DISABLE")
+
 
 class WavesPanel(SectionPanel, bpy.types.Panel):
     """The moving surface and its caustics."""

@@ -92,6 +92,13 @@ Speed | Tempo | Velocidad | Vitesse | 速度
 Loop | Schleife | Bucle | Boucle | ループ
 Marine snow | Meeresschnee | Nieve marina | Neige marine | マリンスノー
 Plankton | Plankton | Plancton | Plancton | プランクトン
+Scatter Objects | Objekte verstreuen | Esparcir objetos | Disperser des objets | オブジェクトを散布
+Corals | Korallen | Corales | Coraux | サンゴ
+Rocks | Steine | Rocas | Rochers | 岩
+Meadow | Wiese | Pradera | Herbier | 藻場
+School of Fish | Fischschwarm | Banco de peces | Banc de poissons | 魚の群れ
+As | Als | Como | Comme | 種類
+Collection | Sammlung | Colección | Collection | コレクション
 Bubbles | Blasen | Burbujas | Bulles | 泡
 Silt | Schlick | Limo | Limon | 沈泥
 Drift | Strömung | Corriente | Courant | 流れ
