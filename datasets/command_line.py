@@ -63,6 +63,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--illuminant", default="d65", help="the light above the water")
     add("--sun-zenith", type=float, default=30.0, metavar="DEGREES")
     add("--floor-depth", type=float, default=float("inf"), metavar="M")
+    add("--floor-reflectance", default="0.2", help="0 to 1, or file:CSV")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     add_fit(commands, light)
     command = commands.add_parser(
@@ -121,7 +122,7 @@ def _settings(options: argparse.Namespace) -> AppliedSettings:
         WaterDescription(options.water),
         SunAndSky(options.illuminant, options.sun_zenith, options.sun_azimuth),
         SurfaceDescription("flat"),
-        FloorDescription(options.floor_depth),
+        FloorDescription(options.floor_depth, options.floor_reflectance),
         CameraDescription(options.camera, options.white_balance, options.exposure),
         BandsDescription(options.bands),
     )

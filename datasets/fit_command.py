@@ -56,7 +56,7 @@ def add_fit(
 def _run(options: argparse.Namespace, say: Callable[[str], None]) -> None:
     description = Description(
         light=SunAndSky(options.illuminant, options.sun_zenith),
-        floor=FloorDescription(options.floor_depth),
+        floor=FloorDescription(options.floor_depth, options.floor_reflectance),
         camera=CameraDescription(options.camera),
     )
     seen = read_seen(options.table)

@@ -22,7 +22,7 @@ from underwater_spectral.uw_spectral.imaging.description import (
     WaterDescription,
 )
 from underwater_spectral.uw_spectral.spectra.colour_rendering import srgb_encode
-from underwater_spectral.uw_spectral.spectra.spectral_image import write_codes
+from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_codes
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -160,6 +160,20 @@ def _plain(root):
         _rgb(root / "rgb" / f"{name}.png")
         _codes(root / "depth" / f"{name}.png", np.full((H, W), 3000))
     return [root / "rgb", root / "depth", "--fov", "60"], ["2", "10"]
+
+
+def test_a_brighter_floor_brightens_the_water(tmp_path):
+    """It sends light up: the colour of a black object far away is that of the water."""
+    rgb = _codes(tmp_path / "a.png", np.zeros((H, W, 3)), np.uint8)
+    depth = _codes(tmp_path / "d.png", np.full((H, W), 50_000))
+    options = ["--fov", "60", "--floor-depth", "7", "--exposure", "2", "--file", "exr"]
+    seen = []
+    for floor in ("0.05", "0.8"):
+        out = tmp_path / floor
+        assert not main([str(rgb), str(depth), "--out", str(out), *options,
+                         "--floor-reflectance", floor])  # fmt: skip
+        seen.append(read_exr(out / "images" / "a.exr")[0])
+    assert (seen[1][..., 2] > 1.3 * seen[0][..., 2]).all()
 
 
 def _tum(root):
