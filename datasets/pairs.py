@@ -34,7 +34,7 @@ def write_air_pairs(files: SetFiles) -> None:
     )
     partners: dict[str, DataSetView] = {}
     for view in wet:
-        found = next((other for other in dry if _is_same(view, other)), None)
+        found = next((other for other in dry if is_same(view.metadata, other.metadata)), None)
         if found is not None:  # else it is not rendered yet
             partners[view.name] = found
     if wet and dry and not partners:
@@ -45,12 +45,11 @@ def write_air_pairs(files: SetFiles) -> None:
     _write(files, "pairs_air", partners, IMAGE)
 
 
-def _is_same(view: DataSetView, other: DataSetView) -> bool:
+def is_same(view: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether a view in air is of the same camera and light; the water's settings are not its."""
-    settings: Mapping[str, Any] = view.metadata["settings"]
-    dry: Mapping[str, Any] = other.metadata["settings"]
-    return all(view.metadata[name] == other.metadata[name] for name in _SAME) and all(
-        settings.get(name) == value for name, value in dry.items() if name != "water"
+    dry: Mapping[str, Any] = other["settings"]
+    return all(view.get(name) == other.get(name) for name in _SAME) and all(
+        view["settings"].get(name) == value for name, value in dry.items() if name != "water"
     )
 
 
