@@ -29,6 +29,7 @@ _CHANNELS = ("r", "g", "b")
 _DEVIATIONS = ("sd_r", "sd_g", "sd_b")
 _UNITS = {"chlorophyll": "mg/m³", "cdom": "1/m", "minerals": "g/m³"}
 _OPEN_WATER = "water"
+_NOISE = 2.0  # standard deviations
 _FIT = """fit chlorophyll, CDOM and minerals to what a level camera saw
 
 TABLE is a CSV with the columns reflectance (0 to 1, file:patch.csv, a ColorChecker patch, or
@@ -66,6 +67,8 @@ def _run(options: argparse.Namespace, say: Callable[[str], None]) -> None:
         best, low, high = (getattr(x, name) for x in (fitted.constituents, fitted.low, fitted.high))
         say(f"{name}: {best:.3g} {_UNITS[name]}, 95 % from {low:.3g} to {high:.3g}")
     say(f"not explained: {fitted.misfit:.2g} standard deviations")
+    if fitted.misfit > _NOISE:
+        say("more than noise: check camera, depth, floor, gamma, clipped channels, deviations")
     if options.out is not None:
         write_text(options.out, _table(fitted))
 

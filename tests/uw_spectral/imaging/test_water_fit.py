@@ -184,6 +184,10 @@ def test_command_reads_a_chart_and_writes_its_water(tmp_path, monkeypatch, capsy
         f"chlorophyll: {fitted.constituents.chlorophyll:.3g} mg/m³, 95 % from "
         f"{fitted.low.chlorophyll:.3g} to {fitted.high.chlorophyll:.3g}"
     )
+    assert not any(line.startswith("more than noise") for line in lines)
+    monkeypatch.setattr(fit_command, "fit_water", lambda *_, **__: replace(fitted, misfit=2.5))
+    assert command_line.main(["fit", str(table), *options]) == 0
+    assert "more than noise: check camera, depth" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
