@@ -21,7 +21,8 @@ from ..uw_spectral.imaging.description import (
     WaterDescription,
 )
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
-from .applied_pictures import FILES, INVALID, AppliedSettings, SetSettings, apply_to_set
+from .applied_pictures import INVALID, AppliedSettings
+from .applied_sets import FILES, SetSettings, apply_to_set
 from .cameras_and_rigs import CameraRig, read_rig
 from .fit_command import add_fit
 from .rgbd_layouts import LAYOUTS, Intrinsics, find_pairs

@@ -22,7 +22,6 @@ from ...uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ...uw_spectral.transfer.sunlit_water import SunlitWater
 from .. import marks
 from ..readers import moving_surface
-from ..readers.moving_surface import WAVES
 from ..water import cycles_surface
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
@@ -31,7 +30,7 @@ from ..water.term import Term
 
 def with_waves(scene: bpy.types.Scene, plan: RenderPlan, water: RealtimeWater) -> RealtimeWater:
     """Return real-time water with the waves of the current frame, or as it is without waves."""
-    if plan.settings.surface != WAVES:
+    if plan.settings.surface != moving_surface.WAVES:
         return water
     now = moving_surface.patterns(scene, plan)
     column = plan.column.mixed_above(water.depth)
@@ -51,7 +50,7 @@ class WaveTerm(Term):
     @classmethod
     @override
     def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
-        if frame.plan.settings.surface != WAVES:
+        if frame.plan.settings.surface != moving_surface.WAVES:
             return {}
         return cycles_surface.move(frame.scene, frame.plan, frame.eye.camera)
 

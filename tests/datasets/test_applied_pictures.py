@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from underwater_spectral.datasets import applied_pictures, command_line
+from underwater_spectral.datasets import applied_sets, command_line
 from underwater_spectral.datasets.applied_pictures import AppliedSettings, PictureFilter
 from underwater_spectral.datasets.camera import PinholeCamera
 from underwater_spectral.datasets.cameras_and_rigs import CameraRig, RigLamp
@@ -245,14 +245,14 @@ def _apply(root, *more):
 
 
 def test_a_set_goes_on_where_it_was_stopped(tmp_path, monkeypatch, capsys):
-    write = applied_pictures.write_picture
+    write = applied_sets.write_picture
 
     def stopped(path, linear):
         if path.stem == "10":
             raise KeyboardInterrupt
         write(path, linear)
 
-    monkeypatch.setattr(applied_pictures, "write_picture", stopped)
+    monkeypatch.setattr(applied_sets, "write_picture", stopped)
     with pytest.raises(KeyboardInterrupt):
         _apply(tmp_path)
     images = tmp_path / "out" / "images"

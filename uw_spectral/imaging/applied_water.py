@@ -15,14 +15,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..lamps.irradiance_decay import IrradianceDecay
 from ..lamps.lamp import Lamp
 from ..lamps.lamp_channels import LampChannels
 from ..lamps.lamp_projection import project_lamps
 from ..lamps.lamp_surface import lamplight
 from ..lamps.multiple_scattering import lamp_water
-from ..mathematics import dot
 from ..occlusion.point_spread import spread
-from ..table import LOGARITHMIC, Scale, Table, angular
 from ..transfer.channel_pixel import ChannelWater, along_rays
 from ..transfer.channel_tables import ChannelTables
 from ..transfer.channels import channels_of
@@ -41,8 +40,6 @@ from .viewpoint import Viewpoint
 
 Array = NDArray[np.float64]
 UP = (0.0, 0.0, 1.0)
-_LEAST_FACING, _FAINTEST = 0.05, 1e-6
-_DECAY = Scale(64, 0.03, 200.0, LOGARITHMIC), Scale(256, 1.0, -1.0, angular(1.0))
 _BESIDE = 0.25  # of a picture: how far its edges go on for what is scattered forward
 
 
@@ -100,32 +97,12 @@ class AppliedWater:
         It has the edges of their beams, and falls off as they do: the rest varies little.
         """
         point, parts = self._points(w, P)
-        total = np.zeros(())
-        for lamp, table in self._decays:
-            r, u = lamp.towards(point)
-            facing = np.maximum(dot(parts, u), _LEAST_FACING) / (r * r)
-            total = total + facing * table.at(length=r, cosine=dot(lamp.axis, u))
-        return total[..., 0]
+        return self._decay.at(point, parts)
 
     @functools.cached_property
-    def _decays(self) -> list[tuple[Lamp, Table]]:
-        """Of each lamp: its irradiance on what faces it times the square of the distance."""
+    def _decay(self) -> IrradianceDecay:
         assert self.lamps is not None, "there are lamps"
-        r, angle = _DECAY[0].values()[:, None, None], _DECAY[1].values()[:, None]
-        axes, found = (_DECAY[0].axis("length"), _DECAY[1].axis("cosine")), []
-        for lamp, projected in zip(self.lamps.lamps, self.lamps.projected, strict=True):
-            across = np.cross(lamp.axis, np.eye(3)[np.argmin(np.abs(lamp.axis))])
-            across /= np.linalg.norm(across)
-            u = [
-                a * np.cos(angle) + b * np.sin(angle)
-                for a, b in zip(lamp.axis, across, strict=True)
-            ]
-            point = [a + b * r for a, b in zip(lamp.position, u, strict=True)]
-            one = replace(self.lamps, lamps=(lamp,), projected=(projected,))
-            E = np.abs(one.irradiance(point, [-x for x in u])).sum(axis=-1, keepdims=True) * r * r
-            least = _FAINTEST * E.max(axis=1, keepdims=True)
-            found.append((lamp, Table(np.maximum(E, least), axes)))
-        return found
+        return IrradianceDecay.of(self.lamps)
 
     def _points(self, w: Array, P: Array) -> tuple[list[Array], list[Array]]:
         """Places at distances, and the directions to them, by coordinate, (..., 1)."""
