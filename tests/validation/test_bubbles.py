@@ -73,6 +73,7 @@ def test_the_series_steps_where_reflection_ceases_to_be_total(plume):
     assert mirrored / (4.0 * math.pi) < after < 2.0 * mirrored / (4.0 * math.pi)
 
 
+@pytest.mark.slow
 def test_the_table_is_that_of_the_series_spread_a_little(plume):
     shipped, rest = BubblePhase(), 1.0 - DIFFRACTED
     # Spread by σ, the mean cosine of what is not diffracted falls as e^(-σ²).
