@@ -28,6 +28,21 @@ def views(folder=Path(), **changes):
     return enumerate_views(parse_spec(content(**changes), folder))
 
 
+def test_the_large_set_has_a_thousand_views_each_with_one_in_air():
+    """Its four specifications."""
+    specs = sorted((SPEC.parents[2] / "examples" / "datasets" / "sea_1000").glob("*.toml"))
+    found = {path.stem: enumerate_views(read_spec(path)) for path in specs}
+    assert {name: len(each) for name, each in found.items()} == {
+        "pool": 180, "port": 242, "reef": 308, "wreck": 280,
+    }  # fmt: skip
+    waters = {view.settings["water"] for view in found["reef"]}
+    assert len(waters) == 11
+    for each in found.values():
+        taken = {(view.pose, view.camera.name, view.rig.name) for view in each}
+        dry = [view for view in each if view.settings["water"] == "air"]
+        assert {(view.pose, view.camera.name, view.rig.name) for view in dry} == taken
+
+
 def test_lists_are_crossed_and_the_same_views_are_in_every_water():
     found = enumerate_views(read_spec(SPEC))
     assert len(found) == 3 * 2 * 4 * 2
