@@ -99,7 +99,7 @@ PAGES = (
     ),
     Row(
         "applied_pictures",
-        "in the open met against EEVEE, missed against Cycles",
+        "met in the open",
         "applied_pictures",
     ),
     Row("auto_choice", "Auto keeps its target", "auto_choice"),
