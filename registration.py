@@ -21,6 +21,7 @@ from .ui import (
     previews,
     property_group,
     sections,
+    start_file,
     sun_handle,
     translations,
 )
@@ -30,6 +31,7 @@ _MODULES = (
     previews,
     operators,
     sections,
+    start_file,
     sun_handle,
     presets,
     panels,

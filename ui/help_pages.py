@@ -14,7 +14,15 @@ from pathlib import Path
 import bpy
 
 from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
-from . import asset_library, dropped_files, operators, panel_job, sections, sun_handle
+from . import (
+    asset_library,
+    dropped_files,
+    operators,
+    panel_job,
+    sections,
+    start_file,
+    sun_handle,
+)
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -41,6 +49,7 @@ def entries() -> Iterator[tuple[str, str, str]]:
         sections.ResetSection,
         sun_handle.AddSunHandle,
         asset_library.AddAssets,
+        start_file.SaveStartFile,
     )
     for cls in buttons:
         yield f"bpy.ops.{cls.bl_idname}", cls.bl_label, getattr(cls, "bl_description", "")

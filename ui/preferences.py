@@ -47,6 +47,7 @@ class UnderwaterPreferences(bpy.types.AddonPreferences):
         for name in ("folder", "quality", "tab"):
             column.prop(self, name)
         column.operator("underwater.add_assets", icon="ASSET_MANAGER")
+        column.operator("underwater.save_start_file", icon="FILE_NEW")
 
 
 def stored() -> UnderwaterPreferences | None:

@@ -19,6 +19,7 @@ Remove Water | Wasser entfernen | Quitar el agua | Retirer l’eau | 水を除�
 Refresh Water | Wasser erneuern | Renovar el agua | Actualiser l’eau | 水を更新
 Show the Water | Wasser zeigen | Mostrar el agua | Montrer l’eau | 水を表示
 Submerge Scene | Szene versenken | Sumergir la escena | Immerger la scène | シーンを沈める
+Use for New Files | Für neue Dateien verwenden | Usar para archivos nuevos | Utiliser pour les nouveaux fichiers | 新規ファイルに使用
 Add Example | Beispiel einfügen | Añadir ejemplo | Ajouter un exemple | 例を追加
 Reef | Riff | Arrecife | Récif | サンゴ礁
 Wreck | Wrack | Pecio | Épave | 沈没船
