@@ -39,9 +39,7 @@ def test_what_new_files_would_not_find_is_told_and_nothing_written(scripts, tmp_
     image.save()
     image.filepath = "//own.png"
     image.use_fake_user = True
-    with pytest.raises(
-        RuntimeError, match="looked for beside this one, such as //own"
-    ):
+    with pytest.raises(RuntimeError, match="looked for beside this one, such as //own"):
         bpy.ops.underwater.save_start_file()
     assert not scripts.exists()
     Path(tmp_path, "scripts").write_text("in the way")
