@@ -131,6 +131,7 @@ class _Export:
             "pose": view.record["pose"],
             "camera": view.record["camera"]["name"],
             "group": view.group,
+            "frame": view.frame,
             **{k: view.record[k] for k in _LATER if k in view.record},
             **({"housing": housing} if housing is not None else {}),
             "settings": view.record["settings"],

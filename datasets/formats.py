@@ -13,7 +13,7 @@ from .coco import write_coco_splits
 from .colmap import write_colmap_scenes
 from .croissant import write_croissant
 from .nerfstudio import write_nerfstudio_set
-from .optical_flow import write_flows
+from .optical_flow import MOTION, write_flows
 from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
 from .rosbag import write_rosbags
 from .sequences import write_euroc_sequences, write_kitti_sequences, write_tum_sequences
@@ -91,11 +91,17 @@ FORMATS = {
     "euroc": Format(write_euroc_sequences, _WAYS, way=True, distortion=4),
     "kitti": Format(write_kitti_sequences, _WAYS, way=True, side_by_side=True, distortion=0),
     "tartanair": Format(
-        write_tartanair, _NED, way=True, side_by_side=True, distortion=0, pixel_bytes=15
+        write_tartanair,
+        _NED,
+        layers=(MOTION,),
+        way=True,
+        side_by_side=True,
+        distortion=0,
+        pixel_bytes=15,
     ),
     "rosbag2": Format(write_rosbags, _WAYS, package="rosbags", way=True, pixel_bytes=7),
     "camera_info": Format(write_camera_infos),
-    "flow": Format(write_flows, _FLOW, way=True, pixel_bytes=8),
+    "flow": Format(write_flows, _FLOW, layers=(MOTION,), way=True, pixel_bytes=16),
     "pairs": Format(write_pairs, layers=(IMAGE, UNATTENUATED), pixel_bytes=6),
     "pairs_air": Format(write_air_pairs, layers=(IMAGE,), dry=True, pixel_bytes=6),
     "exr": Format(write_compositor_exrs, layers=tuple(COMPOSITOR_LAYERS), pixel_bytes=48),

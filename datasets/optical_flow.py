@@ -1,6 +1,6 @@
 """Optical flow: where what a picture shows is in the next one; and Middlebury's ``.flo``.
 
-It follows from depth and the two poses, exactly, as long as the scene stands still.
+It follows from depth and the two poses, exactly, but for what moves, where it is Blender's own.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..uw_spectral.spectra.spectral_image import replacing
 from .axes import Array
 from .camera import PIXEL_CENTRE
-from .depth_maps import euclidean_range, world_positions
+from .depth_maps import PLANAR, euclidean_range, world_positions
 from .files import make_folder, write_text
 from .set_files import SetFiles
 from .trajectories import trajectories
@@ -24,7 +24,9 @@ UNKNOWN = 1e10
 VISIBLE, HIDDEN, OUTSIDE = 0, 1, 100
 """Of a mask of flow, as TartanAir has it: whether the next picture shows the same."""
 _TAG = b"PIEH"
+MOTION = "motion"
 _SAME = 0.01  # of the depth, within which the next picture shows the same and not what hides it
+_MOVED, _CUT = 0.5, 2.0**-8  # pixels, and of the motion, which has eleven binary digits
 
 
 def optical_flow(view: DataSetView, depth: ArrayLike, following: DataSetView) -> Array:
@@ -36,6 +38,25 @@ def optical_flow(view: DataSetView, depth: ArrayLike, following: DataSetView) ->
     """
     there = following.project(_points(view, depth))
     return np.where(np.isfinite(np.asarray(depth))[..., None], there - _pixels(view), np.nan)
+
+
+def flow_between(files: SetFiles, view: DataSetView, other: DataSetView) -> Array:
+    """Return the flow from a view to the one before or after it, as :func:`optical_flow` has it.
+
+    Where the layer ``motion`` of the two, if they are rendered as frames in turn, tells of another
+    it is taken: there something moves.
+    """
+    layers = files.layers(view)
+    exact = optical_flow(view, layers[PLANAR], other)
+    here, there = (each.metadata.get("frame", 0) for each in (view, other))
+    if MOTION not in layers or abs(there - here) != 1:
+        return exact
+    motion = layers[MOTION].astype(np.float64)
+    # Blender's is to where it was, and from where it will be; right and up.
+    moved = motion[..., 2:] * (-1, 1) if there > here else motion[..., :2] * (1, -1)
+    size = np.linalg.norm(moved, axis=-1)
+    apart = np.linalg.norm(moved - exact, axis=-1)
+    return np.where((apart > np.maximum(_MOVED, _CUT * size))[..., None], moved, exact)
 
 
 def flow_mask(
@@ -68,17 +89,16 @@ def write_flo(path: Path, flow: ArrayLike) -> None:
 
 
 def write_flows(files: SetFiles) -> None:
-    """Write the flow from each view to the next of its way, and a table of both."""
+    """Write the flow from each view to the next of its way, that back, and a table of them."""
     folder, rows = make_folder(files.folder / "flow"), ["flow,view,next"]
     for way in trajectories(files, "flow"):
         for views in way.cameras.values():
             for here, there in way.steps:
-                view, following = views[here], views[there]
-                write_flo(
-                    folder / f"{view.name}.flo",
-                    optical_flow(view, files.planar_depth(view), following),
-                )
-                rows.append(f"{view.name}.flo,{view.name},{following.name}")
+                pair = views[here], views[there]
+                for end, (view, other) in (("", pair), ("_back", pair[::-1])):
+                    name = f"{view.name}{end}.flo"
+                    write_flo(folder / name, flow_between(files, view, other))
+                    rows.append(f"{name},{view.name},{other.name}")
     write_text(folder / "flow.csv", "\n".join(rows) + "\n")
 
 

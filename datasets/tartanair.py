@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..uw_spectral.spectra.spectral_image import replacing
 from .axes import Array, placed, quaternion, turned
 from .files import make_folder, place_file, write_text
-from .optical_flow import flow_mask, optical_flow
+from .optical_flow import flow_between, flow_mask
 from .picture_codes import read_codes
 from .set_files import SetFiles
 from .trajectories import Trajectory, trajectories
@@ -76,7 +76,7 @@ def _flow(files: SetFiles, folder: Path, way: Trajectory, views: tuple[DataSetVi
     for here, there in way.steps:
         view, following = views[here], views[there]
         depth, next_depth = files.planar_depth(view), files.planar_depth(following)
-        flow = np.nan_to_num(optical_flow(view, depth, following)).astype(np.float32)
+        flow = np.nan_to_num(flow_between(files, view, following)).astype(np.float32)
         name = f"{here:06d}_{there:06d}"
         write_array(folder / "flow" / f"{name}_flow.npy", flow)
         mask = flow_mask(view, depth, following, next_depth)

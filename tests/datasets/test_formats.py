@@ -6,6 +6,7 @@ import csv
 import dataclasses
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -29,7 +30,7 @@ from underwater_spectral.datasets.card import write_card
 from underwater_spectral.datasets.files import plain_names
 from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.instance_maps import visible_masks
-from underwater_spectral.datasets.optical_flow import flow_mask, optical_flow
+from underwater_spectral.datasets.optical_flow import flow_between, flow_mask, optical_flow
 from underwater_spectral.datasets.rosbag import ros_name
 from underwater_spectral.datasets.sequences import write_tum_sequences
 from underwater_spectral.datasets.set_files import SetFiles
@@ -224,11 +225,12 @@ def test_tartanair_fits_by_the_words_of_its_specification(files):
 
 def test_opencv_reads_flow_and_the_next_picture_shows_the_same(files):
     rows = table(files.folder / "flow" / "flow.csv")
-    assert len(rows) == 2 * 2 * (len(TIMES) - 1)
+    assert len(rows) == 2 * 2 * 2 * (len(TIMES) - 1)
     views = {view.name: view for view in files.views}
     for row in rows:
         view, following = views[row["view"]], views[row["next"]]
-        assert following.metadata["pose"] == view.metadata["pose"] + 1
+        back = row["flow"] == f"{view.name}_back.flo"
+        assert following.metadata["pose"] == view.metadata["pose"] + (-1 if back else 1)
         flow = cv2.readOpticalFlow(str(files.folder / "flow" / row["flow"]))
         depth, _, points = cast(OPTICS, view.camera_to_world)
         assert (np.abs(flow) > 1e9).all(axis=-1).sum() == np.isinf(depth).sum()
@@ -245,6 +247,27 @@ def test_opencv_reads_flow_and_the_next_picture_shows_the_same(files):
         assert np.median(apart) < 1e-3
         assert np.quantile(apart, 0.9) < 5e-3
         assert np.median(apart_if_longer) > 1e-2
+
+
+def test_what_moves_has_the_motion_that_was_rendered(files):
+    """Of frames in turn; where it tells the same as the poses these are exact."""
+    one, two = (
+        replace(view, metadata={**view.metadata, "frame": frame})
+        for frame, view in enumerate(of_camera(files, "left")[:2], start=3)
+    )
+    depth = cast(OPTICS, one.camera_to_world)[0]
+    exact = optical_flow(one, files.planar_depth(one), two)
+    motion = files.layers(one)["motion"]  # numbers, of which none is what the poses tell
+    seen = np.isfinite(depth) & (motion[..., 0] > 200)
+    there = flow_between(files, one, two)
+    np.testing.assert_array_equal(there[seen], (motion[..., 2:] * (-1, 1))[seen])
+    np.testing.assert_array_equal(np.isnan(there), np.isnan(exact))
+    motion = files.layers(two)["motion"]
+    seen = np.isfinite(cast(OPTICS, two.camera_to_world)[0]) & (motion[..., 0] > 200)
+    back = flow_between(files, two, one)
+    np.testing.assert_array_equal(back[seen], (motion[..., :2] * (1, -1))[seen])
+    later = replace(two, metadata={**two.metadata, "frame": 9})
+    np.testing.assert_array_equal(flow_between(files, one, later), exact)
 
 
 def _interpolated(image: np.ndarray, at: np.ndarray) -> np.ndarray:

@@ -556,11 +556,94 @@ def _layers_of(made, view):
     return read_layers(made.folder / "jobs" / view.job / f"{view.frame:04d}_layers.exr")
 
 
+@pytest.mark.slow
+def test_what_swims_moves_in_the_flow(tmp_path):
+    """A sheet that *Scene Time* moves by 2 m/s, before a camera that moves."""
+    scene = _blank()
+    paint = scenes.principled("paint", (0.9, 0.7, 0.5, 1.0))
+    for name, size, depth in (("wall", 8.0, 6.0), ("fish", 0.5, 3.0)):
+        corners = size * np.array([(-1.0, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)])
+        item = _mesh(name, np.add(corners, (0.0, depth, -4.0)), [(0, 1, 2, 3)])
+        item.data.materials.append(paint)
+    tree = bpy.data.node_groups.new("swims", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    nodes = {
+        kind: tree.nodes.new(kind)
+        for kind in ("NodeGroupInput", "GeometryNodeInputSceneTime", "ShaderNodeCombineXYZ",
+                     "ShaderNodeMath", "GeometryNodeTransform", "NodeGroupOutput")
+    }  # fmt: skip
+    given, time, vector, double, moved, out = nodes.values()
+    double.operation, double.inputs[1].default_value = "MULTIPLY", 2.0
+    for one, other in (
+        (given.outputs[0], moved.inputs[0]), (time.outputs["Seconds"], double.inputs[0]),
+        (double.outputs[0], vector.inputs[0]), (vector.outputs[0], moved.inputs["Translation"]),
+        (moved.outputs[0], out.inputs[0]),
+    ):  # fmt: skip
+        tree.links.new(one, other)
+    item.modifiers.new("swims", "NODES").node_group = tree
+    scene.render.fps = 24
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "swims.blend"))
+    (tmp_path / "spec.toml").write_text("""
+title = "Swims"
+licence = "CC0-1.0"
+seed = 1
+[water]
+name = "air"
+[sun]
+zenith = 30
+[scene]
+file = "swims.blend"
+[render]
+engine = "eevee"
+mode = "realtime"
+samples = 1
+bands = 3
+[[camera]]
+name = "probe"
+width = 96
+height = 72
+field_of_view = 60
+[[poses]]
+name = "by"
+kind = "transect"
+start = [0, 0, -4]
+end = [0.2, 0, -4]
+heading = 90
+count = 3
+[splits]
+train = 1
+val = 0
+test = 0
+[output]
+formats = ["flow"]
+layers = "instance"
+""")
+    assert _run("--dataset", tmp_path / "spec.toml", "--out", tmp_path / "out") == 0
+    index = read_index(tmp_path / "out" / "dataset.json")
+    first, second, third = sorted(index.views.values(), key=lambda view: view.record["pose"])
+    layers = read_layers(tmp_path / "out" / "jobs" / second.job / f"{second.frame:04d}_layers.exr")
+    number = {name: number for number, name in layers.instances.items()}["fish"]
+    swims = layers["instance"] == number
+    assert swims.sum() > 300
+    f, step = second.camera.fx, 2.0 / 24.0
+    for end, other, sign in (("", third, 1.0), ("_back", first, -1.0)):
+        flow = cv2.readOpticalFlow(str(tmp_path / "out" / "flow" / f"{second.name}{end}.flo"))
+        camera = other.camera_to_world[0, 3] - second.camera_to_world[0, 3]
+        inner = cv2.erode(swims.astype(np.uint8), np.ones((5, 5))) > 0
+        np.testing.assert_allclose(
+            flow[inner], [(f * (sign * step - camera) / 3.0, 0.0)] * inner.sum(), atol=0.02
+        )
+        wall = ~swims & (np.abs(flow) < 1e9).all(axis=-1)
+        np.testing.assert_allclose(np.median(flow[wall], axis=0), (-f * camera / 6.0, 0), atol=1e-3)
+
+
 def test_flow_is_that_of_blenders_own_vectors(made):
     for water in ("jerlov:IB", "air"):
         view, following = _of_pose(made, water)
         flow = cv2.readOpticalFlow(str(made.folder / "flow" / f"{view.name}.flo"))
         assert not (made.folder / "flow" / f"{following.name}.flo").exists()
+        assert (made.folder / "flow" / f"{following.name}_back.flo").exists()
         layers = _layers_of(made, view)
         # Blender's is from the frame after, to the right and up.
         theirs = layers["motion"][..., 2:] * (-1.0, 1.0)
