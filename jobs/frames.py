@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.methods import method_of
-from ..scene.engines import port_look
+from ..scene.engines import port_look, world_picture
 from ..scene.readers import cameras, clouds, lamp_records
 from ..scene.readers.pinhole import require_pinhole
 from ..scene.water import metering
@@ -70,7 +70,7 @@ def _resolved(
     frames: list[Frame] = []
     for number in job.frames or (scene.frame_current,):
         scene.frame_set(number)
-        chosen = settings_now().in_mode(job.mode)
+        chosen = world_picture.drawn(scene, settings_now(), job.out).in_mode(job.mode)
         if frames:  # optimised bands stay while animated water changes
             chosen = frames[0].plan.fixed_bands(chosen)
         floor = chosen.floor_depth or math.inf

@@ -290,7 +290,7 @@ class Manifest:
         # Passes do not depend on what is made of them.
         found["layers"] = sorted(drawn_for(parse_layers(values.get("layers", NONE))))
         for name, location in tables(found).items():
-            found[name] = f"file#{split_location(location)[1]}"
+            found[name] = self._stand_in(name, location)
         if self.stage is not None:
             found["pose"] = astuple(self.stage.places[frame])
         return found
@@ -305,7 +305,7 @@ class Manifest:
     def view_key(self, view: View) -> str:
         """Return a digest of all that the pictures and the record of a view depend on."""
         values = {**self.settings, **self.changes.get(view.frame, {})}
-        named = {name: f"file#{split_location(at)[1]}" for name, at in tables(values).items()}
+        named = {name: self._stand_in(name, at) for name, at in tables(values).items()}
         return _digest(
             [
                 [self.key(view, number) for number in range(len(self.passes))],
@@ -325,6 +325,15 @@ class Manifest:
         for view in self.views:
             found.setdefault(view.camera, set()).add(view.eye)
         return {camera: sorted(eyes) for camera, eyes in found.items()}
+
+    def _stand_in(self, name: str, location: str) -> str:
+        """Return what stands for a file, whose content counts.
+
+        That differs by frame only of skies, whose names tell it.
+        """
+        path, part = split_location(location)
+        by_frame = any(name in values for values in self.changes.values())
+        return f"file{path.name if by_frame else ''}#{part}"
 
     def _counts(self, setting: str) -> bool:
         return setting not in SHOWN and (self.method.draws_colours or setting not in DEVELOPMENT)

@@ -43,7 +43,10 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         "output": asdict(manifest.output),
         "settings": _placed(manifest.settings, path.parent, relative),
         "frames": manifest.frames,
-        "changes": manifest.changes,
+        "changes": {
+            frame: _placed(values, path.parent, relative)
+            for frame, values in manifest.changes.items()
+        },
         "cameras": [asdict(camera) for camera in manifest.cameras],
         "passes": [asdict(item) for item in manifest.passes],
         "bands_nm": manifest.bands_nm,
@@ -114,7 +117,10 @@ def _manifest(content: dict[str, Any], folder: Path) -> Manifest:
         versions=content["versions"],
         output=output,
         settings=_placed(content["settings"], folder, joined),
-        changes={int(frame): values for frame, values in content["changes"].items()},
+        changes={
+            int(frame): _placed(values, folder, joined)
+            for frame, values in content["changes"].items()
+        },
         frames=tuple(map(int, content["frames"])),
         cameras=tuple(CameraOutput(**item) for item in content["cameras"]),
         passes=tuple(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath, PurePosixPath, PureWindowsPath
+from typing import Any
 
 import bpy
 
@@ -61,22 +63,26 @@ class PathMapping:
         """
         if not self.rules:
             return manifest
-        settings = dict(manifest.settings)
-        for name, location in tables(settings).items():
-            path, part = split_location(location)
-            settings[name] = f"file:{self.apply(str(path))}{f'#{part}' if part else ''}"
         return replace(
             manifest,
             scene=self._placed(manifest.scene) if manifest.scene is not None else None,
             out=self._placed(manifest.out),
             rendered_in=self._placed(manifest.rendered_in) if manifest.rendered_in else None,
-            settings=settings,
+            settings=self._settings(manifest.settings),
+            changes={frame: self._settings(some) for frame, some in manifest.changes.items()},
             stage=manifest.stage.moved(self.apply) if manifest.stage is not None else None,
             files=tuple(
                 replace(item, path=self.apply(item.path)) if item.setting else item
                 for item in manifest.files
             ),
         )
+
+    def _settings(self, settings: Mapping[str, Any]) -> dict[str, Any]:
+        found = dict(settings)
+        for name, location in tables(settings).items():
+            path, part = split_location(location)
+            found[name] = f"file:{self.apply(str(path))}{f'#{part}' if part else ''}"
+        return found
 
     def _placed(self, path: Path) -> Path:
         return Path(self.apply(str(path)))

@@ -22,10 +22,11 @@ from .manifest import Manifest
 
 def notes_of_scene(scene: bpy.types.Scene, manifest: Manifest) -> tuple[str, ...]:
     """Return what to know of a scene as it came, a line each."""
-    hidden = manifest.output.hidden
+    hidden, sky = manifest.output.hidden, manifest.settings.get("sky_picture", "")
     said = (
         *missing_notes(scene, manifest.frames),
-        *(*scripts.notes(), *unsupported(scene), *unlit_scans.notes(scene), other_scenes(scene)),
+        *(*scripts.notes(), *unsupported(scene, sky), *unlit_scans.notes(scene)),
+        other_scenes(scene),
         *staging.notes(scene, manifest.stage),
         own_water.hidden_note(hidden) if hidden else "",
     )

@@ -13,6 +13,7 @@ from ..quality.methods import Method, method_of
 from ..quality.requirements import Requirements, decide
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
+from ..scene.engines import world_picture
 from ..scene.readers.picture_size import rendered_size
 from ..settings.render_plan import forget_files, plan_of, quiet
 from ..settings.scene_settings import SceneSettings
@@ -62,7 +63,7 @@ def choose(
     try:
         with as_rendered(scene):
             scene.frame_set(frames[0])
-            chosen = settings_now()
+            chosen = world_picture.drawn(scene, settings_now())
             if chosen.sunlight == 0:
                 raise InputError(
                     "Auto weighs the light of sun and sky, and --sunlight is 0; choose the "

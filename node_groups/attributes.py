@@ -11,6 +11,8 @@ PREFIX = "uw_"
 SUN_IRRADIANCE = "uw_sun_irradiance"
 SUN_IN_AIR = "uw_sun_in_air"
 SKY_RADIANCE = "uw_sky_radiance"
+SKY_BASIS = ("uw_sky_red", "uw_sky_green", "uw_sky_blue")
+"""Of the red, green and blue of a sky that is a picture."""
 FLOOR_REFLECTANCE = "uw_floor_reflectance"
 FOAM_REFLECTANCE, FOAM_BELOW = "uw_foam_reflectance", "uw_foam_below"
 REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectance_blue")

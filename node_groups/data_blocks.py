@@ -35,10 +35,11 @@ def new_emission(light: bpy.types.Light, name: str) -> tuple[Graph, bpy.types.No
 
 def write_pixels(
     image: bpy.types.Image, pixels: NDArray[np.float32], *, fresh: bool = False
-) -> None:
+) -> bpy.types.Image:
     """Put texels, shape (rows, columns, 4), into an image, the lowest row first.
 
     One of their size takes the place of an image of another, wherever it is used; or any, fresh.
+    Returns the one that holds them.
     """
     rows, columns = pixels.shape[:2]
     if fresh or tuple(image.size) != (columns, rows):
@@ -49,6 +50,7 @@ def write_pixels(
         image.name = name
     image.pixels.foreach_set(np.ravel(pixels))
     image.update()
+    return image
 
 
 def of_view_layer(graph: Graph, name: str) -> bpy.types.Node:

@@ -119,7 +119,7 @@ class _AirPixel(DrySide):
         water, values, shape = self.pixel.water, self._values, self.pixel.shape
         v = self.pixel.graph.components(self._of_ray(MIRRORED_SKY))
         R = self._of_ray(REFLECTANCE)
-        seen = (R * water.sky.radiance(v, NODES)) * values[numbers.SKY_LEVEL]
+        seen = water.skylight(R * water.sky.radiance(v, NODES))
         if WaveShape not in shape:
             return seen
         waves = ripples(values, self._of_ray(SLOPE))

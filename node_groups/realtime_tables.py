@@ -64,6 +64,7 @@ def sizes_of(shape: Shape) -> TableSizes:
     return TableSizes(
         shape.slices, COLOURS + shape.measured, len(shape.components), shape.layered,
         any(term.caustics for term in shape.terms), sum(term.emissions for term in shape.terms),
+        max((term.skies for term in shape.terms), default=1),
     )  # fmt: skip
 
 

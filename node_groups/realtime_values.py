@@ -50,6 +50,8 @@ SKY_ABOVE = tuple(f"sky above on {c}" for c in ("red", "green", "blue"))
 WATER_ABOVE = tuple(f"light of water on {c}" for c in ("red", "green", "blue"))
 GLOW_ABOVE = tuple(f"glow in air {c}" for c in ("red", "green", "blue"))
 SKY_LEVEL, SUN_LEVEL = "sky above", "sun above"
+SKY_LEVELS = tuple(f"sky above of {c}" for c in ("red", "green", "blue"))
+"""The first of a sky that is a picture, in its red, green and blue."""
 OF_AIR = (*SUN_ABOVE, *SKY_ABOVE, *WATER_ABOVE, *GLOW_ABOVE, SKY_LEVEL, SUN_LEVEL)
 """Numbers of the light in the air."""
 FILTERS = tuple(f"let through of {c}" for c in ("red", "green", "blue"))

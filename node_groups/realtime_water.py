@@ -14,7 +14,7 @@ from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .realtime_tables import PART, ImageTables, sizes_of
-from .realtime_values import FASTEST, INDEX, SUN, SUN_IN_AIR, Values
+from .realtime_values import FASTEST, INDEX, SKY_LEVEL, SKY_LEVELS, SUN, SUN_IN_AIR, Values
 from .shape import Shape, Sources
 
 
@@ -44,9 +44,21 @@ class PixelWater:
     @property
     def sky(self) -> Sky:
         """The sky, of level 1."""
+        for term in self.shape.terms:
+            found = term.sky(self)
+            if found is not None:
+                return found
         if self.shape.sky == UNIFORM:
             return Sky(1.0)
         return Sky(1.0, self.shape.sky, self.values.of(*SUN_IN_AIR))
+
+    def skylight(self, relative: Operand) -> Operand:
+        """Return what the channels have of the sky in the air, of its radiance at level 1."""
+        if sizes_of(self.shape).skies == 1:
+            return relative * self.values[SKY_LEVEL]
+        levels, parts = self.values.of(*SKY_LEVELS), self.graph.components(relative)
+        red, green, blue = (part * level for part, level in zip(parts, levels, strict=True))
+        return red + green + blue
 
     @property
     def index(self) -> NodeValue | None:

@@ -13,6 +13,7 @@ from ..uw_spectral.water.phase import PhaseFunction
 
 if TYPE_CHECKING:
     from ..uw_spectral.clouds.cloud_light import Clouds
+    from ..uw_spectral.transfer.sky import Sky
     from .node_mathematics import Graph, NodeValue
     from .pixel_term import Pixel, TermPixel, Triple
     from .realtime_water import PixelWater
@@ -39,6 +40,7 @@ class TermShape:
 
     #: The tables of light hold the contrast of its caustics.
     caustics: ClassVar[bool] = False
+    skies: ClassVar[int] = 1  #: Spectra that the sky is a sum of.
     #: Its nodes need about half of the constants that a shader holds.
     large: ClassVar[bool] = False
     surfaces: ClassVar[str] = ""  #: Name of the group of surfaces that it alone concerns.
@@ -75,6 +77,11 @@ class TermShape:
         """
         del water, eye, w
         return y_o
+
+    def sky(self, water: PixelWater) -> Sky | None:
+        """Return the sky of a pixel, if the term has one: relative, in each of its spectra."""
+        del water
+        return None
 
     def matter(self, shape: Shape, sources: Sources) -> Callable[[Graph], Clouds] | None:
         """Return what makes in a tree what floats in the water, which lamps light."""

@@ -8,11 +8,13 @@ import bpy
 
 from ..uw_spectral.transfer.sky import UNIFORM, Sky
 from . import attributes
-from .data_blocks import new_world, of_view_layer
-from .node_mathematics import NODES
+from .data_blocks import new_world, of_view_layer, vector_of_view_layer
+from .node_mathematics import NODES, Graph
+from .realtime_sky import DrawnSky
 
 NAME = "UW Sky"
 _SUN = "sun"
+_PICTURE = "picture"
 
 
 def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
@@ -41,6 +43,24 @@ def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
         sky = Sky(graph.term(radiance), kind, towards_sun)
         graph.assign(sky.radiance((-x, -y, -z), NODES), background.inputs["Color"])
     return world
+
+
+def show(world: bpy.types.World, image: bpy.types.Image) -> None:
+    """Let a world show the sky in an image, in place of the sky that it was built with."""
+    graph = Graph(world.node_tree)
+    background = next(n for n in world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
+    geometry = graph.node("ShaderNodeNewGeometry")
+    x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
+    seen = DrawnSky(graph=graph, image=image).radiance((-x, -y, -z))
+    parts = zip(graph.components(seen), attributes.SKY_BASIS, strict=True)
+    red, green, blue = (part * vector_of_view_layer(graph, name) for part, name in parts)
+    graph.assign(red + green + blue, background.inputs["Color"])
+    world[_PICTURE] = image
+
+
+def image_of(world: bpy.types.World) -> bpy.types.Image:
+    """Return the image that a world shows the sky of."""
+    return world[_PICTURE]
 
 
 def turn(world: bpy.types.World, sun: Iterable[float]) -> None:

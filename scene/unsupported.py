@@ -13,13 +13,15 @@ from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
 _FAR = 10_000.0  # m, where single precision tells 1 mm apart
-_PICTURES = {"TEX_ENVIRONMENT", "TEX_IMAGE"}
 _SEEN = ("use_solid", "use_volumes")
 
 
-def unsupported(scene: bpy.types.Scene) -> tuple[str, ...]:
-    """Return what to know about a scene before its water is rendered, a sentence each."""
-    return tuple(_notes(scene))
+def unsupported(scene: bpy.types.Scene, sky: str = "") -> tuple[str, ...]:
+    """Return what to know about a scene before its water is rendered, a sentence each.
+
+    ``sky`` is the picture of the sky that lights the water, if one does.
+    """
+    return tuple(_notes(scene, sky))
 
 
 def unsupported_of_camera(
@@ -53,7 +55,7 @@ def _of_camera(scene: bpy.types.Scene, camera: bpy.types.Object, traced: bool) -
         )
 
 
-def _notes(scene: bpy.types.Scene) -> Iterator[str]:
+def _notes(scene: bpy.types.Scene, sky: str) -> Iterator[str]:
     unit = units.note(scene)
     if unit:
         yield unit
@@ -93,18 +95,21 @@ def _notes(scene: bpy.types.Scene) -> Iterator[str]:
     yield from glowing_meshes.notes(scene)
     yield from own_water.notes(scene)
     if not is_live(scene):
-        yield from _of_world(scene.world)
+        yield from _of_world(scene.world, sky)
 
 
-def _of_world(world: bpy.types.World | None) -> Iterator[str]:
+def _of_world(world: bpy.types.World | None, sky: str) -> Iterator[str]:
     if world is None or world.node_tree is None:
         return
-    tree = world.node_tree
-    output = tree.get_output_node("ALL")
-    if any(node.type in _PICTURES for node in tree.nodes):
+    from .readers import world_state  # slow to import
+
+    output = world.node_tree.get_output_node("ALL")
+    if sky:
+        yield from world_state.left_out(world)
+    elif world_state.has_sky(world):
         yield (
-            f"the picture of world {world.name!r} is not supported: light is that of the settings' "
-            "sun and sky"
+            f"the sky of world {world.name!r} does not light the water: light is that of the "
+            "settings' sun and sky; choose it as Sky picture (--sky-picture world)"
         )
     if output is not None and output.inputs["Volume"].is_linked:
         yield f"the volume of world {world.name!r} is not supported: the water takes its place"

@@ -22,7 +22,7 @@ from ..uw_spectral.surface.wave_patterns import Sea
 from ..uw_spectral.transfer.water_column import WAVES
 from ..uw_spectral.water.bio_optics import Constituents
 from .scene_settings import BANDS, BY_PICTURE, OPTIMISED, SETTINGS, SceneSettings
-from .water_settings import AUTO, CONSTITUENTS, DEFAULT_PHASE
+from .water_settings import AUTO, CONSTITUENTS, DEFAULT_PHASE, WORLD
 
 _MOST_STOPS = 60  # pictures of 32 bits reach no further
 
@@ -66,8 +66,14 @@ def housing_of(settings: SceneSettings) -> HousingDescription:
 def description_of(settings: SceneSettings) -> Description:
     """Return the description that settings are.
 
-    Raises InputError if wavelengths or exposure are no numbers.
+    Raises InputError if wavelengths or exposure are no numbers, or the sky is a scene's world that
+    nobody has drawn yet.
     """
+    if settings.sky_picture == WORLD:
+        raise InputError(
+            f"--sky-picture {WORLD}: the light of a world is known once the water is in its scene; "
+            "press Add Water or Refresh Water"
+        )
     constituents = Constituents(
         settings.chlorophyll, settings.cdom, settings.minerals, settings.detritus
     )

@@ -23,6 +23,7 @@ _ILLUMINANTS = {
     "astm-g173": "Standard solar spectrum",
     "equal-energy": "The same at every wavelength",
 }
+_SKY_PICTURES = {"world": "The scene's own world: its picture, sky texture or colours"}
 _EMISSIONS = {
     "led": "Cold white LED",
     "led-warm": "Warm white LED",
@@ -83,7 +84,7 @@ def known_words(kind: str) -> tuple[tuple[str, str], ...]:
     """Return words and what they mean.
 
     ``kind`` is ``waters``, ``sensors``, ``filters``, ``illuminants``, ``phases``, ``housings``,
-    ``emissions`` (of lamps) or ``fluorophores`` (of materials).
+    ``sky_pictures``, ``emissions`` (of lamps) or ``fluorophores`` (of materials).
 
     Examples
     --------
@@ -106,6 +107,7 @@ def known_words(kind: str) -> tuple[tuple[str, str], ...]:
         return (*found, *((name, f"Film: {FILM_NOTE}") for name in list_sensors("film")))
     words = {
         "illuminants": _ILLUMINANTS, "phases": _PHASES, "housings": _HOUSINGS, "filters": _FILTERS,
+        "sky_pictures": _SKY_PICTURES,
     }  # fmt: skip
     return tuple(words[kind].items())
 

@@ -9,6 +9,7 @@ import math
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import PurePath
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.receptors import Receptors, parse_receptors
 from ..uw_spectral.spectra.reflectance import uplift_basis
+from ..uw_spectral.spectra.sky_colours import SKY_SOURCE
 from ..uw_spectral.spectra.spectral_image import IRRADIANCE_UNITS, RADIANCE_UNITS
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike
@@ -71,11 +73,29 @@ class RenderPlan(ResolvedOptics):
         notes = tuple(dict.fromkeys(caveats))
         if self.settings.shafts and not self.draws_shafts:
             notes += ("shafts of light are not drawn in water of several layers",)
-        if self.sensor.note:
-            notes += (self.sensor.note,)
+        notes += tuple(filter(None, (self.sky_note, self.sensor.note)))
         if self.reference is not None and self.excitation is not None:
             notes += ("optimised bands do not expect inelastic light; its colour may be off",)
         return notes
+
+    @property
+    def sky_note(self) -> str:
+        """Which picture of a sky lights the water; empty if none does."""
+        if self.column.sky_picture is None:
+            return ""
+        sun, sky = self.column.sun_irradiance.sum(), self.column.sky_irradiance.sum()
+        x, y, z = self.column.skylight.sun
+        high, to = math.degrees(math.asin(-z)), math.degrees(math.atan2(y, x))
+        direct = (
+            f"its sun is {high:.1f}° high, shines towards {to:.0f}° and brings "
+            f"{100.0 * sun / (sun + sky):.0f} % of the light below the surface"
+            if sun > 0
+            else "no sun was found in it"
+        )
+        if self.column.sky_picture.sun_irradiance.any():
+            direct += "; another bright spot of it lights as sky does, without shadows"
+        name = PurePath(self.settings.sky_picture).name
+        return f"the water is lit by the picture of the sky {name}: {direct}"
 
     @property
     def draws_shafts(self) -> bool:
@@ -163,6 +183,7 @@ class RenderPlan(ResolvedOptics):
             "sources": {
                 "water": "; ".join(dict.fromkeys(x.source for x in self.waters.layers)),
                 "illuminant": self.illuminant.source,
+                **({"sky": SKY_SOURCE} if column.sky_picture is not None else {}),
                 "sensor": f"{self.sensor.source} ({self.sensor.licence})",
             },
         }

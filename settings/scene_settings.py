@@ -56,7 +56,7 @@ class SceneSettings(WaterSettings):
             "below": ("Below the surface", "Just below: nothing is lost at the surface"),
             "above": ("Above the surface", "In air: the surface reflects some of it"),
         },
-        who="researcher",
+        who="researcher", needs={"sky_picture": ("",)},
     )
     refractive_index: float = stored(
         1.34, "Refractive index", "Refractive index of the water against air",

@@ -14,11 +14,14 @@ AUTO = "auto"
 DEFAULT_PHASE = "mixture"
 CONSTITUENTS = "constituents"
 NO_FLOOR = 0.0
+WORLD = "world"
+"""The scene's own world, which whoever renders draws as a picture first."""
 
 
 _OF_CONSTITUENTS = {"water": (CONSTITUENTS,)}
 _OF_WAVES = {"surface": (WAVES,)}
 _OF_RAISED = {"surface": (WAVES,), "raised_waves": ()}
+_OF_FORMULA = {"sky_picture": ("",)}
 _OF_FLOOR = {"floor_depth": (NO_FLOOR,)}
 
 
@@ -248,11 +251,11 @@ class WaterSettings:
     )
     sun_zenith: float = stored(
         30.0, "Sun zenith", "Zenith angle of the sun in air: 90° less its elevation",
-        "sun", unit="°", limits=(0.0, 89.9), digits=1, animatable=True,
+        "sun", unit="°", limits=(0.0, 89.9), digits=1, animatable=True, needs=_OF_FORMULA,
     )
     sun_azimuth: float = stored(
         0.0, "Sun azimuth", "Direction the sunlight travels to, from +x towards +y",
-        "sun", unit="°", limits=(-360.0, 360.0), digits=1, animatable=True,
+        "sun", unit="°", limits=(-360.0, 360.0), digits=1, animatable=True, needs=_OF_FORMULA,
     )
     sky: str = stored(
         UNIFORM, "Sky", "Where the sky is bright",
@@ -262,12 +265,20 @@ class WaterSettings:
             "overcast": ("Overcast", "Three times as bright overhead as at the horizon"),
             "clear": ("Clear", "Bright around the sun and towards the horizon"),
         },
+        needs=_OF_FORMULA,
     )
     sky_radiance: float = stored(
         0.0, "More sky",
         "Radiance in air of a uniform sky that brings as much light as is added to the sky's own, "
         "as a fraction of the illuminant",
         "sun", unit="1/sr", limits=(0.0, 1e6), soft_limits=(0.0, 1.0), digits=3, animatable=True,
-        who="researcher",
+        who="researcher", needs=_OF_FORMULA,
+    )
+    sky_picture: str = stored(
+        "", "Sky picture",
+        "What lights the water in place of sun and sky: world, the scene's own world (its picture, "
+        "sky texture or colours), or file:PATH, OpenEXR of all directions. Its sun is found. Light "
+        "is then what counts as white",
+        "sun", known="sky_pictures",
     )
     # fmt: on

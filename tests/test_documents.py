@@ -18,6 +18,7 @@ from underwater_spectral.benchmarks import pages
 from underwater_spectral.jobs import command_line
 from underwater_spectral.settings.descriptions import description_of
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
+from underwater_spectral.settings.water_settings import WORLD
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import resolve
 
@@ -168,7 +169,8 @@ def _check_batch(arguments: list[str]) -> None:
     for path in (options.blend, options.dataset):
         # A scene that is not in the repository is the reader's own, or made by an earlier line.
         assert path is None or path.parts[0] != "examples" or (ROOT / path).exists(), path
-    if not any(str(value).startswith("file:") for value in vars(options).values()):
+    of_others = ("file:", WORLD)  # files and scenes that are the reader's own
+    if not any(str(value).startswith(of_others) for value in vars(options).values()):
         resolve(description_of(command_line.merge(SceneSettings(), options)))
 
 

@@ -76,10 +76,13 @@ def _word(word: str, text: str, is_default: bool) -> str:
 
 
 def _needs(setting: Setting) -> str:
-    found = ((flag(name), "/".join(map(str, values))) for name, values in setting.needs.items())
-    return ", ".join(
-        f"`{option} {values}`" if values else f"`{option}`" for option, values in found
-    )
+    return ", ".join(_need(flag(name), values) for name, values in setting.needs.items())
+
+
+def _need(option: str, values: tuple[object, ...]) -> str:
+    if values == ("",):
+        return f"without `{option}`"
+    return f"`{' '.join(filter(None, (option, '/'.join(map(str, values)))))}`"
 
 
 if __name__ == "__main__":

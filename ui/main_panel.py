@@ -47,7 +47,7 @@ class MainPanel(Panel, bpy.types.Panel):
             say(layout, "This scene is linked: make it local to change its water.", "LINKED")
         if migration.is_newer(scene):
             say(layout, "A newer version of the extension has saved this file.", "ERROR")
-        notes = unsupported(scene)
+        notes = unsupported(scene, water_settings(context).sky_picture)
         camera = camera_of(scene)
         if camera is not None:
             notes += unsupported_of_camera(scene, camera, traced=not is_live(scene))

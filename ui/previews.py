@@ -155,10 +155,11 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
 
 
 def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
+    from ..scene.engines import world_picture
     from ..scene.viewport import preview_depths
 
     try:
-        chosen = stored_settings.stored_settings(scene)
+        chosen = world_picture.shown(scene, stored_settings.stored_settings(scene))
     except InputError:
         return None
     chosen = chosen.in_mode(method(scene).mode)

@@ -128,12 +128,13 @@ _STOPS = _over("exposure", _stops, "{:g}".format)
 
 
 def _get_pass_count(group: bpy.types.PropertyGroup) -> int:
-    from ..scene.engines import engines
+    from ..scene.engines import engines, world_picture
     from ..settings import render_plan
 
     wanted = job(group.id_data)
     try:
-        plan = render_plan.plan_of(stored_settings.stored_settings(group.id_data))
+        chosen = stored_settings.stored_settings(group.id_data)
+        plan = render_plan.plan_of(world_picture.shown(group.id_data, chosen))
     except InputError:  # the panel says so
         return 1
     return len(engines.engine_of(wanted.engine, wanted.mode).passes(plan))

@@ -125,12 +125,13 @@ class _RenderOperator(Described, bpy.types.Operator):
     def _passes(self, context: bpy.types.Context) -> Generator:
         """Yield each pass that is on disk; the live water makes way meanwhile."""
         from ..jobs import render_job
+        from ..scene.engines import world_picture
         from ..scene.viewport import live_scenes
         from ..settings import render_plan
 
         scene = context.scene
         # Water that cannot be computed could not come back after the render.
-        render_plan.plan_of(optics.stored_settings(scene))
+        render_plan.plan_of(world_picture.drawn(scene, optics.stored_settings(scene)))
         panel_job.require_folder(scene)
         job = self.job(scene)
         migration.stamp(scene)

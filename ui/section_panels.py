@@ -10,6 +10,7 @@ import bpy
 from ..scene.raised_limits import raised_limits
 from ..scene.session import is_live
 from ..settings.scene_settings import SETTINGS
+from ..settings.water_settings import WORLD
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.transfer.water_column import WAVES
 from . import panel_job, presets, previews, sun_handle
@@ -84,6 +85,11 @@ class SunPanel(SectionPanel, bpy.types.Panel):
     def before(self, context: bpy.types.Context) -> None:
         if not sun_handle.driven(context.scene):
             self.layout.operator("underwater.add_sun_handle", icon="LIGHT_SUN")
+
+    @override
+    def after(self, context: bpy.types.Context) -> None:
+        if water_settings(context).sky_picture == WORLD and not is_live(context.scene):
+            say(self.layout, "Plots show the light of sun and sky until the water is added.")
 
 
 class HousingPanel(SectionPanel, bpy.types.Panel):

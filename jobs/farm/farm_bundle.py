@@ -72,6 +72,11 @@ def farm_job(planned: Manifest) -> FarmJob:
         system=_SYSTEMS.get(platform.system(), SYSTEMS[0]),
         cameras=names if len(names) > 1 else (),
         scripts=output.scripts,
+        tables=tuple(
+            split_location(location)[0]
+            for settings in (planned.settings, *planned.changes.values())
+            for location in tables(settings).values()
+        ),
     )
 
 
@@ -100,7 +105,8 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     with _replacing(folder) as temporary:
         job = plan(temporary / MANIFEST)
         write_extension(temporary / EXTENSION)
-        files = [*found.files, *(path.absolute() for path in of_settings)]
+        # The picture of a world is there now.
+        files = [*found.files, *(path.absolute() for path in (*of_settings, *job.tables))]
         _write_json(temporary / TEMPLATE, openjd_template.template(job))
         _write_json(temporary / VALUES, openjd_template.parameter_values(job))
         assets = openjd_template.asset_references(job, files, found.folders)

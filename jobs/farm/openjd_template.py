@@ -54,6 +54,7 @@ class FarmJob:
     gpu: bool = False
     system: str = SYSTEMS[0]
     cameras: tuple[str, ...] = ()
+    tables: tuple[Path, ...] = ()  #: That the settings of its frames name.
     scripts: bool = False
 
 

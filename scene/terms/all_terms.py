@@ -10,10 +10,11 @@ from .lamps import LampTerm
 from .occlusion import OcclusionTerm
 from .particles import ParticleTerm
 from .port import PortTerm
+from .sky import SkyTerm
 from .view_from_air import AirTerm
 from .waves import WaveTerm
 
 TERMS: tuple[type[Term], ...] = (
     FluorescenceTerm, OcclusionTerm, AirTerm, PortTerm, LampTerm, CloudTerm, WaveTerm,
-    ParticleTerm, InelasticTerm,
+    ParticleTerm, InelasticTerm, SkyTerm,
 )  # fmt: skip

@@ -5,7 +5,9 @@ from __future__ import annotations
 import bpy
 
 from ...settings.scene_settings import BY_PICTURE
+from ...settings.water_settings import WORLD
 from .. import stored_lamps, stored_settings
+from ..readers import world_state
 from ..readers.shown_lamps import ShownLamp, is_lamp, shown_lamps
 from ..water.water_body import scene_reach
 from . import preview_depths, submerging
@@ -44,7 +46,7 @@ def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
 
     A dry scene is lowered until its camera is at the depth, m, None leaves it; and its lamps, which
     hang in the air, are left out: the sun lights it. Under objects that bring no seabed of their
-    own a pale floor is put, where they end.
+    own a pale floor is put, where they end. A world with a picture or a sky texture lights it.
     """
     notes = []
     above = preview_depths.camera_depth(scene)
@@ -56,6 +58,8 @@ def start(scene: bpy.types.Scene, depth: float | None) -> list[str]:
     group = getattr(scene, stored_settings.PROPERTY)
     for name, value in _SETTINGS.items():
         setattr(group, name, value)
+    if world_state.has_sky(world_state.own_world(scene)):
+        group.sky_picture = WORLD
     reach, camera = scene_reach(scene), preview_depths.camera_depth(scene)
     lowest = round(reach.lowest, 3)
     under = camera is not None and 0.0 < camera < lowest < _DEEPEST_FLOOR

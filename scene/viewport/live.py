@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import bpy
 
+from ...settings.render_plan import plan_of
 from ...uw_spectral.errors import InputError
 from .. import colour_space, scripts
 from ..readers import missing_data
@@ -15,7 +16,7 @@ from ..water import new_materials, realtime, scene_water
 from . import camera_reach, problems, saved_settings
 from .changes import has_new_kinds, is_stale, key, kinds
 from .filling import ROAM, fill
-from .live_water import KNOWN, live_water, settings_of
+from .live_water import KNOWN, SKY, live_water, may_draw, settings_of
 from .preview_depths import preview_depth
 
 _SHOWN = "shown"
@@ -48,9 +49,10 @@ def add(scene: bpy.types.Scene) -> list[str]:
     filled, held = fill(scene, chosen, water, depth)
     notes += filled
     notes += problems.standing_limits(scene, water)
+    notes += filter(None, [plan_of(chosen).sky_note])
     realtime.keep_images(scene)
     now = {_SHOWN: key(scene, chosen, depth), PROBLEM: "", KINDS: kinds(scene)}
-    scene[SESSION] = held | now
+    scene[SESSION] = held | now | {SKY: chosen.sky_picture}
     saved_settings.apply(scene, water)
     return notes
 
@@ -93,7 +95,7 @@ def update(
     # Looking around evaluates the scene, which asks for an update of its own.
     _state.busy = True
     try:
-        chosen = settings_of(seen)
+        chosen = settings_of(seen, draws=may_draw(depsgraph, hasty=hasty))
         depth = preview_depth(scene, chosen, depsgraph)
         now = key(scene, chosen, depth)
         if may_rebuild:

@@ -9,6 +9,7 @@ import bpy
 
 from ...settings.render_plan import forget_files
 from .. import contents
+from ..engines import world_picture
 from ..session import SESSION
 from . import live
 
@@ -35,6 +36,7 @@ def _wet_with(scene: bpy.types.Scene) -> list[bpy.types.Scene]:
 def rebuild(scene: bpy.types.Scene) -> list[str]:
     """Build the water anew: new objects and materials get wet, files are read again."""
     forget_files()
+    world_picture.forget(scene)
     return live.remove(scene) + live.add(scene)
 
 

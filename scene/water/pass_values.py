@@ -28,12 +28,11 @@ class PassValues:
     @classmethod
     def of_column(cls, column: WaterColumn, phases: Sequence[CyclesPhase]) -> PassValues:
         """Return the values of the water itself; the phase of each layer from the surface down."""
-        # Radiance gains n² on its way into the denser medium; Cycles leaves that out.
-        gain = column.refractive_index**2 if column.reflects else 1.0
+        in_air = light_in_air(column)
         values = {
             attributes.SUN_IRRADIANCE: column.sun_irradiance / column.sun_cosine,
-            attributes.SUN_IN_AIR: light_in_air(column).sun,
-            attributes.SKY_RADIANCE: column.skylight.level * gain,
+            attributes.SUN_IN_AIR: in_air.sun,
+            attributes.SKY_RADIANCE: in_air.level * gain_in_water(column),
             attributes.FLOOR_REFLECTANCE: column.floor_reflectance,
         }
         layers = zip((column, *column.below), phases, strict=True)
@@ -80,6 +79,11 @@ class PassValues:
                 item.data.update_tag()
         for material in contents.materials(scene):
             material.update_tag()
+
+
+def gain_in_water(column: WaterColumn) -> float:
+    """Return what radiance gains on its way into the denser medium, n²; Cycles leaves that out."""
+    return column.refractive_index**2 if column.reflects else 1.0
 
 
 def clear(layer: bpy.types.ViewLayer) -> None:

@@ -47,11 +47,13 @@ def test_a_plan_is_placed_and_stays_the_same_job(tmp_path):
         small_manifest(Path("/home/me/out")),
         scene=Path("/home/me/reef.blend"),
         settings={**asdict(SceneSettings()), **settings},
+        changes={2: {"sky_picture": "file:/home/me/out/sky.exr"}},
         files=(table, texture),
     )
     placed = mapping.apply_to_manifest(planned)
     assert (placed.scene, placed.out) == (Path("/mnt/reef.blend"), Path("/mnt/out"))
     assert placed.settings["water"] == "file:/mnt/water.csv"
+    assert placed.changes == {2: {"sky_picture": "file:/mnt/out/sky.exr"}}
     assert placed.settings["sensor"] == "file:/mnt/cameras.txt#D90"
     assert [item.path for item in placed.files] == ["/mnt/water.csv", "/home/me/sand.png"]
     assert placed.key(placed.views[0], 0) == planned.key(planned.views[0], 0)

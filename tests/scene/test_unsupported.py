@@ -134,7 +134,7 @@ ASKED = {
     "background set 'Stage'": _set,
     "Grease Pencil 'Lines'": _strokes,
     "light linking of lamp 'Key'": _linked_lamp,
-    "picture of world 'Studio sky'": _world,
+    "sky of world 'Studio sky'": _world,
     "views by the names of cameras": _views,
     "not 'Other'": _second_layer,
     "compositor": lambda s: setattr(s, "compositing_node_group", _group("CompositorNodeTree")),

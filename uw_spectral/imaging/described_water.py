@@ -15,6 +15,7 @@ from ..spectra.illuminant import RELATIVE, Illuminant, full_sun
 from ..spectra.sky_colours import sky_basis
 from ..surface.refraction import in_water_cosine, sun_travel_direction
 from ..transfer.rough_surface import WaterSurface
+from ..transfer.sky import UNIFORM
 from ..transfer.sky_picture import SkyPicture
 from ..transfer.water_column import WAVES, DeeperWater, WaterColumn
 from ..water.bio_optics import Constituents
@@ -128,7 +129,7 @@ def column_of(
         surface=surface.kind,
         refractive_index=index,
         below=tuple(deeper),
-        sky=light.sky,
+        sky=light.sky if picture is None else UNIFORM,
         slope_variance=waves,
         sun_in_air=in_air,
         sky_picture=None if picture is None else picture.without_sun,

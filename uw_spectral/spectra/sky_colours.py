@@ -16,6 +16,7 @@ from .reflectance import emission_basis
 from .sensor import standard_observer
 from .spectrum import Spectrum
 
+SKY_SOURCE = "CIE 15:2004, components S0, S1 and S2 of daylight"
 _FINE = Bands.uniform(42, 360.0, 780.0)
 
 
@@ -32,7 +33,7 @@ def _daylight_primaries() -> Spectrum:
     observer = eye.at(wavelengths[seen])
     XYZ = observer.T @ components[seen] / (observer[:, 1] @ d65.at(wavelengths[seen]))
     primaries = components @ np.linalg.inv(np.linalg.solve(rec709_to_XYZ(), XYZ)) / math.pi
-    return Spectrum(wavelengths, primaries, "components of daylight", "CIE 15:2004, S0, S1 and S2")
+    return Spectrum(wavelengths, primaries, "components of daylight", SKY_SOURCE)
 
 
 @functools.lru_cache(maxsize=16)

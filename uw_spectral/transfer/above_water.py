@@ -105,7 +105,9 @@ def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightI
         mirrored = 1.0 - sky.transmittance(surface)
     sun: NDArray[np.float64] = column.sun_irradiance / (lets_in * max(high, 1e-3))
     sky_irradiance = math.pi * column.sky_radiance
-    return LightInAir(sun, sky_irradiance, mirrored, sky.level, 1.0 - lets_in, leaving)
+    # A sky of several spectra has no one level.
+    level = sky.level if column.sky_picture is None else column.sky_radiance
+    return LightInAir(sun, sky_irradiance, mirrored, level, 1.0 - lets_in, leaving)
 
 
 def turned_sun(cosine: Operand, other: Operand, m: Mathematics = NUMPY) -> Operand:

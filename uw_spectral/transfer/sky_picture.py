@@ -10,6 +10,7 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import override
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from ..spectra.colour_rendering import luminance
 from ..spectra.sky_colours import least_saturation
 from ..spectra.spectral_image import read_exr
+from ..spectra.spectrum import is_file
 from .sky import PICTURE, Sky
 
 Array = NDArray[np.float64]
@@ -72,14 +74,8 @@ class SkyPicture(ComparedByContent):
     @classmethod
     def read(cls, path: str) -> SkyPicture:
         """Read a picture of OpenEXR; InputError if it cannot be used."""
-        pixels, names = read_exr(path)
-        try:
-            channels = [names.index(name) for name in "RGB"]
-        except ValueError as error:
-            raise InputError(
-                f"{path} has the channels {', '.join(names)}; a picture of the sky has R, G and B"
-            ) from error
-        return cls.checked(pixels[..., channels], path)
+        found = Path(path).stat() if is_file(Path(path)) else None
+        return _read(path, found and (found.st_mtime_ns, found.st_size))
 
     @functools.cached_property
     def without_sun(self) -> SkyPicture:
@@ -196,6 +192,19 @@ class SkyPicture(ComparedByContent):
         zenith = ((np.arange(half) + 0.5) * (math.pi / 2.0 / half))[:, None]
         x, y = np.sin(zenith) * np.cos(self._azimuths), np.sin(zenith) * np.sin(self._azimuths)
         return np.stack([x, y, np.cos(zenith) + 0.0 * x], axis=-1)
+
+
+# Water that changes under a sky asks for it at each change; what is known of its sun stays with it.
+@functools.lru_cache(maxsize=2)
+def _read(path: str, _version: tuple[int, int] | None) -> SkyPicture:
+    pixels, names = read_exr(path)
+    try:
+        channels = [names.index(name) for name in "RGB"]
+    except ValueError as error:
+        raise InputError(
+            f"{path} has the channels {', '.join(names)}; a picture of the sky has R, G and B"
+        ) from error
+    return SkyPicture.checked(pixels[..., channels], path)
 
 
 @dataclass(frozen=True, eq=False)

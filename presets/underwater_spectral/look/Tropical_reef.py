@@ -51,6 +51,7 @@ water.sun_zenith = 20.0
 water.sun_azimuth = 0.0
 water.sky = "uniform"
 water.sky_radiance = 0.0
+water.sky_picture = ""
 water.irradiance = "above"
 water.refractive_index = 1.34
 water.sunlight = 1.0
