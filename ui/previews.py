@@ -155,20 +155,25 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
 
 
 def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
-    from ..scene.engines import world_picture
     from ..scene.viewport import preview_depths
 
     try:
-        chosen = world_picture.shown(scene, stored_settings.stored_settings(scene))
+        chosen = _settings(scene)
     except InputError:
         return None
     chosen = chosen.in_mode(method(scene).mode)
     return chosen, preview_depths.preview_depth(scene, chosen)
 
 
+def _settings(scene: bpy.types.Scene) -> SceneSettings:
+    from ..scene.engines import world_picture
+
+    return world_picture.shown(scene, stored_settings.stored_settings(scene))
+
+
 def _settings_error(scene: bpy.types.Scene) -> str:
     try:
-        stored_settings.stored_settings(scene)
+        _settings(scene)
     except InputError as error:
         return str(error)
     return ""

@@ -28,6 +28,7 @@ from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, skies
 from underwater_spectral.tests.uw_spectral.transfer.sky_pictures import KNOWN_SKIES, NOON
+from underwater_spectral.ui import previews
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
@@ -274,6 +275,18 @@ def test_live_water_has_the_light_of_keyframes_and_of_values_that_have_none_yet(
     socket.default_value = 5.0
     live.update(scene)
     assert _texels(scene, "uw_sky") == pytest.approx(5.0 * plain, rel=1e-3)
+
+
+def test_read_outs_are_those_of_the_world_once_it_is_drawn(lit, tmp_path):
+    scene, _ = lit
+    formula = previews.compute(scene).readouts.euphotic_depth
+    scene.underwater.sky_picture = ""
+    assert previews.compute(scene).readouts.euphotic_depth == formula
+    scene.underwater.sky_picture = "world"
+    live.add(scene)
+    assert previews.compute(scene).readouts.euphotic_depth != pytest.approx(formula, rel=1e-3)
+    (tmp_path / "sky.exr").unlink()
+    assert "is missing" in previews.compute(scene).error
 
 
 def test_in_a_window_a_world_is_drawn_at_rest_and_a_render_without_it_is_said(
