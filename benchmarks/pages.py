@@ -97,6 +97,7 @@ PAGES = (
             "tests/scene/test_data_sets.py",
         ),
     ),
+    Row("tank_photographs", "two of three waters", "tank_photographs"),
     Row(
         "applied_pictures",
         "met in the open",
