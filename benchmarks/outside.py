@@ -306,8 +306,8 @@ or error; / is from depth to depth or case to case. Renderers against each other
 {summary}
 
 ## What has no reference yet
-- Pictures: [photographs in a tank](measured/tank_photographs.md) of known visibility, but not of known water, light
-  and camera. The scenes of the papers' figures are not published.
+- Pictures: [photographs in a tank](measured/tank_photographs.md) of known visibility, but not of
+  known water, light and camera. The scenes of the papers' figures are not published.
 - Fractions of Raman light and fluorescence below the surface, in numbers.
 
 Whether tests notice an error of 10 %: [planted errors](measured/outside.md#planted-errors).

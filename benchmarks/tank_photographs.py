@@ -132,11 +132,12 @@ def measure(_: Ask) -> Mapping[str, object]:
     # The chart's size tells where distances begin: behind the port.
     slope, begin = np.polyfit(
         np.concatenate(list(distances.values())),
-        1.0 / np.concatenate([apart for _, apart in sets.values()]), 1,
+        1.0 / np.concatenate([each[1] for each in sets.values()]), 1,
     )  # fmt: skip
     before = -begin / slope
     reflectances, rows, off = _reflectances(), [], []
-    for key, (codes, _) in sets.items():
+    for key, each in sets.items():
+        codes = each[0]
         P, c = distances[key] - before, _BLACK_DISK / (key[1] / 100.0)
         seen = [
             _attenuation(
