@@ -43,15 +43,15 @@ def new_image() -> bpy.types.Image:
     return number_image("UW Sky", 4, 4)
 
 
-def write(image: bpy.types.Image, picture: SkyPicture) -> None:
-    """Put a picture into the image, unless it shows that already."""
+def write(image: bpy.types.Image, picture: SkyPicture, *, fresh: bool = False) -> None:
+    """Put a picture into the image, or a fresh one, unless it shows that already."""
     key = str(hash(picture))
     if image.get(_SHOWN) == key:
         return
     rows, columns = picture.radiance.shape[:2]
     pixels = np.ones((rows, columns, 4), np.float32)
     pixels[..., :3] = picture.radiance[::-1]
-    write_pixels(image, pixels)[_SHOWN] = key
+    write_pixels(image, pixels, fresh=fresh)[_SHOWN] = key
 
 
 @dataclass(frozen=True, eq=False)

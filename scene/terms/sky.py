@@ -47,7 +47,9 @@ class SkyTerm(Term):
         column = frame.plan.column
         if column.sky_picture is None:
             return {}
-        realtime_sky.write(sky_world.image_of(frame.scene.world), column.sky_picture)
+        # Cycles keeps the pixels of an image that it has drawn.
+        image = sky_world.image_of(frame.scene.world)
+        realtime_sky.write(image, column.sky_picture, fresh=True)
         levels = np.asarray(column.skylight.level).T * gain_in_water(column)
         return dict(zip(attributes.SKY_BASIS, levels, strict=True))
 

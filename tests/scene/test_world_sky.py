@@ -341,6 +341,31 @@ def test_each_frame_of_a_job_has_the_world_of_its_time(quick, tmp_path):
     assert other.key(other.views[1], 0) != planned.key(planned.views[1], 0)
 
 
+@pytest.mark.parametrize(
+    "engine",
+    [
+        ["--engine", "cycles", "--samples", "8", "--no-denoise"],
+        pytest.param(["--engine", "eevee", "--mode", "realtime"], marks=pytest.mark.slow),
+    ],
+    ids=["cycles", "eevee"],
+)
+def test_pictures_of_a_job_have_the_sky_of_their_frames(engine, quick, tmp_path):
+    """Cycles kept the picture of the first one."""
+    scene = bpy.context.scene
+    scene.camera = scenes.add_camera((0.0, 0.0, -2.0), (2.6, 0.0, 0.5))
+    scene.render.resolution_x, scene.render.resolution_y = 16, 9
+    skies.world(scene, "ShaderNodeTexSky").sun_disc = False
+    for frame, value in ((1, 0.2), (2, 0.6)):
+        skies.strength(scene).default_value = value
+        skies.strength(scene).keyframe_insert("default_value", frame=frame)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    arguments = [tmp_path / "scene.blend", "--sky-picture", "world", "--frames", "1-2", "--bands"]
+    arguments += [3, "--surface", "flat", "--exposure", -2, "--out", tmp_path, *engine]
+    assert batch.main([str(a) for a in arguments], inside_blender=False) == 0
+    one, other = (read_exr(tmp_path / f"000{frame}.exr")[0][..., :3] for frame in (1, 2))
+    assert other.mean() == pytest.approx(3.0 * one.mean(), rel=0.01)
+
+
 def _blocks(pixels):
     """Means of three by three pixels."""
     rows, columns = pixels.shape[:2]
