@@ -25,6 +25,7 @@ from .exr_output import write_float_exr
 _ROWS, _COLUMNS, _SAMPLES = 512, 1024, 4
 _FINER = 8  # times as many pixels about the brightest
 _BRIGHT = 3.0  # times the mean: less is no sun
+_LETTERS = 40  # of a world's name in that of its picture
 _ABOUT = 3  # of the others to each side
 
 
@@ -75,7 +76,8 @@ def _place(scene: bpy.types.Scene, folder: Path | None) -> tuple[bpy.types.World
             "picture empty"
         )
     state = repr((state_of(world, scene.frame_current), bpy.app.version_string))
-    name = f"sky_{hashlib.sha256(state.encode()).hexdigest()[:12]}.exr"
+    digest = hashlib.sha256(state.encode()).hexdigest()[:12]
+    name = f"sky_{bpy.path.clean_name(world.name)[:_LETTERS]}_{digest}.exr"
     return world, (folder or Path(bpy.app.tempdir)).absolute() / name
 
 

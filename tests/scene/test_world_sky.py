@@ -240,7 +240,8 @@ def _texels(scene, name):
 def test_live_water_follows_its_world_which_is_drawn_once(lit, drawings):
     scene, _ = lit
     notes = live.add(scene)
-    assert any("54.9° high, shines towards 40°" in note for note in notes)
+    (said,) = [note for note in notes if "54.9° high, shines towards 40°" in note]
+    assert "the picture of the sky sky_Sky_" in said
     assert drawings == ["Sky"]
     before, light = (_texels(scene, name) for name in ("uw_sky", "uw_table"))
     known = plan_of(world_picture.known(scene, WORLD)).column.sky_picture
