@@ -34,6 +34,7 @@ from ..uw_spectral.lamps.lamp_shadow import DISTANCES, PART_SIDE, SIDE, SOFT_SID
 from ..uw_spectral.lamps.multiple_scattering import MORE_NODES, LampField
 from ..uw_spectral.lamps.profile import NO_EDGE, LampProfile
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
+from ..uw_spectral.lamps.virtual_point_lights import COUNT as PARTS
 from ..uw_spectral.table import Table
 from . import lamp_sources
 from .image_table import MARGIN, Tiles, write_tiles
@@ -44,10 +45,12 @@ _NUMBERS_PART, _SOURCES_PART = "uw_lamps", "uw_lamp_sources"
 # Custom properties of the image.
 _PARTS, MEASURED_KEY, FROM_AIR_KEY = "uw_parts", "uw_measured", "uw_from_air"
 VIRTUAL_KEY, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
+INELASTIC_KEY, _PLACES = "uw_inelastic", "uw_places"
 QUADRATURES = (PATH_NODES, MORE_NODES, fewer(PATH_NODES), fewer(MORE_NODES))
 _NUMBERS = sum(QUADRATURES)  # first column after them
 EXTENT, IN_WATER, ON_SURFACES, WIDE, SCALES = range(_NUMBERS, _NUMBERS + 5)
 POSITION, AXIS, FORM, COLOUR, SEEN, STANDS, DRY, FIRST_PART = range(8)
+DECAY, ONWARD = (FIRST_PART + 3 * PARTS + i for i in range(2))
 PROFILE_ROW, PROJECTED_ROW = 1, 2  # rows of a block; its numbers are in the first
 SPREAD, SPREAD_ROWS = 1, LENGTHS + 2 * MARGIN
 PATCHES = ANGLES + 2 * MARGIN  # first column of the irradiance on patches
@@ -91,19 +94,22 @@ def images_in(parts: Mapping[str, bpy.types.ID]) -> LampImages | None:
 class LampRows:
     """Rows of a lamp's block.
 
-    Of so many parts of the phase function, measured reflectances, bands that excite, and of the
-    table of what floats.
+    Of so many parts of the phase function, measured reflectances, bands that excite, of the table
+    of what floats, and of what is emitted at a place if any lamps stand for light of changed
+    wavelength.
     """
 
     parts: int
     measured: int
     exciting: int
     floating: int
+    inelastic: int
 
     @classmethod
     def of(cls, image: bpy.types.Image) -> LampRows:
         """Return those of an image of numbers."""
-        return cls(*(image[name] for name in (_PARTS, MEASURED_KEY, _EXCITING, _FLOATING)))
+        names = _PARTS, MEASURED_KEY, _EXCITING, _FLOATING, INELASTIC_KEY
+        return cls(*(image[name] for name in names))
 
     @functools.cached_property
     def first(self) -> dict[str, int]:
@@ -116,6 +122,7 @@ class LampRows:
             "exciting": self.exciting,
             "floating": self.floating,
             "maps": _TABLE_ROWS,
+            "onward": SPREAD_ROWS * bool(self.inelastic),
             "all": 0,
         }
         first = itertools.accumulate(rows.values(), initial=PROJECTED_ROW)
@@ -132,22 +139,23 @@ def new_images(
     from_air: bool = False,
     exciting: bool = False,
     in_clouds: bool = False,
+    inelastic: int = 0,
 ) -> LampImages:
     """Make the images of so many lamps, which are dark; the ``virtual`` ones of them come last.
 
     They may have so many profiles, parts of the phase function and measured reflectances of
     objects; some may shine in ``from_air``, their light may excite fluorophores and be scattered in
-    clouds.
+    clouds. Besides there are so many that stand for ``inelastic`` light, after all others.
     """
     excited, floating = BANDS * exciting, _FLOATING_ROWS * in_clouds
-    height = (
-        SPREAD + SPREAD_ROWS + LampRows(parts, measured, excited, floating).first["all"] * lamps
-    )
+    rows = LampRows(parts, measured, excited, floating, inelastic)
+    height = SPREAD + SPREAD_ROWS + rows.first["all"] * (lamps + inelastic)
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
     image[_PARTS], image[MEASURED_KEY], image[FROM_AIR_KEY] = parts, measured, from_air
     image[VIRTUAL_KEY], image[_EXCITING], image[_FLOATING] = virtual, excited, floating
-    return LampImages(image, lamp_sources.new_image(profiles))
+    image[INELASTIC_KEY], image[_PLACES] = inelastic, profiles
+    return LampImages(image, lamp_sources.new_image(profiles + inelastic))
 
 
 def write_lamps(
@@ -158,20 +166,28 @@ def write_lamps(
     The colours are those of the lamps that cast the shadows of each; :data:`.NO_SHADOW` where
     nothing is in the way.
     """
-    profiles = list(dict.fromkeys(lamp.profile for lamp in projected.lamps))
-    lamp_sources.write(images.sources, *_fields(projected), profiles)
     image = images.numbers
-    image.pixels.foreach_set(np.ravel(_pixels(image.size, projected, colours, profiles)))
+    profiles = list(dict.fromkeys(lamp.profile for lamp in projected.lamps))
+    # What stands for light of changed wavelength has a place of its own after these.
+    first = int(image[_PLACES]) - len(projected.lamps) + int(image[INELASTIC_KEY])
+    made = [(index, one.inelastic) for index, one in enumerate(projected.projected)]
+    changed = {index: one.source for index, one in made if one is not None}
+    own = {index: first + index for index in changed}
+    sources = {own[index]: source for index, source in changed.items()}
+    lamp_sources.write(images.sources, *_fields(projected), profiles, sources)
+    image.pixels.foreach_set(np.ravel(_pixels(image, projected, colours, profiles, own)))
     image.update()
 
 
 def _pixels(
-    size: Sequence[int],
+    image: bpy.types.Image,
     projected: LampChannels,
     colours: Sequence[Sequence[float]],
     profiles: Sequence[LampProfile],
+    own: Mapping[int, int],
 ) -> NDArray[np.float32]:
-    width, height = size
+    """Texels; ``own`` are places of lamps' sources that are not those of their profiles."""
+    width, height = image.size
     out = np.zeros((height, width, 4), np.float32)
     out[..., 3] = 1.0
     row = np.concatenate([np.transpose(gauss(count)) for count in QUADRATURES])
@@ -186,12 +202,19 @@ def _pixels(
     assert isinstance(on_spread, WaterSpread)
     write_tiles(out[SPREAD:], in_spread.narrow.values)
     write_tiles(out[SPREAD:, PATCHES:], on_spread.on_patches.values)
-    first = SPREAD + SPREAD_ROWS
-    floating = _FLOATING_ROWS * projected.floats
-    rows = LampRows(projected.parts, projected.measured, BANDS * projected.excites, floating)
+    first, rows = SPREAD + SPREAD_ROWS, LampRows.of(image)
     for index, (lamp, tables) in enumerate(zip(projected.lamps, projected.projected, strict=True)):
-        block = out[first + rows.first["all"] * index :][: rows.first["all"]]
-        _put_lamp(block, lamp, tables, colours[index], profiles.index(lamp.profile))
+        row = first + rows.first["all"] * index
+        block = out[row:][: rows.first["all"]]
+        place = own.get(index, profiles.index(lamp.profile))
+        _put_lamp(block, lamp, tables, colours[index], place)
+        if (made := tables.inelastic) is not None:
+            assert isinstance(made.onward, Table)
+            block[0, DECAY, :3] = made.decay
+            block[0, ONWARD, :2] = 1.0, row + rows.first["onward"]
+            write_tiles(block[rows.first["onward"] :], made.onward.values)
+        elif rows.inelastic:
+            block[0, ONWARD, :2] = 0.0, SPREAD
         maps = block[rows.first["maps"] :]
         write_tiles(maps, on_spread.profile(lamp.profile).values)
         if lamp.shadow is not None:

@@ -7,7 +7,7 @@ distances of the source; over them, side by side, the terms of what patches get.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import bpy
 import numpy as np
@@ -17,6 +17,7 @@ from ..uw_spectral.lamps.multiple_scattering import LampField
 from ..uw_spectral.lamps.profile import LampProfile
 from ..uw_spectral.lamps.scattered_irradiance import arriving_axes
 from ..uw_spectral.lamps.scattered_source import AZIMUTHS, BENDS, TURNS, source_axes
+from ..uw_spectral.table import Lookup, Table
 from .data_blocks import write_pixels
 from .image_table import MARGIN, ImageTable, Tiles, write_tiles
 from .node_mathematics import NODES, Graph, NodeValue
@@ -46,13 +47,17 @@ def write(
     in_water: LampField,
     on_surfaces: LampField,
     profiles: Sequence[LampProfile],
+    own: Mapping[int, Lookup],
 ) -> None:
     """Put the scattered light of lamps, in three bands, into an image of :func:`new_image`.
 
-    It has places for at least as many profiles; what is there already is not written again.
+    It has places for at least as many profiles; ``own`` are sources of others. What is there
+    already is not written again.
     """
     places = [(in_water.source(one).values, on_surfaces.arriving(one).values) for one in profiles]
-    key = hashlib.sha256(b"".join(np.ascontiguousarray(x).data for x in sum(places, ())))
+    sources = {place: x.values for place, x in own.items() if isinstance(x, Table)}
+    every = *sum(places, ()), *sources.values()
+    key = hashlib.sha256(b"".join(np.ascontiguousarray(x).data for x in every))
     if image.get(_WRITTEN) == key.hexdigest():
         return
     width, height = image.size
@@ -63,6 +68,9 @@ def write(
         at = out[row:, column:]
         write_tiles(at, source, _SOURCE)
         write_tiles(at[_ARRIVING:], arriving, _TERMS)
+    for place, source in sources.items():
+        column, row = (int(x) for x in _PLACES.corner(place))
+        write_tiles(out[row:, column:], source, _SOURCE)
     write_pixels(image, out)
     image[_WRITTEN] = key.hexdigest()
 

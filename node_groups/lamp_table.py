@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..uw_spectral.lamps.angular_spread import NARROW
 from ..uw_spectral.lamps.lamp import Lamp, LitPart
 from ..uw_spectral.lamps.lamp_channels import (
     COLOURS,
@@ -20,11 +21,13 @@ from ..uw_spectral.lamps.lamp_channels import (
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
 from ..uw_spectral.lamps.lamp_path import Quadrature, fewer
 from ..uw_spectral.lamps.lamp_shadow import SOFT, shadow_axes
+from ..uw_spectral.lamps.multiple_scattering import InelasticLight
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.table import Axis
 from ..uw_spectral.water.phase import PhaseFunction
 from . import lamp_images as layout
+from . import lamp_sources
 from .image_table import ImageTable
 from .lamp_images import LampImages, LampRows
 from .lamp_profiles import ImageParts, ImageProfile, water_of_lamps
@@ -62,8 +65,13 @@ class LampTable:
         return (self.image.size[1] - layout.SPREAD - layout.SPREAD_ROWS) // self.rows.first["all"]
 
     @property
+    def count_on_surfaces(self) -> int:
+        """How many of them light objects; those of light of changed wavelength come last."""
+        return self.count - self.rows.inelastic
+
+    @property
     def virtual(self) -> int:
-        """How many of them stand for objects; these come last."""
+        """How many of these stand for objects; they come last."""
         return int(self.image[layout.VIRTUAL_KEY])
 
     def part(self, index: NodeValue, number: NodeValue) -> LitPart:
@@ -123,7 +131,20 @@ class LampTable:
             self._projected(index, "in water", BANDS),
             self.graph.components,
             self._table(ON_FLOATING, 0.0, self._row(index) + float(self.rows.first["floating"])),
+            self._inelastic(index),
         )
+
+    def _inelastic(self, index: NodeValue) -> InelasticLight | None:
+        """Return what tells the light of a lamp from others, if the wavelength of any changes."""
+        if not self.rows.inelastic:
+            return None
+        row = self._row(index)
+        changed, first, _ = self.graph.components(self._at(layout.ONWARD, row))
+        place = self.graph.components(self._at(layout.FORM, row))[2]
+        scale = self.graph.components(self._at(layout.SCALES, 0.0))[0]
+        source = lamp_sources.source(self.graph, self.images.sources, place, scale)
+        onward = self._table(NARROW, 0.0, first)
+        return InelasticLight(onward, source, self._at(layout.DECAY, row), changed)
 
     def on_surfaces(self, index: NodeValue) -> SurfaceLight:
         """Return the light of a lamp on objects."""

@@ -37,6 +37,7 @@ class LampShape(TermShape):
     )
     excites: bool = False  #: Their light excites fluorophores.
     floating: bool = False  #: There is something in the water that floats in it.
+    inelastic: int = 0  #: How many of them excite light of changed wavelength in the water.
 
     @override
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
@@ -50,6 +51,7 @@ class LampShape(TermShape):
             from_air=self.from_air,
             exciting=self.excites,
             in_clouds=self.floating,
+            inelastic=self.inelastic,
         ).parts
 
     @property

@@ -87,7 +87,12 @@ def build_path(
         light = table.in_water(index, components)
         if floating is None:
             return (light.along(lamp, ray, NODES, table.nodes_for(lamp)),)
-        through = LampAndClouds(floating, lamp, ray, origin, w, P, index, passed)
+        number = index
+        if table.rows.inelastic:
+            # Clouds know it by the lamp whose light it was.
+            later = NODES.less(table.count_on_surfaces - 0.5, index)
+            number = index - later * float(table.count_on_surfaces)
+        through = LampAndClouds(floating, lamp, ray, origin, w, P, number, passed)
         return (through.seen(light, table.nodes_for(lamp), add_up, follow),)
 
     return group.finished({LIGHT: summed(graph, table.count, of_lamp)[0]})
@@ -182,7 +187,7 @@ def build_patch(
             found[EXCITING] = light.arriving(bands, table.exciting(index, arriving.length))
         return tuple(found[name] for name in outputs)
 
-    totals = summed(graph, table.count, of_lamp)
+    totals = summed(graph, table.count_on_surfaces, of_lamp)
     return group.finished(dict(zip(outputs, totals, strict=True)))
 
 

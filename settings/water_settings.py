@@ -101,8 +101,9 @@ class WaterSettings:
     )
     inelastic: str = stored(
         "", "Inelastic light",
-        "Light that changes its wavelength: raman, chlorophyll, cdom, comma separated, or all; "
-        "empty for none. Fluorescence needs constituents, or a bio: or case: water",
+        "Light of sun, sky and lamps that changes its wavelength: raman, chlorophyll, cdom, comma "
+        "separated, or all; empty for none. Fluorescence needs constituents, or a bio: or case: "
+        "water",
         "water", who="researcher",
     )
     floor_depth: float = stored(

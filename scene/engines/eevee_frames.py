@@ -13,6 +13,7 @@ from ...settings.render_plan import RenderPlan
 from ..readers import cameras
 from ..terms.eevee_water import eevee_water
 from ..terms.fluorescence import FluorescenceTerm
+from ..terms.lamps import LampTerm
 from ..terms.planar_views import ReflectionTerm, WindowTerm
 from ..terms.waves import with_waves
 from ..water import metering
@@ -66,7 +67,10 @@ class EeveeFrames:
         """Irradiance that makes white what is as bright as white that fluoresces, (n,)."""
         lit = metering.lamplight(self.scene, self.camera, now)
         light = now.viewpoint(depth, lamplight=lit).light
-        glowing = self.water(now, depth).term(FluorescenceTerm)
+        water = self.water(now, depth)
+        if (lamps := water.term(LampTerm)) is not None:
+            light = light + lamps.changed_light(now.bands)
+        glowing = water.term(FluorescenceTerm)
         return light if glowing is None else glowing.objects.brightened(light, now.bands)
 
     def show(self, now: RenderPlan, water: RealtimeWater) -> None:

@@ -6,6 +6,7 @@ import bpy
 
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.errors import InputError
+from ...uw_spectral.lamps.inelastic_source import LampExcitation
 from ...uw_spectral.lamps.over_water import through_surface
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.surface.refraction import REFRACTIVE_INDEX
@@ -31,13 +32,15 @@ def lamps_of(
     unit: str,
     n: float = REFRACTIVE_INDEX,
     surface: WaterSurface | None = None,
+    *,
+    dark_beyond: bool = False,
 ) -> SceneLamps:
     """Return the lamps of a scene's current frame.
 
     z = 0 is the water surface, still unless another is given, through which lamps above it shine.
     ``unit`` is that of the irradiance that the scene is lit with, ``n`` the water's refractive
-    index, for lamps behind ports. InputError names the lamp if a spectrum, a power or a profile
-    cannot be used.
+    index, for lamps behind ports. ``dark_beyond`` is whether spectra are dark beyond their tables.
+    InputError names the lamp if a spectrum, a power or a profile cannot be used.
     """
     every, surface = shown_lamps(scene), surface or WaterSurface(n)
     dark = {lamp.name: why_dark(lamp) for lamp in every if why_dark(lamp)}
@@ -47,7 +50,8 @@ def lamps_of(
         try:
             nodes = nodes_of(one.light)
             why = why_not_now(one, nodes)
-            lamp = through_surface(lit_lamp(one, nodes, bands, unit, n, dark=bool(why)), surface)
+            lit = lit_lamp(one, nodes, bands, unit, n, dark=bool(why), dark_beyond=dark_beyond)
+            lamp = through_surface(lit, surface)
             notes += [f"lamp {one.name!r}: {said}" for said in unsupported(one, nodes)]
         except InputError as error:
             raise InputError(f"lamp {one.name!r}: {error}") from error
@@ -63,11 +67,28 @@ def lamps_of(
     return SceneLamps(tuple(shown), tuple(lamps), said, from_air=from_air)
 
 
-def plan_lamps(scene: bpy.types.Scene, plan: RenderPlan) -> SceneLamps:
-    """Return the lamps of a scene's current frame in the bands of a plan."""
+def plan_lamps(
+    scene: bpy.types.Scene, plan: RenderPlan, exciting: Bands | None = None
+) -> SceneLamps:
+    """Return the lamps of a scene's current frame in the bands of a plan, or in those that excite.
+
+    In the latter, spectra are dark beyond their tables.
+    """
     column = plan.column
     surface = column.mean_surface or WaterSurface(1.0)
-    return lamps_of(scene, plan.bands, plan.illuminant.unit, column.refractive_index, surface)
+    return lamps_of(
+        scene, exciting or plan.bands, plan.illuminant.unit, column.refractive_index, surface,
+        dark_beyond=exciting is not None,
+    )  # fmt: skip
+
+
+def lamp_excitations(scene: bpy.types.Scene, plan: RenderPlan) -> tuple[LampExcitation, ...]:
+    """Return what each lamp of a scene's current frame excites in the water."""
+    water = plan.lamp_excitation()
+    if water is None or plan.excitation is None:
+        return ()
+    lamps = plan_lamps(scene, plan, plan.excitation.column.bands).lamps
+    return tuple(water.by(lamp.intensity) for lamp in lamps)
 
 
 def state(scene: bpy.types.Scene) -> tuple[object, ...]:

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...uw_spectral.lamps.emission import intensity_of_colour, parse_emission, radiant_intensity
+from ...uw_spectral.lamps.emission import (
+    intensity_of_colour,
+    parse_emission,
+    radiant_intensity,
+    without_light_beyond,
+)
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.spectra.bands import Bands
 from ...uw_spectral.spectra.illuminant import RELATIVE, full_sun
@@ -17,15 +22,26 @@ from .shown_lamps import ShownLamp
 
 
 def lit_lamp(
-    shown: ShownLamp, nodes: LampNodes, bands: Bands, unit: str, n: float, *, dark: bool
+    shown: ShownLamp,
+    nodes: LampNodes,
+    bands: Bands,
+    unit: str,
+    n: float,
+    *,
+    dark: bool,
+    dark_beyond: bool = False,
 ) -> Lamp:
-    """Return it in bands, its form as :func:`.form_of` has it; without light if it is ``dark``."""
+    """Return it in bands, its form as :func:`.form_of` has it; without light if it is ``dark``.
+
+    Its spectrum is, beyond its table, with ``dark_beyond``.
+    """
     light, chosen, form = shown.light, stored_lamp(shown.light), form_of(shown, nodes, n)
     if dark:
         intensity = np.zeros(len(bands))
     elif chosen.spectrum:
         table = files_of(light).get(SPECTRUM)
         shape = parse_emission(f"file:{table.whole}" if table else chosen.spectrum)
+        shape = without_light_beyond(shape) if dark_beyond else shape
         intensity = radiant_intensity(shape, form.power, bands, chosen.unit, form.fraction)
         if unit == RELATIVE:
             intensity = intensity / full_sun()

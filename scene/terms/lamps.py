@@ -15,9 +15,11 @@ from ...node_groups.lamp_term import LampShape
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ...uw_spectral.lamps.grouping import grouped
+from ...uw_spectral.lamps.inelastic_source import LampExcitation
 from ...uw_spectral.lamps.lamp_projection import project_lamps
+from ...uw_spectral.spectra.bands import Bands
 from .. import marks
-from ..readers.lamps import plan_lamps
+from ..readers.lamps import lamp_excitations, plan_lamps
 from ..readers.scene_lamps import SceneLamps
 from ..water import cycles_lamps, scene_water
 from ..water.frame_water import RealtimeWater
@@ -34,6 +36,7 @@ class LampTerm(Term):
     """The lamps of a frame, in their water."""
 
     scene: SceneLamps
+    excited: tuple[LampExcitation, ...] = ()  #: What each excites in the water.
 
     @classmethod
     @override
@@ -45,12 +48,25 @@ class LampTerm(Term):
             water = lamps.around or plan.lamp_water(max(depth, 0.0))
             lamps = lamps.with_virtual_lights(water, plan.bands, frame.eye.place)
             lamps = cache.of_virtual(lamps)
-        return cls(lamps.in_water(plan.column, plan.phase, depth))
+        excited = lamp_excitations(frame.scene, plan) if lamps.lamps else ()
+        return cls(lamps.in_water(plan.column, plan.phase, depth), excited)
+
+    @classmethod
+    @override
+    def add_to_cycles(cls, frame: SceneFrame) -> list[str]:
+        if frame.plan.excitation is None or not plan_lamps(frame.scene, frame.plan).lamps:
+            return []
+        return ["inelastic light of lamps is left out by Cycles; EEVEE draws it"]
 
     @classmethod
     @override
     def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
         return cycles_lamps.shape(frame.scene, plan_lamps(frame.scene, frame.plan))
+
+    def changed_light(self, bands: Bands) -> NDArray[np.float64]:
+        """Irradiance, about, of what they excite in a metre of the water, a metre away, (n,)."""
+        found = (one.matrices.sum(axis=(0, 1)) for one in self.excited)
+        return sum(found, np.zeros(len(bands)))
 
     @override
     def shapes(self, water: RealtimeWater) -> Sequence[TermShape]:
@@ -60,6 +76,7 @@ class LampTerm(Term):
         shape = LampShape(
             len(lamps.all), len(lamps.virtual), water.phase.components, lamps.from_air,
             water.inputs.kinds.facets, len(water.excitation) > 0, water.floating > 0.0,
+            len(self.excited),
         )  # fmt: skip
         return (shape,)
 
@@ -100,12 +117,12 @@ class LampTerm(Term):
         projected = project_lamps(
             self.scene.all, self.scene.around, water.channels,
             list(water.inputs.reflectances.values()), self.scene.waters, water.excitation,
-            clouds=water.floating,
+            clouds=water.floating, excited=self.excited,
         )  # fmt: skip
         images = lamp_images.images_in(marks.collection_of(scene) or {})
         assert images is not None, "lamps shine in the water"
-        virtual = [lamp_visibility.NO_SHADOW] * len(self.scene.virtual)
-        lamp_images.write_lamps(images, projected, colours + virtual)
+        others = [lamp_visibility.NO_SHADOW] * (len(projected.lamps) - len(lamps))
+        lamp_images.write_lamps(images, projected, colours + others)
         followers = marks.followers(scene)
         for item, lamp, own, colour in zip(followers, lamps, shown, colours, strict=True):
             scene_water.follow(item, own)

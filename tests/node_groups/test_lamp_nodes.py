@@ -17,7 +17,9 @@ from underwater_spectral.node_groups import (
 from underwater_spectral.node_groups.loops import summed
 from underwater_spectral.node_groups.node_mathematics import MARK, NODES, Graph
 from underwater_spectral.scene.engines import exr_output
+from underwater_spectral.uw_spectral.lamps.inelastic_source import LampExcitation
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, LitPart, LitParts, ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp_harmonics import Harmonics
 from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.lamp_shadow import (
     PART_SIDE,
@@ -105,7 +107,7 @@ CHANNELS = channels_of(
 MEASURED = [0.9 - 0.8 * WAVES, 0.1 + 0.7 * WAVES]
 
 
-def _projected(profile=None, *, clouds=0.0, **more):
+def _projected(profile=None, *, clouds=0.0, excited=(), **more):
     """Two lamps, of which the second is looked up, in water of seven bands."""
     b = 0.6 - 0.3 * WAVES
     water = lamp_water(0.05 + 0.3 * WAVES, b, seawater_mixture(b, [0.02] * 7))
@@ -116,7 +118,7 @@ def _projected(profile=None, *, clouds=0.0, **more):
     form = profile or SpotProfile(math.radians(50), 0.3)
     given = {"shadow": wall, "virtual": 1.0, "seen": 0.0, "radius": 0.02} | more
     lamp = Lamp((0.2, 0.0, 1.0), AXIS, INTENSITY, form, **given)
-    return project_lamps([other, lamp], water, CHANNELS, MEASURED, clouds=clouds)
+    return project_lamps([other, lamp], water, CHANNELS, MEASURED, clouds=clouds, excited=excited)
 
 
 def _images(projected):
@@ -183,6 +185,33 @@ def test_the_group_of_the_way_is_the_formula(square, tmp_path):
     x, y = at[..., :1], at[..., 1:2]
     P = 3.0 + 0.0 * x  # of a camera without perspective
     wanted = projected.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_surface=True)
+    _agree(seen, wanted)
+
+
+@pytest.mark.slow
+def test_the_group_of_the_way_has_light_of_changed_wavelength(square, tmp_path):
+    at, b = _position(square, tmp_path), np.array([0.7, 0.5])
+    water = Harmonics(np.array([0.2, 0.1]), b, seawater_mixture(b, [0.02] * 2))
+    # That of the lamp does not drown it.
+    matrices = np.stack([np.outer([1.0, 0.3], WAVES), np.outer([0.0, 1.0], 1.0 - WAVES)])
+    excited = LampExcitation(water, matrices)
+    projected = _projected(excited=[excited.by(np.zeros(2)), excited], virtual=0.0)
+    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, inelastic=2)
+    lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0)] * 4)
+    group = realtime_lamps.build_path(images, projected.components, ahead=False)
+
+    def nodes(graph, position):
+        del position
+        return graph.term(graph.node("ShaderNodeGroup", node_tree=group).outputs["Light"])
+
+    seen = square(nodes, tmp_path / "lamp.exr")
+    x, y = at[..., :1], at[..., 1:2]
+    P = 3.0 + 0.0 * x
+    wanted, plain = (
+        one.path_light((x, y, P), (0.0, 0.0, -1.0), P, before_surface=True)
+        for one in (projected, _projected(virtual=0.0))
+    )
+    assert np.median(wanted / plain) > 1.5
     _agree(seen, wanted)
 
 

@@ -59,6 +59,7 @@ def path_lengths(count: int) -> Scale:
 
 _LENGTHS, _PROFILE_LENGTHS = path_lengths(LENGTHS), path_lengths(PROFILE_LENGTHS)
 _HALVES = Scale(ANGLES, 0.0, math.pi / 2, root(3.0))
+NARROW_SCALES = _LENGTHS, _HALVES
 NARROW = _LENGTHS.axis("length"), _HALVES.axis("half")
 """Axes of the table of deflections, of which it has the half, rad."""
 ON_PATCHES = _LENGTHS.axis("length"), discrete_axis("quantity", 3)

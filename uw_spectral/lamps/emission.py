@@ -44,6 +44,7 @@ _SECOND_RADIATION_CONSTANT = 1.438776877e7  # h c / k, nm K
 _COOLEST, _HOTTEST = 500.0, 50000.0
 _STEP_NM = 5.0
 _LARGEST_EXPONENT = 600.0
+_EDGE = 1e-3  # nm
 
 
 def blackbody(temperature: float) -> Spectrum:
@@ -162,6 +163,13 @@ def _from_file(path: str) -> Spectrum:
     if not np.any(values > 0):
         raise InputError(f"{path}: the power is zero at every wavelength; give one that is not")
     return table.spectrum("power", f"emission of {Path(path).name}")
+
+
+def without_light_beyond(shape: Spectrum) -> Spectrum:
+    """Return a spectrum that is dark from 1 to 9999 nm where its table does not reach."""
+    low, high = shape.range
+    nm = np.concatenate([[1.0, low - _EDGE], shape.wavelengths, [high + _EDGE, 9999.0]])
+    return Spectrum(nm, np.pad(shape.values, 2), shape.name, shape.source)
 
 
 def flux(spectrum: Spectrum, unit: str = WATTS) -> float:

@@ -11,7 +11,7 @@ a lamp whose waves are q (:mod:`.lamp_harmonics`): what is seen along a ray is t
     S_l = q_l + b χ_l L_l.
 
 What unscattered light excites falls as 1/r² near the lamp, and has the edges of its beam: of it q
-is not in S, but a function of the distance alone (:func:`straight_emission`). What light does that
+is not in S, but looked up by the distance and the angle alone. What light does that
 has changed its wavelength twice is left out, and what the events take from the light that excites.
 """
 
@@ -28,6 +28,8 @@ from ..content import ComparedByContent, constant
 from ..spectra.bands import Bands
 from ..table import Table
 from ..water.inelastic_processes import RAMAN_PHASE, InelasticProcess, energy_matrix
+from ..water.phase_functions import PER_SPHERE
+from .angular_spread import NARROW, NARROW_SCALES
 from .lamp_harmonics import (
     Harmonics,
     at_distances,
@@ -37,6 +39,7 @@ from .lamp_harmonics import (
     scattered_waves,
     wave_numbers,
 )
+from .multiple_scattering import InelasticLight
 from .profile import LampProfile
 from .scattered_source import TURNED, in_directions, tabulated
 
@@ -82,36 +85,40 @@ def lamp_excitation(
     return LampExcitation(water, constant(np.array(matrices)))
 
 
-def straight_emission(excited: LampExcitation, r: Array) -> Array:
-    """Power that unscattered light makes at distances (k,), times r², over the profile, (2, k, n).
-
-    That of what is isotropic, and of Raman scattering.
-    """
-    left = np.exp(-r[:, None] * excited.water.extinction)
-    return np.asarray(left @ excited.matrices)
-
-
-def absorption_left(excited: LampExcitation, r: Array) -> Array:
-    """Fraction of the power of each band that absorption before leaves at distances, (k, n)."""
-    made = excited.matrices.sum(axis=0)
-    left = np.exp(-r[:, None] * excited.water.a) @ made
-    return np.maximum(left / np.maximum(made.sum(axis=0), _LEAST), _LEAST)
-
-
 @functools.lru_cache(maxsize=16)
-def inelastic_source(
+def inelastic_light(
     excited: LampExcitation, profile: LampProfile, seen: Harmonics, scale: float
-) -> Table:
-    """Tabulate the logarithm of S times r, over :func:`absorption_left`, round a lamp.
+) -> InelasticLight:
+    """Tabulate the light of changed wavelength round a lamp.
 
     ``excited`` is that of its intensity; ``seen`` the water in the n bands that are seen; ``scale``
     that of the rows, 1/m.
     """
-    waves, rows = wave_numbers(scale), []
+    decay = _decay(excited, scale)
+    r, half = (axis.values() for axis in NARROW_SCALES)
+    left = np.exp(-r[:, None] * excited.water.extinction)
+    even, raman = left @ excited.matrices
+    phase = RAMAN_PHASE.per_steradian(np.sin(half) ** 2)[:, None]
+    onward = even[:, None] * PER_SPHERE + raman[:, None] * phase
+    onward = np.log(np.maximum(onward, _LEAST)) + decay * r[:, None, None]
+    return InelasticLight(Table(onward, NARROW), _source(excited, profile, seen, scale), decay)
+
+
+def _decay(excited: LampExcitation, scale: float) -> Array:
+    """How fast absorption before lets the power of each band fade where rows end, 1/m, (n,)."""
+    a = excited.water.a
+    left = np.exp((a.min() - a) * lamp_distances(scale).last / scale)[:, None]
+    left = left * excited.matrices.sum(axis=0)
+    return np.asarray(a @ left / np.maximum(left.sum(axis=0), _LEAST))
+
+
+def _source(excited: LampExcitation, profile: LampProfile, seen: Harmonics, scale: float) -> Table:
+    waves, rows, orders = wave_numbers(scale), [], range(int(_EMITTED[-1]) + 1)
     emitted = np.einsum("lp,pin->lin", _CHI, excited.matrices)
     for band, (c, b) in enumerate(zip(seen.extinction, seen.scattering.T, strict=True)):
         found = []
-        for m, exciting in enumerate(_exciting(excited.water, scale)):
+        for m in orders:
+            exciting = _exciting(excited.water, scale, m)
             q = np.zeros((2, len(waves), len(b), len(b)))
             q[:, :, _EMITTED] = np.einsum("li,siklj->sklj", emitted[..., band], exciting)
             radiance = radiance_of(m, float(c), b, waves, q.sum(axis=0))
@@ -119,21 +126,16 @@ def inelastic_source(
         rows.append(at_distances(np.stack(found), scale))
     by_turn = round_axis(np.stack(rows, axis=-1), profile, TURNED.values())
     r = lamp_distances(scale).values()
-    scaled = (r[:, None] / absorption_left(excited, r))[:, None, None, None]
+    scaled = (r[:, None] * np.exp(_decay(excited, scale) * r[:, None]))[:, None, None, None]
     return tabulated(in_directions(by_turn) * scaled, scale)
 
 
-@functools.lru_cache(maxsize=4)
-def _exciting(water: Harmonics, scale: float) -> tuple[Array, ...]:
-    """Waves of the light that excites: unscattered and scattered, by order m, (2, i, k, l, j)."""
-    waves, one = wave_numbers(scale), np.eye(water.degrees + 1)
-
-    def of_m(m: int) -> Array:
-        found = []
-        for c, b in zip(water.extinction, water.scattering.T, strict=True):
-            straight = radiance_of(m, float(c), 0.0 * b, waves, one)
-            turned = scattered_waves(m, float(c), b, waves)
-            found.append(np.stack([straight, turned])[:, :, _EMITTED])
-        return np.stack(found, axis=1)
-
-    return tuple(of_m(m) for m in range(int(_EMITTED[-1]) + 1))
+@functools.lru_cache(maxsize=12)
+def _exciting(water: Harmonics, scale: float, m: int) -> Array:
+    """Waves of the light that excites: unscattered and scattered, of an order, (2, i, k, l, j)."""
+    waves, one, found = wave_numbers(scale), np.eye(water.degrees + 1), []
+    for c, b in zip(water.extinction, water.scattering.T, strict=True):
+        straight = radiance_of(m, float(c), 0.0 * b, waves, one)
+        turned = scattered_waves(m, float(c), b, waves)
+        found.append(np.stack([straight, turned])[:, :, _EMITTED])
+    return np.stack(found, axis=1)

@@ -30,7 +30,7 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +50,7 @@ from .lamp_surface import (
     forward_fraction,
     patch_past_lamp,
 )
-from .multiple_scattering import InelasticLight, LampWater, inelastic_along, light_along
+from .multiple_scattering import InelasticLight, LampWater, light_along
 from .representative_bands import COUNT
 
 Array = NDArray[np.float64]
@@ -82,17 +82,6 @@ def along_path(stretch: Operand) -> tuple[Axis]:
 
 
 @dataclass(frozen=True, eq=False)
-class InelasticLamp:
-    """Light of changed wavelength that a lamp makes in the water, of three bands of its own."""
-
-    source: Table  #: Of :func:`.inelastic_source`.
-    #: Of :func:`.straight_emission` and :func:`.absorption_left`, (3, LENGTHS, 3).
-    made: Array
-    #: S of these, by the way to the camera, but for the scattering there, (3, LENGTHS, 3).
-    arriving: Array
-
-
-@dataclass(frozen=True, eq=False)
 class ChannelLamp:
     """The tables of a lamp.
 
@@ -111,8 +100,9 @@ class ChannelLamp:
         S, of the three bands for light on objects; its channels are what excites fluorophores.
     floating : array, shape (FLOATING, FLOATING, 3), or (0, FLOATING, 3)
         Of light on what floats in the water: see :meth:`ChannelLight.floating_at`.
-    inelastic : InelasticLamp, optional
-        Light of changed wavelength that it makes.
+    inelastic : InelasticLight, optional
+        The lamp stands for light of changed wavelength, with three bands of its own; it has no
+        other, and S are over the way to the camera, but for the scattering there.
     """
 
     scattered: Array
@@ -121,7 +111,7 @@ class ChannelLamp:
     coloured: Array
     exciting: Array
     floating: Array
-    inelastic: InelasticLamp | None = None
+    inelastic: InelasticLight | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +137,7 @@ class ChannelLight:
     in_water: Sequence[Lookup]
     split: Callable[[Operand], Sequence[Operand]]
     floating: Lookup | None = None
+    inelastic: InelasticLight | None = None
 
     def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once over a length, by the squared sine of half the angle."""
@@ -167,10 +158,6 @@ class ChannelLight:
         """
         assert self.floating is not None, "there are clouds"
         return self.floating.at(wet=wet, s=s)
-
-    def arriving_by(self, arriving: Sequence[Lookup]) -> ChannelLight:
-        """Return other light in the water, by the tables of what arrives of it."""
-        return replace(self, in_water=arriving)
 
     def along(
         self,
@@ -287,7 +274,7 @@ class LampChannels:
         Length at the middle of the tables, m.
     """
 
-    lamps: tuple[Lamp, ...]
+    lamps: tuple[Lamp, ...]  #: The last ones may stand for light of changed wavelength.
     projected: tuple[ChannelLamp, ...]
     in_water: LampWater
     on_surfaces: LampWater
@@ -320,13 +307,9 @@ class LampChannels:
     ) -> Array:
         """Radiance of the lamps along rays, as of :func:`.ray_past_lamp`, shape (..., 3)."""
         total = np.zeros(3)
-        for (lamp, light), projected in zip(self.lights(), self.projected, strict=True):
+        for lamp, light in self.lights():
             ray = ray_past_lamp(lamp, origin, w, P, before_surface=before_surface)
             total = total + light.along(lamp, ray)
-            if (changed := projected.inelastic) is not None:
-                made = InelasticLight(changed.source, *self._rows(changed.made))
-                seen = light.arriving_by(self._rows(changed.arriving))
-                total = total + inelastic_along(lamp, ray, made, seen)
         return total
 
     def lights(self) -> Iterator[tuple[Lamp, ChannelLight]]:
@@ -342,6 +325,7 @@ class LampChannels:
                     self._rows(projected.in_water),
                     bands_of,
                     Table(projected.floating, ON_FLOATING) if self.floats else None,
+                    projected.inelastic,
                 ),
             )
 

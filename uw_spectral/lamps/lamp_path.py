@@ -50,8 +50,8 @@ class PathNode:
         Squared sine of half the scattering angle.
     half : float or array
         Half the scattering angle, rad.
-    distance : float or array
-        From the lamp to the place, m.
+    wet : float or array
+        From the lamp to the place, m; in the water.
     length : float or array
         From the lamp over the place to the camera, m; in the water.
     s : float or array
@@ -63,7 +63,7 @@ class PathNode:
     weight: Operand
     s2: Operand
     half: Operand
-    distance: Operand
+    wet: Operand
     length: Operand
     s: Operand
     where: Sequence[Operand]
@@ -114,14 +114,16 @@ def path_node(
     s = ray.h * (tangent - 1.0 / tangent) / 2.0
     where = ray.place(s)
     weight = weight * lamp.lit(where, m)
-    distance, length = ray.h * (1.0 + t2) / (2.0 * tangent), ray.t0 + ray.h * tangent
+    leg, length = ray.h * (1.0 + t2) / (2.0 * tangent), ray.t0 + ray.h * tangent
     if lamp.shines_in:
-        length = length - distance + lamp.wet(distance, where[2], m)
+        dry = length - leg
+        leg = lamp.wet(leg, where[2], m)
+        length = dry + leg
     return PathNode(
         weight * lamp.profile.value(cosine, m),
         t2 / (1.0 + t2),
         angle,
-        distance,
+        leg,
         m.maximum(length, 0.0),
         s,
         where,

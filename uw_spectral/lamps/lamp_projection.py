@@ -7,6 +7,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,12 +15,7 @@ from numpy.typing import ArrayLike
 from ..content import constant
 from ..occlusion.point_spread import within_outline
 from ..transfer.channels import Channels
-from .inelastic_source import (
-    LampExcitation,
-    absorption_left,
-    inelastic_source,
-    straight_emission,
-)
+from .inelastic_source import LampExcitation, inelastic_light
 from .lamp import Lamp
 from .lamp_channels import (
     FARTHEST,
@@ -28,7 +24,6 @@ from .lamp_channels import (
     LENGTHS,
     Array,
     ChannelLamp,
-    InelasticLamp,
     LampChannels,
     SurfaceLight,
     bands_of,
@@ -101,9 +96,7 @@ def project_lamps(
     lengths = stretch * fraction / np.maximum(1.0 - fraction, stretch / FARTHEST)
     reflectances = np.concatenate([channels.reflectance.T, spectra])
 
-    def projected(
-        lamp: Lamp, intensity: Array, water: LampWater, excited: LampExcitation | None
-    ) -> ChannelLamp:
+    def projected(lamp: Lamp, intensity: Array, water: LampWater) -> ChannelLamp:
         passed = np.exp(-lengths[:, None] * water.a)
         unscattered = np.exp(-lengths[:, None] * water.c)
         single = water.b * np.asarray(water.phase.weights)[:, None, :] * unscattered
@@ -115,7 +108,6 @@ def project_lamps(
             channels.project(intensity * coloured),
             exciting_on_surfaces(intensity * passed),
             on_floating(lamp, intensity, water),
-            excited and _inelastic(excited, lamp.profile, water, three, channels, lengths),
         )
 
     def exciting_on_surfaces(light: Array) -> Array:
@@ -136,10 +128,17 @@ def project_lamps(
 
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
-    exciters = [*excited, *[None] * (len(lamps) - len(excited))]
+    shadowed = [_softly_shadowed(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps]
+    found = list(itertools.starmap(projected, zip(lamps, intensities, waters, strict=True)))
+    for i, one in enumerate(excited):
+        shadowed.append(replace(shadowed[i], seen=0.0))
+        seen = _inelastic(one, lamps[i].profile, water, three, channels, lengths)
+        tables = "scattered", "unscattered", "in_water", "coloured", "exciting", "floating"
+        dark = {name: np.zeros_like(getattr(found[i], name)) for name in tables}
+        found.append(replace(found[i], **dark | seen))
     return LampChannels(
-        tuple(_softly_shadowed(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps),
-        tuple(itertools.starmap(projected, zip(lamps, intensities, waters, exciters, strict=True))),
+        tuple(shadowed),
+        tuple(found),
         three,
         three_on_surfaces,
         water.phase.components,
@@ -155,15 +154,15 @@ def _inelastic(
     three: LampWater,
     channels: Channels,
     lengths: Array,
-) -> InelasticLamp | None:
-    """Project the light of changed wavelength that a lamp makes; None if it makes none.
+) -> dict[str, Any]:
+    """Project the light of changed wavelength that a lamp makes: fields of its tables, if any.
 
     It is looked up with the rows of the bands ``three`` of the water, and what these scatter on the
     way to the camera.
     """
     power = float(excited.matrices.sum())
     if power <= 0.0:
-        return None
+        return {}
     # Of a lamp that only changes its brightness all is known already.
     even = replace(excited, matrices=constant(np.round(excited.matrices / power, 9)))
     assert isinstance(water.field, LampField)
@@ -173,22 +172,20 @@ def _inelastic(
     bent = np.cos(2.0 * half)
     # Few harmonics tell how bands differ.
     few = replace(even, water=replace(even.water, degrees=_FEW_DEGREES))
-    source = inelastic_source(few, _TYPICAL.profile, replace(seen, degrees=_FEW_DEGREES), scale)
-    values = source_seen(source, r, cosine, bent, cosine * bent) / r
-    values = values * absorption_left(few, r[:, 0])
-    straight = straight_emission(even, r[:, 0]).sum(axis=0) / (4.0 * math.pi * r * r)
-    values = values + straight * _TYPICAL.profile.value(cosine)
+    made = inelastic_light(few, _TYPICAL.profile, replace(seen, degrees=_FEW_DEGREES), scale)
+    values = source_seen(made.source, r, cosine, bent, cosine * bent) / r
+    onward = np.exp(made.onward.at(length=r, half=half)) / (r * r)
+    values = values + onward * _TYPICAL.profile.value(cosine)
+    values = values * np.exp(-made.decay * r)
     light = np.abs(channels.weights).sum(axis=0) * np.exp(-t * (water.a + water.wide))
     bands = representative_bands(values, light)
     three_even = even.of_bands(bands.indices)
-    source = inelastic_source(three_even, profile, seen.of_bands(bands.indices), scale)
+    made = inelastic_light(three_even, profile, seen.of_bands(bands.indices), scale)
     # Looked up where the three bands of the water are scattered on the way.
     left = three.wide[:, None, None] - (water.a + water.wide)
     passed = np.exp(np.minimum(lengths[:, None] * left, _LARGEST))
     arriving = channels.project(power * bands.fractions[:, None, :] * passed)
-    left = absorption_left(three_even, lengths)[None]
-    made = np.concatenate([straight_emission(three_even, lengths), left])
-    return InelasticLamp(source, made, arriving)
+    return {"in_water": arriving, "inelastic": made}
 
 
 def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:

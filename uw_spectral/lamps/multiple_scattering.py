@@ -36,14 +36,21 @@ from ..content import ComparedByContent
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..table import Lookup, Table
-from ..water.inelastic_processes import RAMAN_PHASE
 from ..water.phase import BandPhase, Mixture
-from ..water.phase_functions import PER_SPHERE
 from .angular_spread import Spread, WaterSpread
 from .delta_scaled_phase import RESOLVED, wide_moments
 from .lamp import Lamp, RayPastLamp
 from .lamp_harmonics import Harmonics
-from .lamp_path import NODES, LitPart, Quadrature, half_angle, lit_part, nodes_for, path_node
+from .lamp_path import (
+    NODES,
+    LitPart,
+    PathNode,
+    Quadrature,
+    half_angle,
+    lit_part,
+    nodes_for,
+    path_node,
+)
 from .profile import LampProfile
 from .scattered_irradiance import arriving_table
 from .scattered_source import source_seen, source_table
@@ -142,24 +149,39 @@ def lamp_water(a: ArrayLike, b: ArrayLike, phase: BandPhase) -> LampWater:
     )
 
 
-class ArrivingSpectrum(Protocol):
-    """What absorption leaves of light over wavelengths.
+@dataclass(frozen=True, eq=False)
+class InelasticLight:
+    """What tells light of changed wavelength round a lamp from its own (:mod:`.inelastic_source`).
 
-    Its own bands, or a few functionals of them.
+    Absorption is that of the way to the camera alone. In a node tree lamps of both kinds have it.
     """
+
+    onward: Lookup  #: In place of :attr:`.Spread.narrow`, by the distance from the lamp.
+    source: Lookup  #: In place of that of :class:`Field`.
+    decay: Operand  #: What neither has of its fading with the distance from the lamp, 1/m, (n,).
+    changed: Operand = 1.0  #: 0 where it is the lamp's own light after all.
+
+    def absorption_length(self, length: Operand, wet: Operand) -> Operand:
+        """Return what counts of a length over a place, of which so much is wet before it."""
+        return length - wet * self.changed
+
+
+class LampSpectrum(Protocol):
+    """The light of a lamp over wavelengths: its own bands, or a few functionals of them."""
 
     @property
     def water(self) -> LampWater:
         """Water of the bands that the angles of scattered light are computed for."""
         ...
 
+    @property
+    def inelastic(self) -> InelasticLight | None:
+        """What it is looked up in if its wavelength has changed."""
+        ...
+
     def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return what absorption over a length leaves of its light, of which bands have so much."""
         ...
-
-
-class LampSpectrum(ArrivingSpectrum, Protocol):
-    """The light of a lamp over wavelengths, as sums along rays take it."""
 
     def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return its light scattered once over a length, by the squared sine of half the angle."""
@@ -172,10 +194,13 @@ class BandLight:
 
     intensity: Operand
     water: LampWater
+    inelastic: InelasticLight | None = None
 
     def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once, in each band."""
         water = self.water
+        if self.inelastic is not None:
+            return 0.0 * water.b
         passed = self.intensity * water.b * m.exp(-water.c * length)
         return passed * water.phase.per_steradian(s2, m)
 
@@ -206,14 +231,14 @@ def light_along(
     The lamp's intensity is not read. ``integrate`` adds up the terms of the quadratures, for which
     a shader has a loop; ``transmittance`` is what other matter than the water leaves.
     """
-    part, spread = lit_part(lamp, ray, m), light.water.spread
+    part = lit_part(lamp, ray, m)
     integrate = integrate or nodes_for(lamp)
 
     def of_place(place: Operand, fraction: Operand) -> tuple[Operand, Operand]:
         node = path_node(lamp, ray, part, place, fraction, m)
-        onward = m.exp(spread.narrow.at(length=node.length, half=node.half)) * node.weight
+        onward = m.exp(_onward(light, node)) * node.weight
         single = light.single(node.s2, node.length, m) * node.weight
-        more = light.arriving(onward, node.length, m)
+        more = light.arriving(onward, _absorbing(light, node.length, node.wet), m)
         if transmittance is None:
             return single, more
         fraction = transmittance(ray.t0 + node.s, node.where)
@@ -221,6 +246,20 @@ def light_along(
 
     single, onward = integrate(NODES, of_place)
     return single, onward + _turned(lamp, ray, part, light, m, integrate, transmittance)
+
+
+def _absorbing(light: LampSpectrum, length: Operand, leg: Operand) -> Operand:
+    return length if light.inelastic is None else light.inelastic.absorption_length(length, leg)
+
+
+def _onward(light: LampSpectrum, node: PathNode) -> Operand:
+    """Logarithm of what a place adds that is not in the source."""
+    made, water = light.inelastic, light.water
+    if made is None:
+        return water.spread.narrow.at(length=node.length, half=node.half)
+    t = node.length - node.wet
+    found = made.onward.at(length=node.length - t * made.changed, half=node.half)
+    return found - (water.wide * (t * made.changed) + made.decay * node.wet)
 
 
 def _turned(
@@ -232,92 +271,12 @@ def _turned(
     integrate: Quadrature,
     transmittance: Transmittance | None,
 ) -> Operand:
-    """Radiance of light that was scattered already when it is scattered into the ray."""
-    source = light.water.field.source(lamp.profile)
+    """Radiance of light that was scattered already when it is scattered into the ray.
 
-    def of_place(at: _SourcePlace) -> Operand:
-        leg = lamp.wet(at.r, at.where[2], m)
-        # Scattered as on the leg in the water, and as faint as at r.
-        lit = at.lit * leg / at.r if lamp.shines_in else at.lit
-        seen = source_seen(source, leg, at.turned, at.bent, at.off_axis, m)
-        arriving = light.arriving(seen * (lit * at.left), leg + at.t, m)
-        return arriving if transmittance is None else arriving * transmittance(at.along, at.where)
-
-    return _along_source(lamp, ray, part, light.water, m, integrate, of_place)
-
-
-@dataclass(frozen=True, eq=False)
-class InelasticLight:
-    """Light of changed wavelength round a lamp, of arrays or in a node tree."""
-
-    source: Lookup  #: Of :func:`.inelastic_source`.
-    #: Over the length: of :func:`.straight_emission` and :func:`.absorption_left`.
-    even: Lookup
-    raman: Lookup
-    absorbed: Lookup
-
-
-def inelastic_along(
-    lamp: Lamp,
-    ray: RayPastLamp,
-    inelastic: InelasticLight,
-    light: ArrivingSpectrum,
-    m: Mathematics = NUMPY,
-    integrate: Quadrature | None = None,
-) -> Operand:
-    """Radiance of light along a ray that has changed its wavelength (:mod:`.inelastic_source`).
-
-    Of ``light`` the absorption on the way to the camera is read, and the water.
+    The integral is over u = asinh(s/h), s from the point nearest to the lamp: ds is r du.
     """
-    part, integrate = lit_part(lamp, ray, m), integrate or nodes_for(lamp)
-    wide = light.water.wide
-
-    def straight(place: Operand, fraction: Operand) -> tuple[Operand]:
-        node = path_node(lamp, ray, part, place, fraction, m)
-        leg, t = lamp.wet(node.distance, node.where[2], m), m.maximum(ray.t0 + node.s, 0.0)
-        raman = inelastic.raman.at(length=leg) * RAMAN_PHASE.per_steradian(node.s2, m)
-        seen = (inelastic.even.at(length=leg) * PER_SPHERE + raman) * m.exp(0.0 - wide * t)
-        return (light.arriving(seen * node.weight, t, m),)
-
-    def of_place(at: _SourcePlace) -> Operand:
-        leg = lamp.wet(at.r, at.where[2], m)
-        lit = at.lit * leg / at.r if lamp.shines_in else at.lit
-        seen = source_seen(inelastic.source, leg, at.turned, at.bent, at.off_axis, m)
-        return light.arriving(seen * inelastic.absorbed.at(length=leg) * (lit * at.left), at.t, m)
-
-    turned = _along_source(lamp, ray, part, light.water, m, integrate, of_place)
-    return integrate(NODES, straight)[0] + turned
-
-
-@dataclass(frozen=True, eq=False)
-class _SourcePlace:
-    """A place on a ray where a source adds light."""
-
-    r: Operand  #: Distance from the lamp, m.
-    t: Operand  #: Distance from the camera, m, not negative.
-    along: Operand  #: The same, as transmittances have it.
-    where: Sequence[Operand]  #: The place as the lamp sees it, m.
-    #: Cosines of :func:`.source_seen`.
-    turned: Operand
-    bent: Operand
-    off_axis: Operand
-    lit: Operand  #: Fraction of its light that objects leave,
-    left: Operand  #: and what scattering leaves on the way to the camera, with its weight.
-
-
-def _along_source(
-    lamp: Lamp,
-    ray: RayPastLamp,
-    part: LitPart,
-    water: LampWater,
-    m: Mathematics,
-    integrate: Quadrature,
-    of_place: Callable[[_SourcePlace], Operand],
-) -> Operand:
-    """Integral along a ray of a source times the distance from the lamp.
-
-    It is taken over u = asinh(s/h), s from the point nearest to the lamp: ds is r du.
-    """
+    water, made = light.water, light.inelastic
+    source = water.field.source(lamp.profile) if made is None else made.source
     end = m.maximum(ray.near, 0.0) + water.reach
     last = m.maximum(m.minimum(ray.far, m.maximum(end, ray.near)), ray.first)
     first, stop = (asinh(s, ray.h, m) for s in (ray.first, last))
@@ -329,9 +288,17 @@ def _along_source(
         turned, t = (ray.across * ray.h + ray.along * s) / r, m.maximum(ray.t0 + s, 0.0)
         where = ray.place(s)
         lit = _source_lit(lamp, ray, part, (s, r, where), m)
-        left = m.exp(0.0 - water.wide * t) * (width * fraction)
+        lost = water.wide * t
+        if made is not None:
+            lost = lost + made.decay * lamp.wet(r, where[2], m)
+        left = m.exp(0.0 - lost) * (width * fraction)
         bent, off_axis = 0.0 - s / r, 0.0 - ray.along
-        return (of_place(_SourcePlace(r, t, ray.t0 + s, where, turned, bent, off_axis, lit, left)),)
+        leg = lamp.wet(r, where[2], m)
+        # Scattered as on the leg in the water, and as faint as at r.
+        lit = lit * leg / r if lamp.shines_in else lit
+        seen = source_seen(source, leg, turned, bent, off_axis, m)
+        arriving = light.arriving(seen * (lit * left), _absorbing(light, leg + t, leg), m)
+        return (arriving if transmittance is None else arriving * transmittance(ray.t0 + s, where),)
 
     return integrate(MORE_NODES, term)[0]
 

@@ -11,26 +11,21 @@ from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.lamps.emission import parse_emission
 from underwater_spectral.uw_spectral.lamps.inelastic_source import (
     LampExcitation,
-    absorption_left,
-    inelastic_source,
-    straight_emission,
+    inelastic_light,
 )
 from underwater_spectral.uw_spectral.lamps.lamp import Lamp, ray_past_lamp
-from underwater_spectral.uw_spectral.lamps.lamp_channels import LENGTHS, along_path
 from underwater_spectral.uw_spectral.lamps.lamp_harmonics import Harmonics
 from underwater_spectral.uw_spectral.lamps.lamp_path import gauss_sum
 from underwater_spectral.uw_spectral.lamps.lamp_projection import project_lamps
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import (
     BandLight,
-    InelasticLight,
-    inelastic_along,
     lamp_water,
+    light_along,
 )
 from underwater_spectral.uw_spectral.lamps.profile import IsotropicProfile, SpotProfile
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.illuminant import band_mean
 from underwater_spectral.uw_spectral.spectra.sensor import parse_sensor
-from underwater_spectral.uw_spectral.table import Table
 from underwater_spectral.uw_spectral.transfer.channels import channels_of
 from underwater_spectral.uw_spectral.water.inelastic_processes import EXCITATION
 from underwater_spectral.uw_spectral.water.phase import BandPhase
@@ -58,7 +53,7 @@ def test_all_light_of_the_lamp_is_absorbed_or_emitted_again(profile):
     a, b, e = 0.3, 0.9, 0.02
     excited = _excited(0.5, 0.8, _phase(0.8), e)
     seen = Harmonics(np.array([a]), np.array([b]), _phase(0.8))
-    table = inelastic_source(excited, profile, seen, seen.scale)
+    made = inelastic_light(excited, profile, seen, seen.scale)
     x, weight = np.polynomial.legendre.leggauss(48)
     r, dr = (x + 1.0) * 20.0, weight * 20.0
     # Over all bends and azimuths; there are as many on either side.
@@ -66,13 +61,10 @@ def test_all_light_of_the_lamp_is_absorbed_or_emitted_again(profile):
     grid = np.meshgrid(r, x, x, np.cos((azimuth + 1.0) * math.pi / 2.0), indexing="ij")
     names = "distance", "turned", "bent", "azimuth"
     at = {name: one[..., None] for name, one in zip(names, grid, strict=True)}
-    S = (
-        np.exp(table.at(**at))[..., 0]
-        * grid[0]
-        * absorption_left(excited, r)[:, 0, None, None, None]
-    )
+    S = np.exp(made.source.at(**at))[..., 0] * grid[0] * np.exp(-made.decay * grid[0])
     whole = np.einsum("rtbz,r,t,b,z->", S, dr, weight, weight, dz * math.pi) * 2.0 * math.pi
-    straight = straight_emission(excited, r)[0, :, 0] @ dr * float(profile.solid_angle)
+    onward = made.onward.at(length=r[:, None], half=1.0)[:, 0] - made.decay * r
+    straight = 4.0 * math.pi * np.exp(onward) @ dr * float(profile.solid_angle)
     power = float(profile.solid_angle) / 0.5 * e
     again = float(seen.scattering[0, 0]) / a
     assert whole + straight == pytest.approx(power * (1.0 + again), rel=0.05)
@@ -81,12 +73,7 @@ def test_all_light_of_the_lamp_is_absorbed_or_emitted_again(profile):
 def _light(excited, profile, water, scale=None):
     """Light of changed wavelength in the bands of a water."""
     seen = water.field.harmonics
-    r = along_path(2.0)
-    lengths = 2.0 * np.arange(LENGTHS) / np.maximum(LENGTHS - 1.0 - np.arange(LENGTHS), 1e-6)
-    even, raman = straight_emission(excited, lengths)
-    source = inelastic_source(excited, profile, seen, scale or seen.scale)
-    left = absorption_left(excited, lengths)
-    return InelasticLight(source, *(Table(one, r) for one in (even, raman, left)))
+    return BandLight(1.0, water, inelastic_light(excited, profile, seen, scale or seen.scale))
 
 
 def test_without_scattering_it_is_the_integral_along_the_ray():
@@ -95,7 +82,7 @@ def test_without_scattering_it_is_the_integral_along_the_ray():
     lamp = Lamp((0.3, 0.0, 1.5), (0.0, 0.6, 0.8), np.ones(1), SPOT, 1e-3)
     ray = ray_past_lamp(lamp, ORIGIN, AHEAD, 6.0)
     light = _light(excited, SPOT, water)
-    found = float(inelastic_along(lamp, ray, light, BandLight(1.0, water))[0])
+    found = float(light_along(lamp, ray, light)[1][0])
     t = np.linspace(0.0, 6.0, 200_001)
     place = np.stack([np.full_like(t, -0.3), 0.0 * t, t - 1.5], axis=-1)
     r = np.linalg.norm(place, axis=1)
@@ -161,7 +148,7 @@ def _about(plan, excited, spheres, edges):
         angle = (edges[j] + edges[j + 1] + (edges[j + 1] - edges[j]) * x) / 2.0
         w = np.sin(angle)[:, None], 0.0 * angle[:, None], np.cos(angle)[:, None]
         ray = ray_past_lamp(lamp, (0.0, 0.0, -spheres[k]), w, 1e6)
-        L = inelastic_along(lamp, ray, light, BandLight(1.0, water))[:, 1]
+        L = light_along(lamp, ray, light)[1][:, 1]
         found[k, j] = np.average(L, weights=weight * np.sin(angle))
     return found
 
@@ -187,7 +174,7 @@ def test_channels_are_what_the_bands_add_up_to(light):
     light = _light(excited, SPOT, water, once.in_water.field.harmonics.scale)
     for P, tilt in ((0.5, 0.2), (2.0, 0.0), (6.0, 0.1), (6.0, -0.4)):
         w = (math.sin(tilt), 0.0, math.cos(tilt))
-        L = inelastic_along(lamp, ray_past_lamp(lamp, ORIGIN, w, P), light, BandLight(1.0, water))
+        L = light_along(lamp, ray_past_lamp(lamp, ORIGIN, w, P), light)[1]
         wanted, found = channels.project(L), once.path_light(ORIGIN, w, P)
         assert found == pytest.approx(wanted, rel=0.03, abs=0.03 * wanted.max())
         assert twice.path_light(ORIGIN, w, P) == pytest.approx(2.0 * found, rel=1e-4)
@@ -202,7 +189,7 @@ def test_more_nodes_change_little():
             ray = ray_past_lamp(lamp, ORIGIN, AHEAD, 6.0)
             light = _light(excited, profile, water)
             few, many = (
-                inelastic_along(lamp, ray, light, BandLight(1.0, water), integrate=way)
+                light_along(lamp, ray, light, integrate=way)[1]
                 for way in (gauss_sum, lambda _, term: gauss_sum(200, term))
             )
             assert few == pytest.approx(many, rel=0.03)
