@@ -36,7 +36,7 @@ from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_a
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
-from ..uw_spectral.imaging.optics import Excitation
+from ..uw_spectral.imaging.excitation import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..uw_spectral.imaging.optics import ResolvedOptics
+from ..uw_spectral.imaging.resolved_optics import ResolvedOptics
 from ..uw_spectral.transfer.radiance_field import distance_in_water
 from .axes import inverse, world_to_opencv
 from .camera import PinholeCamera

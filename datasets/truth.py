@@ -22,8 +22,8 @@ from ..uw_spectral.imaging.image_formation import (
     compute_image_formation,
     ranges_in_water,
 )
-from ..uw_spectral.imaging.optics import ResolvedOptics
 from ..uw_spectral.imaging.range_attenuation import FEWEST
+from ..uw_spectral.imaging.resolved_optics import ResolvedOptics
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.imaging.visibility import diffuse_attenuation
 from ..uw_spectral.lamps.lamp import Lamp

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.clouds.solved_cloud import Cloud
 from ..uw_spectral.imaging.band_selection import FittedViewpoint
-from ..uw_spectral.imaging.optics import Excitation
+from ..uw_spectral.imaging.excitation import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import WavePatterns, least_pattern

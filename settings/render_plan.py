@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.imaging.optics import ResolvedOptics, resolve
+from ..uw_spectral.imaging import ResolvedOptics, resolve
 from ..uw_spectral.lamps.inelastic_source import LampExcitation, lamp_excitation
 from ..uw_spectral.lamps.lamp_harmonics import Harmonics
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water

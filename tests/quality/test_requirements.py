@@ -37,7 +37,7 @@ from underwater_spectral.quality.terms import (
     with_and_without,
 )
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.optics import Excitation
+from underwater_spectral.uw_spectral.imaging.excitation import Excitation
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,

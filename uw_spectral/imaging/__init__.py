@@ -12,7 +12,8 @@ from .description import (
 )
 from .formation_fit import FormationFit, fit_formation
 from .image_formation import FormationCurves, ImageFormation, compute_image_formation
-from .optics import ResolvedOptics, resolve
+from .optics import resolve
+from .resolved_optics import ResolvedOptics
 from .restoration import Formation, remove_water
 from .summary import Readouts, readouts
 from .viewpoint import Viewpoint

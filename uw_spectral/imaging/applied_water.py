@@ -35,7 +35,7 @@ from ..transfer.pixel_parts import (
 )
 from ..transfer.projection import project
 from ..transfer.radiance_table import TABLE_STREAMS
-from .optics import ResolvedOptics
+from .resolved_optics import ResolvedOptics
 from .viewpoint import Viewpoint
 
 Array = NDArray[np.float64]

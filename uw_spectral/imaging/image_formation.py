@@ -23,8 +23,8 @@ from ..errors import InputError
 from ..spectra.spectrum import Spectrum
 from ..transfer.discrete_ordinates import STREAMS
 from .formation_fit import FormationFit
-from .optics import ResolvedOptics
 from .range_attenuation import Array, fit_range_attenuation
+from .resolved_optics import ResolvedOptics
 
 RANGES = tuple(np.round(np.geomspace(0.25, 30.0, 40), 4).tolist())
 """Ranges in m at which coefficients are tabulated."""

@@ -15,7 +15,8 @@ from underwater_spectral.uw_spectral.imaging.description import (
     SurfaceDescription,
     WaterDescription,
 )
-from underwater_spectral.uw_spectral.imaging.optics import Excitation, resolve
+from underwater_spectral.uw_spectral.imaging.excitation import Excitation
+from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     Emission,

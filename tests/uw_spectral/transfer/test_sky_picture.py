@@ -15,7 +15,8 @@ from uw_spectral.imaging.description import (
     SunAndSky,
     SurfaceDescription,
 )
-from uw_spectral.imaging.optics import ResolvedOptics, resolve
+from uw_spectral.imaging.optics import resolve
+from uw_spectral.imaging.resolved_optics import ResolvedOptics
 from uw_spectral.spectra.bands import Bands
 from uw_spectral.spectra.colour_rendering import rec709_to_XYZ
 from uw_spectral.spectra.illuminant import parse_illuminant
