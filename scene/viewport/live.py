@@ -16,7 +16,8 @@ from ..water import new_materials, realtime, scene_water
 from . import camera_reach, problems, saved_settings
 from .changes import has_new_kinds, is_stale, key, kinds
 from .filling import ROAM, fill
-from .live_water import KNOWN, SKY, live_water, may_draw, settings_of
+from .live_settings import SKY, may_draw, settings_of
+from .live_water import KNOWN, live_water
 from .preview_depths import preview_depth
 
 _SHOWN = "shown"
