@@ -19,11 +19,9 @@ from ..uw_spectral.lamps.lamp_channels import (
     along_path,
 )
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
-from ..uw_spectral.lamps.lamp_path import Quadrature, fewer
 from ..uw_spectral.lamps.lamp_shadow import SOFT, shadow_axes
 from ..uw_spectral.lamps.multiple_scattering import InelasticLight
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
-from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.table import Axis
 from ..uw_spectral.water.phase import PhaseFunction
 from . import lamp_images as layout
@@ -31,14 +29,9 @@ from . import lamp_sources
 from .image_table import ImageTable
 from .lamp_images import LampImages, LampRows
 from .lamp_profiles import ImageParts, ImageProfile, water_of_lamps
-from .loops import summed
+from .lamp_quadrature import ImageQuadrature
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import closest
-
-
-def _first_of(nodes: int) -> float:
-    """Column of the first place of a quadrature."""
-    return float(sum(layout.QUADRATURES[: layout.QUADRATURES.index(nodes)]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,48 +147,23 @@ class LampTable:
         water = water_of_lamps(self.graph, self.images, column, self._extent[1])
         return SurfaceLight(water, coloured, self.graph.components)
 
-    def of_measured(self, index: NodeValue, number: NodeValue, length: NodeValue) -> list[Operand]:
+    def of_measured(
+        self, index: NodeValue, number: NodeValue, length: NodeValue
+    ) -> list[NodeValue]:
         """Look up the tables of a measured reflectance; the first has the number 1."""
         # Number 0 finds those of a colour, which nothing uses.
         first = self._row(index) + float(self.rows.first["coloured"] + BANDS * (COLOURS - 1))
         rows = self._rows(first + number * float(BANDS), BANDS)
         return [row.at(length=length) for row in rows]
 
-    def exciting(self, index: NodeValue, length: NodeValue) -> list[Operand]:
+    def exciting(self, index: NodeValue, length: NodeValue) -> list[NodeValue]:
         """Look up the tables of what excites fluorophores."""
         return [row.at(length=length) for row in self._projected(index, "exciting", BANDS)]
 
-    def integrate(
-        self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
-    ) -> tuple[NodeValue, ...]:
-        """Add up terms of the places of a quadrature, as :func:`.gauss_sum` does."""
-        return self._integrated(_first_of(count), count, term)
-
-    def nodes_for(self, lamp: Lamp) -> Quadrature:
-        """Return what adds up terms along rays past a lamp, as :func:`.nodes_for` does."""
-        if not self.virtual:
-            return self.integrate
-
-        def integrate(
-            count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
-        ) -> tuple[NodeValue, ...]:
-            few, many = (float(n) for n in (fewer(count), count))
-            first = NODES.select(lamp.virtual, _first_of(fewer(count)), _first_of(count))
-            return self._integrated(first, NODES.select(lamp.virtual, few, many), term)
-
-        return integrate
-
-    def _integrated(
-        self,
-        first: NodeValue | float,
-        count: NodeValue | int,
-        term: Callable[[Operand, Operand], tuple[Operand, ...]],
-    ) -> tuple[NodeValue, ...]:
-        def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
-            place, fraction, _ = self.graph.components(self._at(index + first, 0.0))
-            return term(place, fraction)
-
-        return summed(self.graph, count, of_place)
+    @property
+    def quadrature(self) -> ImageQuadrature:
+        """What adds up terms along rays."""
+        return ImageQuadrature(self.graph, self.image, self.virtual)
 
     def _projected(self, index: NodeValue, name: str, count: int) -> list[ImageTable]:
         return self._rows(self._row(index) + float(self.rows.first[name]), count)
