@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, overload, override
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +90,6 @@ class LoadedSet(Sequence[Sample]):
         there = _water(view) in self.waters if self.waters else _water(view) != AIR
         return there and self.split in (None, view.split)
 
-    @override
     def __len__(self) -> int:
         return len(self.views)
 
@@ -98,7 +97,6 @@ class LoadedSet(Sequence[Sample]):
     def __getitem__(self, number: int) -> Sample: ...
     @overload
     def __getitem__(self, number: slice) -> Sequence[Sample]: ...
-    @override
     def __getitem__(self, number: int | slice) -> Sample | Sequence[Sample]:
         if isinstance(number, slice):
             return [self[k] for k in range(*number.indices(len(self)))]

@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import override
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -219,11 +218,9 @@ class PictureSky(Sky):
     picture: SkyPicture = field(kw_only=True)
     is_even: bool = False  #: The mean of both sides of the sun's azimuth is seen.
 
-    @override
     def as_even(self) -> Sky:
         return replace(self, is_even=True)
 
-    @override
     def radiance(self, v: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         found = self.picture.at(np.broadcast_arrays(*v))
         if self.is_even:
@@ -233,11 +230,9 @@ class PictureSky(Sky):
             found = (found + self.picture.at(np.broadcast_arrays(*other))) / 2.0
         return found @ self.level.T if np.ndim(self.level) == 2 else found * self.level
 
-    @override
     def _modes(self, in_air: Array, modes: int, factor: Array | float) -> Array:
         found = self.picture.modes(in_air, modes, math.atan2(self.sun[1], self.sun[0]))
         return np.einsum("mqk,nk->mnq", found, self.level) * factor
 
-    @override
     def _around(self, cosine: Array) -> Array:
         return luminance(self.picture.modes(cosine, 1, 0.0)[0])[:, None]
