@@ -218,10 +218,13 @@ class PictureSky(Sky):
     picture: SkyPicture = field(kw_only=True)
     is_even: bool = False  #: The mean of both sides of the sun's azimuth is seen.
 
-    def as_even(self) -> Sky:
+    def as_even(self) -> Sky:  # noqa: D102 - that of the base
         return replace(self, is_even=True)
 
-    def radiance(self, v: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    def radiance(  # noqa: D102
+        self, v: Sequence[Operand], m: Mathematics = NUMPY
+    ) -> Operand:
+        del m  # pictures are numpy
         found = self.picture.at(np.broadcast_arrays(*v))
         if self.is_even:
             turn = 2.0 * math.atan2(self.sun[1], self.sun[0])
