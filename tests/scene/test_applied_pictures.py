@@ -10,7 +10,7 @@ from underwater_spectral.benchmarks import applied_pictures
 from underwater_spectral.benchmarks._places import delta_e
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize("place", applied_pictures.PLACES[:3], ids=lambda place: place.name)
 def test_a_dry_picture_gets_the_water_that_eevee_draws(place):
     place = replace(place, size=(96, 54), drawn=8)

@@ -158,6 +158,7 @@ def test_it_is_the_users_own(objects: bpy.types.Collection) -> None:
     assert not any(MARK in each for each in (item, item.data, tree, *tree.nodes))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("registered")
 def test_the_button_sets_them_on_what_is_selected_and_wets_them(
     objects: bpy.types.Collection,

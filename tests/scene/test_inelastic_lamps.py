@@ -89,7 +89,7 @@ def _integral(scene, plan):
     return total
 
 
-@pytest.mark.slow_but_first
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "place"), [("SPOT", (0.7, 0.5, 0.4)), ("POINT", (0.5, 3.0, 0.3))])
 def test_light_in_the_water_is_the_integral_of_its_source(scene, tmp_path, kind, place):
     _lamp(place, kind, (math.pi / 2, 0.0, 0.1))

@@ -16,6 +16,7 @@ def scripts(tmp_path, monkeypatch):
     return tmp_path / "scripts" / "startup" / "bl_app_templates_user" / "Underwater"
 
 
+@pytest.mark.slow
 def test_a_new_file_begins_with_the_water_that_was_saved(scripts):
     bpy.ops.mesh.primitive_plane_add(size=20.0, location=(0.0, 0.0, -8.0))
     bpy.ops.object.camera_add(location=(0.0, 0.0, -4.0), rotation=(1.3, 0.0, 0.0))
