@@ -11,6 +11,7 @@ from underwater_spectral.benchmarks._places import delta_e
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 @pytest.mark.parametrize("place", applied_pictures.PLACES[:3], ids=lambda place: place.name)
 def test_a_dry_picture_gets_the_water_that_eevee_draws(place):
     place = replace(place, size=(96, 54), drawn=8)
