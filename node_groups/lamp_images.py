@@ -9,6 +9,7 @@ of how far it shines into the water. All light is in three channels.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 from collections.abc import Mapping, Sequence
@@ -46,6 +47,7 @@ _NUMBERS_PART, _SOURCES_PART = "uw_lamps", "uw_lamp_sources"
 _PARTS, MEASURED_KEY, FROM_AIR_KEY = "uw_parts", "uw_measured", "uw_from_air"
 VIRTUAL_KEY, _EXCITING, _FLOATING = "uw_thrown", "uw_exciting", "uw_floating"
 INELASTIC_KEY, _PLACES = "uw_inelastic", "uw_places"
+_ROWS = _PARTS, MEASURED_KEY, _EXCITING, _FLOATING, INELASTIC_KEY
 QUADRATURES = (PATH_NODES, MORE_NODES, fewer(PATH_NODES), fewer(MORE_NODES))
 _NUMBERS = sum(QUADRATURES)  # first column after them
 EXTENT, IN_WATER, ON_SURFACES, WIDE, SCALES = range(_NUMBERS, _NUMBERS + 5)
@@ -108,8 +110,23 @@ class LampRows:
     @classmethod
     def of(cls, image: bpy.types.Image) -> LampRows:
         """Return those of an image of numbers."""
-        names = _PARTS, MEASURED_KEY, _EXCITING, _FLOATING, INELASTIC_KEY
-        return cls(*(image[name] for name in names))
+        return cls(*(image[name] for name in _ROWS))
+
+    @classmethod
+    def of_parts(
+        cls,
+        parts: int,
+        measured: int = 0,
+        *,
+        exciting: bool = False,
+        in_clouds: bool = False,
+        inelastic: int = 0,
+    ) -> LampRows:
+        """Return those of light that may excite fluorophores, and be scattered in clouds.
+
+        ``inelastic`` are how many lamps stand for light of changed wavelength, after all others.
+        """
+        return cls(parts, measured, BANDS * exciting, _FLOATING_ROWS * in_clouds, inelastic)
 
     @functools.cached_property
     def first(self) -> dict[str, int]:
@@ -130,32 +147,19 @@ class LampRows:
 
 
 def new_images(
-    lamps: int,
-    profiles: int,
-    parts: int,
-    measured: int = 0,
-    virtual: int = 0,
-    *,
-    from_air: bool = False,
-    exciting: bool = False,
-    in_clouds: bool = False,
-    inelastic: int = 0,
+    lamps: int, profiles: int, rows: LampRows, virtual: int = 0, *, from_air: bool = False
 ) -> LampImages:
     """Make the images of so many lamps, which are dark; the ``virtual`` ones of them come last.
 
-    They may have so many profiles, parts of the phase function and measured reflectances of
-    objects; some may shine in ``from_air``, their light may excite fluorophores and be scattered in
-    clouds. Besides there are so many that stand for ``inelastic`` light, after all others.
+    They have so many profiles; some may shine in ``from_air``.
     """
-    excited, floating = BANDS * exciting, _FLOATING_ROWS * in_clouds
-    rows = LampRows(parts, measured, excited, floating, inelastic)
-    height = SPREAD + SPREAD_ROWS + rows.first["all"] * (lamps + inelastic)
+    height = SPREAD + SPREAD_ROWS + rows.first["all"] * (lamps + rows.inelastic)
     image = number_image(NAME, _WIDTH, height)
     image.use_half_precision = False  # numbers keep their digits
-    image[_PARTS], image[MEASURED_KEY], image[FROM_AIR_KEY] = parts, measured, from_air
-    image[VIRTUAL_KEY], image[_EXCITING], image[_FLOATING] = virtual, excited, floating
-    image[INELASTIC_KEY], image[_PLACES] = inelastic, profiles
-    return LampImages(image, lamp_sources.new_image(profiles + inelastic))
+    for name, count in zip(_ROWS, dataclasses.astuple(rows), strict=True):
+        image[name] = count
+    image[FROM_AIR_KEY], image[VIRTUAL_KEY], image[_PLACES] = from_air, virtual, profiles
+    return LampImages(image, lamp_sources.new_image(profiles + rows.inelastic))
 
 
 def write_lamps(

@@ -12,7 +12,7 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel_parts import COLOURS, ChannelPixel
 from ..uw_spectral.water.phase import PhaseFunction
 from . import lamp_visibility, realtime_lamps, surface_inputs
-from .lamp_images import LampImages, images_in, new_images
+from .lamp_images import LampImages, LampRows, images_in, new_images
 from .node_mathematics import NODES, NodeValue
 from .pixel_term import Pixel, TermPixel
 from .realtime_lamps import CloudsOf
@@ -45,13 +45,15 @@ class LampShape(TermShape):
         return new_images(
             self.count,
             self.count - self.virtual + bool(self.virtual),
-            len(self.components),
-            shape.measured,
+            LampRows.of_parts(
+                len(self.components),
+                shape.measured,
+                exciting=self.excites,
+                in_clouds=self.floating,
+                inelastic=self.inelastic,
+            ),
             self.virtual,
             from_air=self.from_air,
-            exciting=self.excites,
-            in_clouds=self.floating,
-            inelastic=self.inelastic,
         ).parts
 
     @property

@@ -173,7 +173,9 @@ def test_lamps_in_clouds(square, tmp_path, count, part):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(count)
     projected = _projected(IsotropicProfile(), clouds=0.4)
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured, in_clouds=True)
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     w, P = (0.0, 0.6, -0.8), 4.5
 
@@ -204,7 +206,9 @@ def test_lamps_in_a_grid(square, tmp_path, part):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _with_grid(0)
     projected = _projected(IsotropicProfile(), clouds=0.4)
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured, in_clouds=True)
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     w, P = (0.0, 0.6, -0.8), 4.5
 
@@ -247,7 +251,9 @@ def test_lamps_on_objects_below_clouds(square, tmp_path):  # noqa: F811
     at = _position(square, tmp_path)
     clouds, in_nodes = _clouds(1)
     projected = _projected(virtual=0.2, clouds=0.4)
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, in_clouds=True)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured, in_clouds=True)
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     group = realtime_lamps.build_patch(images, ("J",), clouds=in_nodes)
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)

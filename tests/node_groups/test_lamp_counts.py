@@ -35,7 +35,9 @@ def _structure(tree):
 @pytest.mark.parametrize("others", [(2, 1, 1), (9, 3, 6), (14, 8, 6)])
 def test_nodes_do_not_depend_on_how_many_lamps_there_are(others):
     def made(lamps, profiles, virtual):
-        images = lamp_images.new_images(lamps, profiles, len(COMPONENTS), virtual=virtual)
+        images = lamp_images.new_images(
+            lamps, profiles, lamp_images.LampRows.of_parts(len(COMPONENTS)), virtual=virtual
+        )
         patch = realtime_lamps.build_patch(images, ("Seen",), facets=2)
         path = realtime_lamps.build_path(images, COMPONENTS, ahead=False)
         return _structure(patch), _structure(path)

@@ -122,7 +122,9 @@ def _projected(profile=None, *, clouds=0.0, excited=(), **more):
 
 
 def _images(projected):
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured)
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
     return images
 
@@ -196,7 +198,9 @@ def test_the_group_of_the_way_has_light_of_changed_wavelength(square, tmp_path):
     matrices = np.stack([np.outer([1.0, 0.3], WAVES), np.outer([0.0, 1.0], 1.0 - WAVES)])
     excited = LampExcitation(water, matrices)
     projected = _projected(excited=[excited.by(np.zeros(2)), excited], virtual=0.0)
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, inelastic=2)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured, inelastic=2)
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0)] * 4)
     group = realtime_lamps.build_path(images, projected.components, ahead=False)
 
@@ -222,7 +226,9 @@ def test_the_way_past_what_stands_for_objects_is_the_formula(square, tmp_path):
     scene.render.engine, scene.eevee.taa_render_samples = "BLENDER_EEVEE", 1
     parts = LitParts([LitPart((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.0 * WAVES, 0.1)])
     projected = _projected(LAMBERT, radius=0.3, shadow=None, parts=parts)
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, 1)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured), 1
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), lamp_visibility.NO_SHADOW])
     group = realtime_lamps.build_path(images, projected.components, ahead=False)
     assert lamp_table.LampTable.of(Graph(group), images).virtual == 1
@@ -313,7 +319,9 @@ def test_parts_of_lit_objects_are_the_formula(square, tmp_path, monkeypatch):
         for number in range(PARTS)
     ]
     projected = _projected(shadow=None, unblocked=1.0, parts=LitParts(parts))
-    images = lamp_images.new_images(2, 2, projected.parts, projected.measured, 1)
+    images = lamp_images.new_images(
+        2, 2, lamp_images.LampRows.of_parts(projected.parts, projected.measured), 1
+    )
     lamp_images.write_lamps(images, projected, [(1.0, 0.0, 0.0), lamp_visibility.NO_SHADOW])
     group = realtime_lamps.build_patch(images, ("Seen", "E"))
     colour, normal = (0.8, 0.4, 0.1), (0.0, 0.6, 0.8)
@@ -374,7 +382,7 @@ def test_the_group_of_facets_is_the_formula(square, tmp_path, facets):
 
 
 def test_thirty_two_lamps_fit():
-    images = lamp_images.new_images(32, 33, 2, 3)
+    images = lamp_images.new_images(32, 33, lamp_images.LampRows.of_parts(2, 3))
     graph = Graph(bpy.data.node_groups.new("Lamps", "ShaderNodeTree"))
     assert lamp_table.LampTable.of(graph, images).count == 32
     assert max(*images.numbers.size, *images.sources.size) < 16384
