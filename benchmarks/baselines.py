@@ -34,10 +34,19 @@ def rgb_plan(settings: SceneSettings) -> RenderPlan:
 
 def as_rgb(plan: RenderPlan, depth: float, image: NDArray[np.float64]) -> NDArray[np.float64]:
     """Take three wavelengths for blue, green, red; expose as the spectral pictures are."""
-    white = plan.illuminant.total_in(plan.bands) / math.pi
-    at_depth = plan.column.Ed(depth, plan.phase) / math.pi
-    exposure = 0.9 / luminance((at_depth / white)[::-1])
-    return (image / white)[..., ::-1] * exposure
+    return sensed(plan, depth, image, np.eye(3)[::-1])
+
+
+def sensed(
+    plan: RenderPlan, depth: float, image: NDArray[np.float64], response: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What channels of responses (3, n) tell, balanced for the light above, without a matrix.
+
+    Exposed as the spectral pictures are: white at the camera's depth has luminance 0.9.
+    """
+    white = plan.illuminant.total_in(plan.bands) / math.pi @ response.T
+    at_depth = plan.column.Ed(depth, plan.phase) / math.pi @ response.T / white
+    return image @ response.T / white * (0.9 / luminance(at_depth))
 
 
 def paper_image(

@@ -42,6 +42,7 @@ PAGES = (
     Row("monte_carlo", "Monte Carlo met; closed form in part", "monte_carlo_table"),
     Row("caustics", "two campaigns at sea in part; photon traces met", "caustics_statistics"),
     Row("bio_optics", "constituents, Kd inverted", "gutierrez_figures"),
+    Row("papers", "figures and tables of the three papers", "papers"),
     Row(
         "realtime_accuracy",
         "in part; the papers' errors are several times larger",

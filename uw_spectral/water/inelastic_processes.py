@@ -30,7 +30,7 @@ RAMAN_PHASE = EinsteinSmoluchowski(0.53)
 # (1998), in energy units too.
 _RAMAN_488, _RAMAN_EXPONENT = 2.6e-4, 5.5
 # G. E. Walrafen, J. Chem. Phys. 47, 114 (1967): amplitude, shift and full width in 1/cm.
-_WALRAFEN = np.array(
+RAMAN_LINES = np.array(
     [(0.41, 3250.0, 210.0), (0.39, 3425.0, 175.0), (0.10, 3530.0, 140.0), (0.10, 3625.0, 140.0)]
 )
 # Ocean Optics Web Book, Chlorophyll Fluorescence: fractions of the photons, centres and standard
@@ -113,7 +113,7 @@ def raman_emission(excitation: float, wavelengths: ArrayLike) -> NDArray[np.floa
     """
     nm = _checked(wavelengths)
     shift = 1e7 / excitation - 1e7 / nm
-    amplitude, centre, width = _WALRAFEN.T
+    amplitude, centre, width = RAMAN_LINES.T
     sigma = width / _FULL_WIDTH
     peaks = np.exp(-0.5 * ((shift[:, None] - centre) / sigma) ** 2) / (
         sigma * math.sqrt(2 * math.pi)
@@ -155,7 +155,7 @@ def raman_process(excitation: Bands, emission: Bands) -> InelasticProcess:
     so that both photons and :func:`raman_coefficient` are kept.
     """
     edges = _edges(emission)
-    amplitude, centre, width = _WALRAFEN.T
+    amplitude, centre, width = RAMAN_LINES.T
     scale = width / _FULL_WIDTH * math.sqrt(2)
 
     def below(nm: NDArray[np.float64], from_nm: NDArray[np.float64]) -> NDArray[np.float64]:
