@@ -1,8 +1,10 @@
-"""Numbers by chance in shaders: others for each sample of a pixel, the same in every pass."""
+"""Numbers by chance: in shaders of each sample of a pixel, in geometry nodes of each place."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+import bpy
 
 from ..uw_spectral.mathematics import Operand
 from .node_mathematics import Graph, NodeValue
@@ -16,3 +18,28 @@ def chance(graph: Graph, place: Sequence[Operand]) -> tuple[NodeValue, NodeValue
     noise = graph.node("ShaderNodeTexWhiteNoise", noise_dimensions="3D")
     graph.assign(graph.vector(*place), noise.inputs["Vector"])
     return graph.components(graph.term(noise.outputs["Color"]))
+
+
+class PlaceChance:
+    """Numbers of 0 to 1 of each place of geometry nodes, by a seed and a number of their own."""
+
+    def __init__(self, graph: Graph, seed: bpy.types.NodeSocket) -> None:
+        self._graph, self._seed = graph, seed
+
+    def number(self, number: int) -> NodeValue:
+        """Return one."""
+        return self._of("FLOAT", number)
+
+    def vector(self, number: int) -> NodeValue:
+        """Return three."""
+        return self._of("FLOAT_VECTOR", number)
+
+    def _of(self, kind: str, number: int) -> NodeValue:
+        graph = self._graph
+        node = graph.node("FunctionNodeRandomValue", data_type=kind)
+        own = graph.node("FunctionNodeIntegerMath", operation="MULTIPLY_ADD")
+        graph.tree.links.new(self._seed, own.inputs[0])
+        own.inputs[1].default_value, own.inputs[2].default_value = 16, number
+        graph.tree.links.new(own.outputs[0], node.inputs["Seed"])
+        output = next(s for s in node.outputs if s.enabled)
+        return graph.term(output)

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 import bpy
 
+from .chance import PlaceChance
 from .node_mathematics import MARK, NODES, Graph, NodeValue
 
 OBJECTS, SEABED, SEED, RADIUS = "Objects", "Seabed", "Seed", "Radius"
@@ -137,6 +138,7 @@ class _Distribution:
         self.graph = Graph(self.tree)
         inputs = self.graph.node("NodeGroupInput").outputs
         self.sockets = {socket.name: socket for socket in inputs if socket.name}
+        self.chance = PlaceChance(self.graph, self.sockets[SEED]).number
         self.given = {
             key: self.graph.term(self.sockets[key])
             for key in values
@@ -152,12 +154,6 @@ class _Distribution:
 
     def link(self, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket) -> None:
         self.tree.links.new(one, other)
-
-    def chance(self, number: int) -> NodeValue:
-        """A number of 0 to 1 of each place."""
-        made = self.node("FunctionNodeRandomValue")
-        self.graph.assign(self.given[SEED] * 16.0 + float(number), made.inputs["Seed"])
-        return self.graph.term(made.outputs[0])
 
     def about_z(self, angle: NodeValue) -> bpy.types.NodeSocket:
         made = self.node("FunctionNodeAxisAngleToRotation")

@@ -24,6 +24,7 @@ from ..uw_spectral.water.particles import (
     drifted,
     wrapped,
 )
+from .chance import PlaceChance
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 
 SHAPE, COUNT, SIDE, SEED = "Shape", "Count", "Box Side", "Seed"
@@ -75,7 +76,7 @@ def build_class() -> bpy.types.GeometryNodeTree:
         for name in _INPUTS
         if name not in (SHAPE, REFLECTANCE, IN_VIEW)
     }
-    chance = _Chance(graph, sockets[SEED])
+    chance = PlaceChance(graph, sockets[SEED])
     side = given[SIDE]
     start = graph.components(chance.vector(0) * side)
     fraction = chance.number(1)
@@ -121,27 +122,6 @@ def build_class() -> bpy.types.GeometryNodeTree:
     graph.assign(colour, named.inputs["Value"])
     tree.links.new(named.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     return tree
-
-
-class _Chance:
-    def __init__(self, graph: Graph, seed: bpy.types.NodeSocket) -> None:
-        self._graph, self._seed = graph, seed
-
-    def number(self, number: int) -> NodeValue:
-        return self._of("FLOAT", number)
-
-    def vector(self, number: int) -> NodeValue:
-        return self._of("FLOAT_VECTOR", number)
-
-    def _of(self, kind: str, number: int) -> NodeValue:
-        graph = self._graph
-        node = graph.node("FunctionNodeRandomValue", data_type=kind)
-        own = graph.node("FunctionNodeIntegerMath", operation="MULTIPLY_ADD")
-        graph.tree.links.new(self._seed, own.inputs[0])
-        own.inputs[1].default_value, own.inputs[2].default_value = 16, number
-        graph.tree.links.new(own.outputs[0], node.inputs["Seed"])
-        output = next(s for s in node.outputs if s.enabled)
-        return graph.term(output)
 
 
 def _is_there(

@@ -18,18 +18,21 @@ _AROUND = {nodes.RADIUS: 12.0, nodes.SEED: 0}
 _UPRIGHT = {nodes.PATCH: 3.0, nodes.STEEPEST: math.radians(60.0)}
 
 
-def _standing(density: float, sizes: tuple[float, float], **others: float) -> dict[str, float]:
-    named = {name.title().replace("_", " "): value for name, value in others.items()}
+def _standing(
+    density: float, sizes: tuple[float, float], others: Mapping[str, float]
+) -> dict[str, float]:
     return {
         **_AROUND, nodes.DENSITY: density, **_UPRIGHT, nodes.CLUMPS: 0.7, nodes.UPRIGHT: 0.5,
-        nodes.SMALLEST: sizes[0], nodes.LARGEST: sizes[1], **named,
+        nodes.SMALLEST: sizes[0], nodes.LARGEST: sizes[1], **others,
     }  # fmt: skip
 
 
 PRESETS: Mapping[str, Mapping[str, float]] = {
-    "corals": _standing(4.0, (0.5, 1.4), steepest=1.3),
-    "rocks": _standing(0.6, (0.3, 1.5), upright=0.0, clumps=0.3),
-    "meadow": _standing(30.0, (0.6, 1.2), upright=0.9, steepest=0.5, clumps=0.5),
+    "corals": _standing(4.0, (0.5, 1.4), {nodes.STEEPEST: 1.3}),
+    "rocks": _standing(0.6, (0.3, 1.5), {nodes.UPRIGHT: 0.0, nodes.CLUMPS: 0.3}),
+    "meadow": _standing(
+        30.0, (0.6, 1.2), {nodes.UPRIGHT: 0.9, nodes.STEEPEST: 0.5, nodes.CLUMPS: 0.5}
+    ),
     "school": {
         nodes.RADIUS: 6.0, nodes.SEED: 0, nodes.NUMBER: 60, nodes.SPEED: 0.6, nodes.LENGTH: 2.0,
         nodes.BREADTH: 0.8, nodes.HEIGHT: 0.5, nodes.WANDER: 0.1, nodes.TURN: 0.0,
