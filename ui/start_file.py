@@ -22,6 +22,8 @@ class SaveStartFile(ReportingOperator):
 
     @override
     def run(self, context: bpy.types.Context) -> None:
+        from ..uw_spectral.spectra.spectral_image import replacing
+
         relative = [path for path in bpy.utils.blend_paths() if path.startswith("//")]
         if relative:
             raise InputError(
@@ -30,16 +32,13 @@ class SaveStartFile(ReportingOperator):
                 "Paths Absolute"
             )
         templates = bpy.utils.user_resource("SCRIPTS", path="startup/bl_app_templates_user")
-        folder = Path(templates, NAME)
-        whole, partial = folder / "startup.blend", folder / ".startup.partial.blend"
+        whole = Path(templates, NAME, "startup.blend")
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, compress=True)
-            partial.replace(whole)
+            whole.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(whole) as partial:
+                bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, compress=True)
         except (OSError, RuntimeError) as error:
             raise InputError(f"cannot write {whole}: {error}") from error
-        finally:
-            partial.unlink(missing_ok=True)
         self.report({"INFO"}, f"File, New, {NAME} begins with this file")
 
 
