@@ -38,10 +38,7 @@ NORMAL = np.array([0.0, -1.0, 0.0])
 @pytest.fixture
 def scene(registered):
     """A camera at 8 m that looks along y, at a matt wall 2 m away."""
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler.x = (0.0, 0.0, -DEPTH), math.pi / 2
-    registered.collection.objects.link(camera)
-    registered.camera = camera
+    scenes.add_camera((0.0, 0.0, -DEPTH), (math.pi / 2, 0.0, 0.0))
     render = registered.render
     render.resolution_x = render.resolution_y = SIZE
     render.filter_size = 0.0

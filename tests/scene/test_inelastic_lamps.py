@@ -17,6 +17,7 @@ from underwater_spectral.scene.water.occlusion import Cache
 from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
+from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.lamps.inelastic_source import inelastic_light
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import BandLight, light_along
@@ -33,10 +34,7 @@ BLUE = "led:450,20"
 @pytest.fixture
 def scene(registered):
     """A camera at 8 m that looks along y, into open water."""
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler.x = (0.0, 0.0, -DEPTH), math.pi / 2
-    registered.collection.objects.link(camera)
-    registered.camera = camera
+    scenes.add_camera((0.0, 0.0, -DEPTH), (math.pi / 2, 0.0, 0.0))
     render = registered.render
     render.resolution_x, render.resolution_y = WIDTH, HEIGHT
     render.filter_size = 0.0
