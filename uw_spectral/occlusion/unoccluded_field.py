@@ -22,6 +22,7 @@ _LEVELS = 17  # depths at which the unoccluded light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
 _DARK = 1e-6  # of the brightest light
+_DARKEST = 1e-30  # of the mean light, that divides
 _WITHIN, _NARROWEST = 512, 1e-8  # steps to the angle of a peak, and squared sine of half the first
 _CAP = 1.0 - 2.0 / _FINE  # cosine of what one of them stands for
 
@@ -64,7 +65,9 @@ class UnoccludedField:
         # Of each direction, at all depths alike; even where there is no light left.
         mean = total.mean(axis=1, keepdims=True)
         lit = mean > np.finfo(np.float64).tiny
-        self._bright = np.where(lit, total / np.where(lit, mean, 1.0), 1.0).mean(axis=0)
+        bright = np.where(lit, total / np.where(lit, mean, 1.0), 1.0).mean(axis=0)
+        # Where water scatters nothing, none comes from below: of that any spread will do.
+        self._bright = np.maximum(bright, _DARKEST)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
         means = [_summed(kind, np.moveaxis(every, 1, 0)) / _count(kind) for kind in range(SETS)]

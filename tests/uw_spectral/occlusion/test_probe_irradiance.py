@@ -34,7 +34,7 @@ MIDDLE = np.array([0.0, 0.0, -3.5])
 
 
 @functools.cache
-def field(floor=math.inf, reflectance=0.4, water="jerlov:IB", surface="flat"):
+def field(floor=math.inf, reflectance=0.4, water="jerlov:IB", surface="flat", amount=1.0):
     import dataclasses
 
     from underwater_spectral.uw_spectral.imaging.description import (
@@ -47,7 +47,7 @@ def field(floor=math.inf, reflectance=0.4, water="jerlov:IB", surface="flat"):
 
     described = dataclasses.replace(
         Description(),
-        water=WaterDescription(water),
+        water=WaterDescription(water, absorption_factor=amount, scattering_factor=amount),
         light=SunAndSky(sky="clear"),
         surface=SurfaceDescription(surface),
         floor=FloorDescription(floor, str(reflectance)),
@@ -149,6 +149,17 @@ def rays_in_a_room(window=0.0):
     fine = Grid(grid.lower, grid.cell / 3, tuple(3 * n for n in grid.shape))
     voxels = voxelise(fine, points, normals, np.full((len(points), 3), 0.5))
     return cast(voxels, grid, -np.asarray(field().sun), MIDDLE[None])
+
+
+def test_in_air_under_a_black_sky_light_comes_from_the_floor_alone():
+    """From no direction above: no spread of what comes from there may be asked for."""
+    wall = np.array([[1.5, y, z] for y in np.arange(-4, 4, 0.06) for z in np.arange(-6, -1, 0.06)])
+    above_floor = field(floor=7.0, reflectance=0.3, surface="none", amount=0.0)
+    _, rays, light = light_around(wall, above_floor, 0.5)
+    assert np.isfinite(light.irradiance).all()
+    assert light.weight[DOWN] > light.weight[UP]
+    away = np.flatnonzero(rays.valid & (rays.grid.centres()[:, 0] < -2.0))
+    np.testing.assert_allclose(light.irradiance[away, DOWN], 1.0, atol=0.1)
 
 
 def test_a_closed_room_is_dark():
