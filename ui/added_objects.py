@@ -103,21 +103,27 @@ class DistributeObjects(ReportingOperator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self)
 
-    def draw(self, _: bpy.types.Context) -> None:
-        """Ask for the collection."""
+    def draw(self, context: bpy.types.Context) -> None:
+        """Ask for the collection, and say what it is set on."""
         self.layout.prop(self, "preset")
         self.layout.prop_search(self, "collection", bpy.data, "collections")
         self.layout.prop(self, "seed")
+        chosen = _selected_mesh(context)
+        if self.preset != "school":
+            self.layout.label(text=f"On {chosen.name}" if chosen else "On the seabed ahead")
 
     @override
     def run(self, context: bpy.types.Context) -> None:
         from ..scene import distributed_objects
 
-        active = context.object
-        chosen = active if active in context.selected_objects and active.type == "MESH" else None
-        found = bpy.data.collections.get(self.collection)
+        found, chosen = bpy.data.collections.get(self.collection), _selected_mesh(context)
         distributed_objects.distribute(context.scene, found, self.preset, chosen, Seed=self.seed)
         refresh(context.scene)
+
+
+def _selected_mesh(context: bpy.types.Context) -> bpy.types.Object | None:
+    active = context.object
+    return active if active in context.selected_objects and active.type == "MESH" else None
 
 
 class ChooseSpectrum(ReportingOperator):
