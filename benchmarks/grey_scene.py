@@ -23,15 +23,15 @@ from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from ..settings.water_settings import DEFAULT_PHASE
-from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import light_field_of
-from ..uw_spectral.closed_form.pixel import surface_light
-from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
+from ..validation.closed_form.closed_form import solve_closed_form
+from ..validation.closed_form.light_field import light_field_of
+from ..validation.closed_form.pixel import surface_light
+from ..validation.closed_form.unoccluded_water import UnoccludedWater
 from ..validation.sun_beam import sun_beam
 from ..validation.tabulated_water import TabulatedWater, tabulated_water
 

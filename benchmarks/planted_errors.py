@@ -109,10 +109,6 @@ ERRORS = (
         "forward peak of delta-M × 0.9", "transfer/discrete_ordinates.py",
         "f = chi[count]\n", "f = 0.9 * chi[count]\n",
     ),
-    Error(
-        "diffuse light of the two streams × 1.1", "closed_form/light_field.py",
-        "A = bp * (ct + 3.0 * gp * cp) * S", "A = 1.1 * bp * (ct + 3.0 * gp * cp) * S",
-    ),
 )  # fmt: skip
 
 

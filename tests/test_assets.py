@@ -18,9 +18,9 @@ from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tools import asset_groups
 from underwater_spectral.ui import asset_library, dropped_assets
-from underwater_spectral.uw_spectral.closed_form import PlainLight, TwoStreamWater, plain_water
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water import JERLOV_TYPES
+from underwater_spectral.validation.closed_form import PlainLight, TwoStreamWater, plain_water
 
 ROOT = Path(__file__).resolve().parent.parent
 LOADED = ("worlds", "node_groups", "collections", "objects")

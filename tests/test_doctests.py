@@ -109,16 +109,6 @@ def test_rooms_of_the_scene_import_only_what_lies_below_them(place):
         assert rooms <= set(_ROOMS[: place + 1]), path
 
 
-def test_the_closed_form_keeps_to_its_room():
-    """A node group for others and what proves alone ask for it: the water's is the solved field."""
-    room = ROOT / "uw_spectral" / "closed_form"
-    for package in sorted({*PACKAGES} - {"validation"}):
-        for path in (ROOT / package).rglob("*.py"):
-            if room not in path.parents:
-                inside = [x for x in _imports(path) if x.startswith("uw_spectral.closed_form")]
-                assert not inside, path
-
-
 @pytest.mark.parametrize("package", BLENDER_FREE)
 def test_packages_without_blender_never_name_it(package):
     for path in (ROOT / package).rglob("*.py"):

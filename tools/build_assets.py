@@ -124,7 +124,7 @@ def shaders() -> Iterable[Any]:
 def closed_form() -> Any:
     """Return the group of the closed form, with a picture of open water by its view's turn."""
     from underwater_spectral.tools import closed_form_group
-    from underwater_spectral.uw_spectral.closed_form import (
+    from underwater_spectral.validation.closed_form import (
         PlainLight,
         TwoStreamWater,
         plain_water,

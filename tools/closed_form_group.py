@@ -21,12 +21,12 @@ from ..node_groups.realtime_rays import (
     view_direction,
     view_distance,
 )
-from ..uw_spectral.closed_form import PlainLight, TwoStreamWater, UnoccludedWater, plain_water
-from ..uw_spectral.closed_form.pixel import surface_light
 from ..uw_spectral.mathematics import Operand, dot
 from ..uw_spectral.transfer.path_integral import transmittance
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
+from ..validation.closed_form import PlainLight, TwoStreamWater, UnoccludedWater, plain_water
+from ..validation.closed_form.pixel import surface_light
 
 NAME = "UW Closed Form"
 LIT, COLOR, EMISSION = "Lit", "Color", "Emission"

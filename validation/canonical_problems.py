@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..uw_spectral.closed_form.light_field import LightField, TwoStreamWater, solve_light_field
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
 from ..uw_spectral.surface.refraction import (
@@ -33,6 +32,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.phase_functions import PetzoldAverage, Rayleigh, parse_phase
+from .closed_form.light_field import LightField, TwoStreamWater, solve_light_field
 from .sunlight import entering, sky_fraction
 
 INDEX = 1.34

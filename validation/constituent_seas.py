@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
-from ..uw_spectral.closed_form.light_field import LightField, light_field_of
 from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import reduction, srgb_encode
@@ -33,6 +31,8 @@ from ..uw_spectral.water.optical_properties import JERLOV_TYPES, Water
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.phase_functions import FournierForand, parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from .closed_form.closed_form import ClosedForm, solve_closed_form
+from .closed_form.light_field import LightField, light_field_of
 from .inelastic_light import InelasticLight, solve_inelastic
 from .kd import Kd_Lee2005, jerlov_chlorophyll
 from .monte_carlo import simulate

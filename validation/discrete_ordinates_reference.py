@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import TwoStreamWater, solve_light_field
-from ..uw_spectral.closed_form.pixel import Pixel
 from ..uw_spectral.surface.refraction import in_water_cosine
 from ..uw_spectral.transfer.radiance_field import distance_in_water, upwelling_irradiance
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import PhaseFunction
 from ..uw_spectral.water.phase_functions import HenyeyGreenstein, parse_phase
+from .closed_form.closed_form import solve_closed_form
+from .closed_form.light_field import TwoStreamWater, solve_light_field
+from .closed_form.pixel import Pixel
 from .monzon import (
     path_radiance_Monzon2024,
     path_radiance_Monzon2024_corrected,

@@ -14,14 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..uw_spectral.closed_form.light_field import (
-    DEEPEST_FLOOR,
-    LightField,
-    TwoStreamWater,
-    light_field_of,
-    solve_light_field,
-)
-from ..uw_spectral.closed_form.path_field import PathField
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.spectra.bands import Bands
@@ -30,6 +22,14 @@ from ..uw_spectral.transfer.radiance_field import end_of_path
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.inelastic_processes import InelasticProcess, energy_matrix
 from ..uw_spectral.water.phase import BandPhase
+from .closed_form.light_field import (
+    DEEPEST_FLOOR,
+    LightField,
+    TwoStreamWater,
+    light_field_of,
+    solve_light_field,
+)
+from .closed_form.path_field import PathField
 
 _RESONANCE = 1e-3
 _SHORT = 3e-4  # optical length below which a path counts as one of this length

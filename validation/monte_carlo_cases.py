@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
-from ..uw_spectral.closed_form.light_field import light_field_of
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     fresnel_reflectance,
@@ -24,6 +22,8 @@ from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.phase_functions import parse_phase
 from .canonical_problems import INDEX, canonical_values, phase_of
+from .closed_form.closed_form import ClosedForm, solve_closed_form
+from .closed_form.light_field import light_field_of
 from .monte_carlo import MonteCarloResult, simulate
 
 PHASES = ("hg:0.8", "fournier-forand:1.10,0.0183")

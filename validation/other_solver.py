@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import TwoStreamWater, solve_light_field
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import PhaseFunction
 from ..uw_spectral.water.phase_functions import parse_phase
 from . import discrete_ordinates_reference
+from .closed_form.closed_form import solve_closed_form
+from .closed_form.light_field import TwoStreamWater, solve_light_field
 
 REFERENCE_STREAMS = 64
 

@@ -18,10 +18,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..uw_spectral.closed_form.pixel import Pixel
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.radiance_field import FARTHEST, Ripples, sun_image, under_surface
 from ..uw_spectral.transfer.sky import BLACK, Sky
+from .closed_form.pixel import Pixel
 
 
 class SunOnPath(Protocol):

@@ -21,9 +21,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.closed_form.closed_form import solve_closed_form
-from ..uw_spectral.closed_form.light_field import TwoStreamWater, solve_light_field
-from ..uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
     diffuse_internal_reflectance,
@@ -35,6 +32,9 @@ from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from .closed_form.closed_form import solve_closed_form
+from .closed_form.light_field import TwoStreamWater, solve_light_field
+from .closed_form.unoccluded_water import UnoccludedWater
 from .sunlight import entering, sky_fraction
 
 PHASES = ("fournier-forand:1.10,0.0183", "petzold", "mixture", "hg:0.924", "hg:0.8")

@@ -11,10 +11,10 @@ from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.water import scene_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
 from underwater_spectral.tools import closed_form_group as group
-from underwater_spectral.uw_spectral.closed_form import PlainLight, TwoStreamWater, plain_water
-from underwater_spectral.uw_spectral.closed_form.pixel import surface_light
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water.optical_properties import Water
+from underwater_spectral.validation.closed_form import PlainLight, TwoStreamWater, plain_water
+from underwater_spectral.validation.closed_form.pixel import surface_light
 
 _OF_THE_SURFACE = {group.LIT, group.COLOR, group.EMISSION, group.NORMAL}
 GLOW = (0.02, 0.01, 0.03)

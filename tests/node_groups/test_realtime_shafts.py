@@ -8,12 +8,12 @@ import pytest
 from underwater_spectral.node_groups import realtime_background
 from underwater_spectral.scene.water import frame_water
 from underwater_spectral.tests.node_groups import realtime_probe as probe
-from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import in_water_cosine, sun_travel_direction
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
+from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
+from underwater_spectral.validation.closed_form.light_field import light_field_of
 from underwater_spectral.validation.sun_beam import closed_beam
 
 SLAB_HEIGHT = -2.0

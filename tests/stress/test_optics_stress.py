@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
-from underwater_spectral.uw_spectral.closed_form.closed_form import ClosedForm, solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import LightField, light_field_of
-from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_fraction
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
@@ -53,6 +50,9 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
 )
 from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
+from underwater_spectral.validation.closed_form.closed_form import ClosedForm, solve_closed_form
+from underwater_spectral.validation.closed_form.light_field import LightField, light_field_of
+from underwater_spectral.validation.closed_form.pixel import Pixel, forward_scattered_fraction
 from underwater_spectral.validation.inelastic_light import (
     excitation_fields,
     solve_inelastic,

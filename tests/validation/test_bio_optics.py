@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd490_Morel2007,
@@ -13,6 +12,7 @@ from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
 from underwater_spectral.uw_spectral.water.kd_inversion import water_of_chlorophyll
 from underwater_spectral.uw_spectral.water.named_waters import named_waters
 from underwater_spectral.validation import constituent_seas as figures
+from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
 
 RED_DEPTHS = (0.0, 5.0, 10.0, 20.0, 40.0, 80.0)
 

@@ -9,11 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import expn
-from underwater_spectral.uw_spectral.closed_form.light_field import (
-    TwoStreamWater,
-    light_field_of,
-    solve_light_field,
-)
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
@@ -36,6 +31,11 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
 from underwater_spectral.uw_spectral.water.named_waters import named_waters
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import pure_water_absorption
+from underwater_spectral.validation.closed_form.light_field import (
+    TwoStreamWater,
+    light_field_of,
+    solve_light_field,
+)
 from underwater_spectral.validation.inelastic_light import excitation_fields, solve_inelastic
 
 FINE = np.arange(400.0, 1000.0, 0.05)

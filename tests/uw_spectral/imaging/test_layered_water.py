@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import (
     BandsDescription,
@@ -31,6 +30,7 @@ from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.profile import DepthProfile
+from underwater_spectral.validation.closed_form.light_field import light_field_of
 from underwater_spectral.validation.monte_carlo import simulate
 
 CLEAR, TURBID = Water.uniform(0.1, 0.1, "clear"), Water.uniform(0.3, 0.6, "turbid")

@@ -7,11 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import (
-    TwoStreamWater,
-    solve_light_field,
-)
 from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
@@ -39,6 +34,11 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
+from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
+from underwater_spectral.validation.closed_form.light_field import (
+    TwoStreamWater,
+    solve_light_field,
+)
 
 SUN = sun_travel_direction(30.0, 20.0)
 SEA = Sea(5.0, seed=2, tile=4.0, resolution=128)

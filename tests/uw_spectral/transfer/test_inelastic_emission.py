@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.description import (
     Description,
@@ -32,6 +31,7 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     energy_matrix,
 )
 from underwater_spectral.uw_spectral.water.phase_functions import Isotropic, parse_phase
+from underwater_spectral.validation.closed_form.light_field import light_field_of
 from underwater_spectral.validation.inelastic_light import excitation_fields, solve_inelastic
 from underwater_spectral.validation.monte_carlo import (
     InelasticInteraction,

@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging.description import (
     Description,
@@ -39,6 +38,7 @@ from underwater_spectral.uw_spectral.transfer.rough_surface import (
 from underwater_spectral.uw_spectral.transfer.sky import RINGS, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
+from underwater_spectral.validation.closed_form.light_field import light_field_of
 from underwater_spectral.validation.traced_sea import TracedSea, photons
 
 N = 1.34

@@ -7,9 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import light_field_of
-from underwater_spectral.uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
@@ -22,6 +19,9 @@ from underwater_spectral.uw_spectral.transfer.rough_surface import WaterSurface
 from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
+from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
+from underwater_spectral.validation.closed_form.light_field import light_field_of
+from underwater_spectral.validation.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.validation.monte_carlo import simulate
 
 ZENITH, AZIMUTH, INDEX = 60.0, 160.0, 1.34

@@ -1,4 +1,4 @@
-"""The aureole of :mod:`..transfer.aureole` for two streams, in terms that a pixel can evaluate.
+"""The aureole of `uw_spectral.transfer.aureole` for two streams, in terms a pixel can evaluate.
 
 A pixel or a shader node needs few terms: e^{-fx} p, three moments that are
 kept exactly, and a few Henyey-Greenstein lobes fitted to the rest.
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.aureole import moments_of_spread
-from ..water.phase import BandPhase
-from ..water.phase_functions import henyey_greenstein
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.aureole import moments_of_spread
+from ...uw_spectral.water.phase import BandPhase
+from ...uw_spectral.water.phase_functions import henyey_greenstein
 
 _MOMENTS = 512
 _BLUR = 4.0  # of the Legendre sum, e^{-4 (l/512)²}: 0.3°, about the radius of the sun

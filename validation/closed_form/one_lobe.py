@@ -8,7 +8,7 @@ scaled beam keeps,
     p* = e^{-fx} Σ_{n≥1} x^{n-1}/n! HG(gⁿ) - (e0 + 3 e1 cos)/4π,
 
 where el is what the series has too much of the moments l = 0 and 1, which the diffuse light
-knows (:mod:`..transfer.aureole`). The first orders are summed one by one; those beyond share
+knows (`uw_spectral.transfer.aureole`). The first orders are summed one by one; those beyond share
 the mean of their asymmetries.
 """
 
@@ -20,11 +20,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..surface.refraction import diffuse_internal_reflectance
-from ..transfer.path_integral import phi
-from ..transfer.sky import Sky
-from ..water.phase_functions import henyey_greenstein
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.surface.refraction import diffuse_internal_reflectance
+from ...uw_spectral.transfer.path_integral import phi
+from ...uw_spectral.transfer.sky import Sky
+from ...uw_spectral.water.phase_functions import henyey_greenstein
 from .closed_form import ClosedForm
 from .light_field import TwoStreamWater, two_stream_field
 from .unoccluded_water import UnoccludedWater

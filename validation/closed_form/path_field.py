@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.radiance_field import distance_in_water
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.radiance_field import distance_in_water
 from .light_field import LightField
 
 

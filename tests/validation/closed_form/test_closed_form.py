@@ -8,14 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from underwater_spectral.tests import by_hand
-from underwater_spectral.uw_spectral.closed_form.aureole_lobes import solve_aureole
-from underwater_spectral.uw_spectral.closed_form.closed_form import solve_closed_form
-from underwater_spectral.uw_spectral.closed_form.light_field import (
-    TwoStreamWater,
-    solve_light_field,
-)
-from underwater_spectral.uw_spectral.closed_form.pixel import Pixel, forward_scattered_fraction
-from underwater_spectral.uw_spectral.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.path_integral import attenuated_path, phi
@@ -26,6 +18,14 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
+from underwater_spectral.validation.closed_form.aureole_lobes import solve_aureole
+from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
+from underwater_spectral.validation.closed_form.light_field import (
+    TwoStreamWater,
+    solve_light_field,
+)
+from underwater_spectral.validation.closed_form.pixel import Pixel, forward_scattered_fraction
+from underwater_spectral.validation.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.validation.sun_beam import closed_beam
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.radiance_field import under_surface
-from ..transfer.sky import BLACK, Sky
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.radiance_field import under_surface
+from ...uw_spectral.transfer.sky import BLACK, Sky
 from .closed_form import ClosedForm
 from .pixel import PatchLight, Pixel
 

@@ -1,6 +1,6 @@
 """Radiance of the water between the camera and what it sees: the closed form.
 
-Directions, depth and shapes are those of :mod:`..transfer.radiance_field`.
+Directions, depth and shapes are those of `uw_spectral.transfer.radiance_field`.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from ..errors import InputError
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.path_integral import attenuated_path
-from ..transfer.radiance_field import end_of_path
-from ..transfer.sun_beam import Scattering, half_angle2
-from ..water.phase import BandPhase, Mixture
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.path_integral import attenuated_path
+from ...uw_spectral.transfer.radiance_field import end_of_path
+from ...uw_spectral.transfer.sun_beam import Scattering, half_angle2
+from ...uw_spectral.water.phase import BandPhase, Mixture
 from .aureole_lobes import Aureole, solve_aureole
 from .light_field import LightField
 from .path_field import PathField

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from underwater_spectral.uw_spectral.closed_form.light_field import (
+from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.validation.closed_form.light_field import (
     TwoStreamWater,
     solve_light_field,
 )
-from underwater_spectral.uw_spectral.errors import InputError
 
 A, B = np.array([0.02, 0.05, 0.4]), np.array([0.004, 0.1, 1.0])
 

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from ..errors import InputError
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.water_column import WaterColumn
-from ..water.phase import BandPhase
+from ...uw_spectral.errors import InputError
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.water_column import WaterColumn
+from ...uw_spectral.water.phase import BandPhase
 
 DEEPEST_FLOOR = 1e6
 """Depth in m from which a floor does not matter: deep water."""

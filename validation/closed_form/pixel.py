@@ -7,7 +7,7 @@ surface at distance P gets
 
 the water on the way, the surface itself, and the unoccluded light from beyond it that is
 scattered forward into the pixel. Open water is the same with the water's own boundary at
-its end. EEVEE draws the same sum in channels, :mod:`..transfer.channel_pixel`.
+its end. EEVEE draws the same sum in channels, `uw_spectral.transfer.channel_pixel`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..mathematics import NUMPY, Mathematics, Operand
-from ..transfer.path_integral import transmittance
-from ..transfer.radiance_field import PathLight
+from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.path_integral import transmittance
+from ...uw_spectral.transfer.radiance_field import PathLight
 
 
 def forward_scattered_fraction(water: PathLight, P: Operand, m: Mathematics = NUMPY) -> Operand:

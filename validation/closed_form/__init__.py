@@ -1,7 +1,7 @@
 """The papers' way: analytic multiple scattering, short enough for shader nodes.
 
 Nothing outside asks it but its node group, its engine and what is compared with it; the light
-of the water is the solved field of :mod:`..transfer`.
+of the water is the solved field of `uw_spectral.transfer`.
 """
 
 from .closed_form import ClosedForm, solve_closed_form
