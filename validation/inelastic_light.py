@@ -18,7 +18,6 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import fresnel_reflectance
-from ..uw_spectral.transfer.radiance_field import end_of_path
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.inelastic_processes import InelasticProcess, energy_matrix
 from ..uw_spectral.water.phase import BandPhase
@@ -30,6 +29,7 @@ from .closed_form.light_field import (
     solve_light_field,
 )
 from .closed_form.path_field import PathField
+from .closed_form.paths import end_of_path
 
 _RESONANCE = 1e-3
 _SHORT = 3e-4  # optical length below which a path counts as one of this length

@@ -19,8 +19,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
-from ..uw_spectral.transfer.radiance_field import FARTHEST, Ripples, sun_image, under_surface
+from ..uw_spectral.transfer.radiance_field import (
+    FARTHEST,
+    Ripples,
+    sun_image,
+)
 from ..uw_spectral.transfer.sky import BLACK, Sky
+from .closed_form.paths import under_surface
 from .closed_form.pixel import Pixel
 
 

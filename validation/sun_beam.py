@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.transfer.path_integral import attenuated_path
-from ..uw_spectral.transfer.radiance_field import distance_in_water, end_of_path
-from ..uw_spectral.transfer.sun_beam import Scattering, half_angle2
+from ..uw_spectral.transfer.radiance_field import distance_in_water
+from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
 from .closed_form.closed_form import ClosedForm
+from .closed_form.paths import Scattering, end_of_path
 
 _LOWEST_SUN = 0.01  # cosine of a flatter one, which exists only without refraction: without light
 _DEEPEST = 1e6  # m: a floor that shader nodes take for none

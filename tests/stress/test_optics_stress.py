@@ -35,7 +35,6 @@ from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     sun_image,
-    under_surface,
     upwelling_irradiance,
 )
 from underwater_spectral.uw_spectral.transfer.radiance_table import tabulate
@@ -52,6 +51,7 @@ from underwater_spectral.uw_spectral.water.named import list_waters, parse_water
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.closed_form.closed_form import ClosedForm, solve_closed_form
 from underwater_spectral.validation.closed_form.light_field import LightField, light_field_of
+from underwater_spectral.validation.closed_form.paths import under_surface
 from underwater_spectral.validation.closed_form.pixel import Pixel, forward_scattered_fraction
 from underwater_spectral.validation.inelastic_light import (
     excitation_fields,

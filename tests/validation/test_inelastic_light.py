@@ -12,7 +12,6 @@ from scipy.special import expn
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import fresnel_reflectance
-from underwater_spectral.uw_spectral.transfer.radiance_field import under_surface
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, parse_constituents
 from underwater_spectral.uw_spectral.water.inelastic_processes import (
@@ -36,6 +35,7 @@ from underwater_spectral.validation.closed_form.light_field import (
     light_field_of,
     solve_light_field,
 )
+from underwater_spectral.validation.closed_form.paths import under_surface
 from underwater_spectral.validation.inelastic_light import excitation_fields, solve_inelastic
 
 FINE = np.arange(400.0, 1000.0, 0.05)

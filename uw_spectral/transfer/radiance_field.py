@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,53 +24,6 @@ _LOWEST_SUN = 0.1  # fraction of the sun's normal irradiance that a flat surface
 _LEVEL = -0.01  # vertical component of a mirrored ray that would go up
 # Directions of the upwelling light; more of them change it by less than 0.5 %.
 _ELEVATIONS, _AZIMUTHS = 6, 8
-
-
-class Radiant(Protocol):
-    """What has a radiance everywhere in the water."""
-
-    def radiance(
-        self,
-        y: Operand,
-        w: Sequence[Operand],
-        L_surface: Operand = 0.0,
-        m: Mathematics = NUMPY,
-    ) -> Operand:
-        """Radiance L(y, w) of everything that lies ahead of depth y along w."""
-        ...
-
-
-class PathLight(Protocol):
-    """Light that water brings on the way of a ray.
-
-    ``c`` is the extinction, ``cp`` that of the beam that a camera blurs over what it
-    sees, both 1/m: light scattered by less than the forward peak stays in the picture.
-    They are equal in a field that holds this light itself.
-    """
-
-    @property
-    def c(self) -> Operand:
-        """Extinction, 1/m."""
-        ...
-
-    @property
-    def cp(self) -> Operand:
-        """Extinction without the forward peak of the phase function, 1/m."""
-        ...
-
-    def path(
-        self, y_o: Operand, w: Sequence[Operand], P: Operand, m: Mathematics = NUMPY
-    ) -> Operand:
-        """Radiance of the water between depth y_o and distance P along w."""
-        ...
-
-
-def end_of_path(
-    y_o: Operand, w: Sequence[Operand], P: Operand, y_f: Operand, m: Mathematics = NUMPY
-) -> tuple[Operand, Operand]:
-    """Length of a path from depth y_o that surface or floor may end, and the depth of its end."""
-    P = m.minimum(P, distance_in_water(y_o, -w[2], y_f, m))
-    return P, m.clamp(y_o + -w[2] * P, 0.0, y_f)
 
 
 def distance_in_water(
@@ -140,7 +92,7 @@ def mirrored_ray(
 ) -> tuple[Operand, tuple[Operand, Operand, Operand]]:
     """Cosine at which a ray meets the surface from below, and its direction from there on.
 
-    Arguments as of :func:`under_surface`.
+    ``w`` is a unit vector away from the camera, ``slopes`` are along x and y; flat without.
     """
     if slopes is None:
         cosine = m.maximum(w[2], 0.0)
@@ -157,34 +109,6 @@ def tilted_mirror(
     cosine = m.maximum(dot(w, normal), 0.0)
     x, y, z = (a - 2.0 * cosine * b for a, b in zip(w, normal, strict=True))
     return cosine, (x, y, z)
-
-
-def under_surface(
-    water: Radiant,
-    w: Sequence[Operand],
-    L_sky: Operand,
-    relative_index: Operand,
-    m: Mathematics = NUMPY,
-    slopes: tuple[Operand, Operand] | None = None,
-) -> Operand:
-    """Radiance just below the surface, looking up along w.
-
-    The sky inside Snell's window and the mirrored water outside it.
-
-    ``w`` is a unit vector away from the camera, z > 0; the radiance gains a factor n².
-
-    Parameters
-    ----------
-    water : Radiant
-        What the surface mirrors.
-    L_sky : float or array
-        Radiance of the sky, in air, where the refracted ray meets it.
-    slopes : two floats or arrays, optional
-        Slopes of the surface along x and y where w meets it; flat without.
-    """
-    cosine, reflected = mirrored_ray(w, m, slopes)
-    mirrored = water.radiance(0.0 * w[2], reflected, m=m)
-    return sky_and_mirrored(cosine, L_sky, mirrored, relative_index, m)
 
 
 def sky_and_mirrored(

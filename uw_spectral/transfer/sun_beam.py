@@ -6,7 +6,6 @@ Directions, depth and shapes are those of :mod:`.radiance_field`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..surface.caustics import SUN_RADIUS
@@ -24,11 +23,3 @@ def half_angle2(w: Sequence[Operand], sun: Sequence[Operand], m: Mathematics = N
     """
     x, y, z = (w[i] + sun[i] for i in range(3))
     return m.clamp((x * x + y * y + z * z) / 4.0, SUN_DISC, 1.0)
-
-
-class Scattering(Protocol):
-    """A phase function per band."""
-
-    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Value at s2 = sin²(angle / 2), 1/sr."""
-        ...

@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike, DTypeLike
 from ...uw_spectral.errors import InputError
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ...uw_spectral.transfer.path_integral import attenuated_path
-from ...uw_spectral.transfer.radiance_field import end_of_path
-from ...uw_spectral.transfer.sun_beam import Scattering, half_angle2
+from ...uw_spectral.transfer.sun_beam import half_angle2
 from ...uw_spectral.water.phase import BandPhase, Mixture
 from .aureole_lobes import Aureole, solve_aureole
 from .light_field import LightField
 from .path_field import PathField
+from .paths import Scattering, end_of_path
 
 
 class LobeSpread(Protocol):

@@ -20,7 +20,7 @@ from typing import Protocol
 
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ...uw_spectral.transfer.path_integral import transmittance
-from ...uw_spectral.transfer.radiance_field import PathLight
+from .paths import PathLight
 
 
 def forward_scattered_fraction(water: PathLight, P: Operand, m: Mathematics = NUMPY) -> Operand:

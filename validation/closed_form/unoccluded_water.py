@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
-from ...uw_spectral.transfer.radiance_field import under_surface
 from ...uw_spectral.transfer.sky import BLACK, Sky
 from .closed_form import ClosedForm
+from .paths import under_surface
 from .pixel import PatchLight, Pixel
 
 

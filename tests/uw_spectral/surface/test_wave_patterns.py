@@ -29,7 +29,6 @@ from underwater_spectral.uw_spectral.transfer.radiance_field import (
     Ripples,
     sun_image,
     surface_normal,
-    under_surface,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
 from underwater_spectral.uw_spectral.transfer.sunlit_water import SunlitWater
@@ -39,6 +38,7 @@ from underwater_spectral.validation.closed_form.light_field import (
     TwoStreamWater,
     solve_light_field,
 )
+from underwater_spectral.validation.closed_form.paths import under_surface
 
 SUN = sun_travel_direction(30.0, 20.0)
 SEA = Sea(5.0, seed=2, tile=4.0, resolution=128)

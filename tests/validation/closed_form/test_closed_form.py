@@ -13,7 +13,6 @@ from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.path_integral import attenuated_path, phi
 from underwater_spectral.uw_spectral.transfer.radiance_field import (
     distance_in_water,
-    under_surface,
     upwelling_irradiance,
 )
 from underwater_spectral.uw_spectral.transfer.sky import Sky
@@ -24,6 +23,7 @@ from underwater_spectral.validation.closed_form.light_field import (
     TwoStreamWater,
     solve_light_field,
 )
+from underwater_spectral.validation.closed_form.paths import under_surface
 from underwater_spectral.validation.closed_form.pixel import Pixel, forward_scattered_fraction
 from underwater_spectral.validation.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.validation.sun_beam import closed_beam
