@@ -110,7 +110,7 @@ class DistributeObjects(ReportingOperator):
         self.layout.prop(self, "seed")
         chosen = _selected_mesh(context)
         if self.preset != "school":
-            self.layout.label(text=f"On {chosen.name}" if chosen else "On the seabed ahead")
+            self.layout.label(text=f"On {chosen.name}" if chosen else "On what lies ahead")
 
     @override
     def run(self, context: bpy.types.Context) -> None:

@@ -32,7 +32,7 @@ from .range_attenuation import least_squares
 FITTED = {"chlorophyll": (0.02, 100.0), "cdom": (0.005, 5.0), "minerals": (0.02, 100.0)}
 """What is fitted: the amount that counts as little, and the largest."""
 
-_BANDS = BandsDescription(61)
+_BANDS = BandsDescription(121)
 _STARTS = tuple(itertools.product((0.2, 3.0), (0.02, 0.2), (0.05, 2.0)))
 _STEP = 0.02  # of a logarithm, or that part of it, for slopes
 _STRIDE = 1e-4, 0.7  # of logarithms, along a profile of the error

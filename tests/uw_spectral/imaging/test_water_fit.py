@@ -40,8 +40,8 @@ FILE = "reflectance,distance_m,r,g,b,sd_r,sd_g,sd_b"
 
 
 def _chart(truth=TRUTH, depth=5.0, distances=DISTANCES, seed=1, description=SEA):
-    """What a chart, tilted, and open water look like on 121 bands, with noise of 1 %."""
-    fine = replace(description, water=WaterDescription(truth), bands=BandsDescription(121))
+    """What a chart, tilted, and open water look like on 241 bands, with noise of 1 %."""
+    fine = replace(description, water=WaterDescription(truth), bands=BandsDescription(241))
     view = resolve(fine).viewpoint(depth)
     surfaces = [(colorchecker_reflectance(p), P) for p in PATCHES for P in distances]
     light = [
