@@ -32,17 +32,8 @@ def main() -> None:
         _copy_linked(page, source)
     docs = source / "docs"
     (docs / "checkout.txt").write_text(str(ROOT), encoding="utf-8")
-    apidoc = (
-        "-q",
-        "--module-first",
-        "--no-toc",
-        "--separate",
-        "--maxdepth",
-        "2",
-        "-o",
-        docs / "api",
-    )
-    _sphinx("sphinx.ext.apidoc", *apidoc, ROOT / "uw_spectral")
+    apidoc = ("-q", "--module-first", "--no-toc", "--separate", "--maxdepth", "2", "-o")
+    _sphinx("sphinx.ext.apidoc", *apidoc, docs / "api", ROOT / "uw_spectral")
     builder = "dummy" if only_check else "html"  # pages take ten times as long to write
     _sphinx("sphinx", "-b", builder, "-q", "-W", "--keep-going", "-c", docs, source, out)
     if only_check:

@@ -17,6 +17,7 @@ import importlib
 import math
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
@@ -90,29 +91,34 @@ def render(scene: Path, out: Path, *options: str) -> None:
     subprocess.run(list(map(str, command)), check=True)
 
 
+def labelled(path: Path, text: str, size: int = 16) -> Image.Image:
+    """Return a picture with its name in a corner."""
+    picture = Image.open(path).convert("RGB")
+    ImageDraw.Draw(picture).text((8, 6), text, "white", font_size=size)
+    return picture
+
+
+def write_beside(name: str, pictures: Sequence[Image.Image], quality: int = 86) -> None:
+    """Write pictures beside each other."""
+    sheet = Image.fromarray(np.concatenate([np.asarray(x) for x in pictures], axis=1))
+    sheet.save(PICTURES / name, quality=quality)
+
+
 def engines() -> None:
     """Write the corals of the turntable as both engines draw them."""
     scene = turntable_scene()
     sides = []
     for name, options in ENGINES.items():
         render(scene, OUT / name, *SIDE_BY_SIDE, *options, "--frames", str(SHOWN))
-        sides.append(np.asarray(Image.open(OUT / name / f"{SHOWN:04d}.png").convert("RGB")))
-    picture = Image.fromarray(np.concatenate(sides, axis=1))
-    picture.save(PICTURES / "engines.jpg", quality=86)
+        sides.append(Image.open(OUT / name / f"{SHOWN:04d}.png").convert("RGB"))
+    write_beside("engines.jpg", sides)
 
 
 def build_turntable(path: Path) -> None:
     """Build corals that turn once on sand, with a chart beside them that does not."""
     scene = make_pictures.start()
-    parts = "underwater_spectral.examples"
-    named = {
-        name: importlib.import_module(f"{parts}.{name}")
-        for name in ("parts.growth", "parts.materials", "parts.detail", "parts.shapes",
-                     "parts.cameras", "reef.color_checker")
-    }  # fmt: skip
-    shapes, detail = named["parts.shapes"], named["parts.detail"].DETAILS["panel"]
-    materials = named["parts.materials"].Materials(1, detail)
-    growth = named["parts.growth"].Growth(1, detail, materials)
+    growth, materials, shapes, cameras = make_pictures.grown()
+    chart = importlib.import_module("underwater_spectral.examples.reef.color_checker")
     turning = bpy.data.objects.new("Turntable", None)
     turning.location.z = -DEPTH
     scene.collection.objects.link(turning)
@@ -126,17 +132,15 @@ def build_turntable(path: Path) -> None:
     for mesh, place, scale in objects:
         item = shapes.place(mesh, scene.collection, place, scale=scale)
         item.parent = turning
-    board = named["reef.color_checker"].color_checker(materials)
+    board = chart.color_checker(materials)
     shapes.place(board, scene.collection, (1.12, -0.35, 0.05 - DEPTH))
-    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
-    bpy.context.object.data.materials.append(materials.sand)
+    make_pictures.sand(materials, DEPTH)
     for frame in range(1, FRAMES + 1):
         turning.rotation_euler.z = 2.0 * math.pi * (frame - 1) / FRAMES
         turning.keyframe_insert("rotation_euler", index=2, frame=frame)
     scene.frame_start, scene.frame_end = 1, FRAMES
-    scene.camera = named["parts.cameras"].camera("Turntable", EYE, TARGET, 33.0)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    scene.camera = cameras.camera("Turntable", EYE, TARGET, 33.0)
+    make_pictures.store(path)
 
 
 def turntable_scene() -> Path:
@@ -156,9 +160,7 @@ def turntable() -> None:
         frames, out = f"{first}-{first + EACH - 1}", OUT / f"jerlov_{water}"
         render(scene, out, *TURNED, "--water", f"jerlov:{water}", "--frames", frames)
         for frame in range(first, first + EACH):
-            picture = Image.open(out / f"{frame:04d}.png").convert("RGB")
-            ImageDraw.Draw(picture).text((8, 6), f"Jerlov {water}", "white", font_size=16)
-            pictures.append(picture)
+            pictures.append(labelled(out / f"{frame:04d}.png", f"Jerlov {water}"))
     pictures[0].save(
         PICTURES / "jerlov_types.webp", save_all=True, append_images=pictures[1:],
         duration=round(1000 / RATE), loop=0, quality=86, method=6,
@@ -172,15 +174,13 @@ def ports() -> None:
         build_turntable(OUT / "turntable.blend")
         camera = bpy.context.scene.camera
         camera.location, camera.data.angle = NEAR, math.radians(WIDE)
-        bpy.ops.wm.save_as_mainfile(filepath=str(scene), copy=True, compress=True)
+        make_pictures.store(scene)
     pictures = []
     for name, options in PORTS.items():
         out = OUT / f"port_{name}"
         render(scene, out, *TURNED, *options, "--water", "jerlov:IB", "--frames", str(SHOWN))
-        picture = Image.open(out / f"{SHOWN:04d}.png").convert("RGB")
-        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
-        pictures.append(np.asarray(picture))
-    Image.fromarray(np.concatenate(pictures, axis=1)).save(PICTURES / "ports.jpg", quality=84)
+        pictures.append(labelled(out / f"{SHOWN:04d}.png", name))
+    write_beside("ports.jpg", pictures, 84)
 
 
 def night() -> None:
@@ -208,11 +208,8 @@ def glow() -> None:
         options = ("--from", out / "job.json", "--develop", "--filter", barrier)
         command = [sys.executable, ROOT / "render_bands.py", *options, "--out", developed]
         subprocess.run(list(map(str, command)), check=True)
-        picture = Image.open(developed / "0001.png").convert("RGB")
-        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=16)
-        pictures.append(np.asarray(picture))
-    picture = Image.fromarray(np.concatenate(pictures, axis=1))
-    picture.save(PICTURES / "fluorescence.jpg", quality=86)
+        pictures.append(labelled(developed / "0001.png", name))
+    write_beside("fluorescence.jpg", pictures)
 
 
 def swell() -> None:
@@ -240,11 +237,8 @@ def silt() -> None:
     for name, options in SILT.items():
         out = OUT / f"silt_{name.replace(' ', '_')}"
         render(scene, out, *IN_SILT, *options)
-        picture = Image.open(out / "0001.png").convert("RGB")
-        ImageDraw.Draw(picture).text((8, 6), name, "white", font_size=14)
-        pictures.append(np.asarray(picture))
-    sheet = Image.fromarray(np.concatenate(pictures, axis=1))
-    sheet.save(PICTURES / "silt.jpg", quality=84)
+        pictures.append(labelled(out / "0001.png", name, 14))
+    write_beside("silt.jpg", pictures, 84)
 
 
 def build_glow(path: Path) -> None:
@@ -252,30 +246,22 @@ def build_glow(path: Path) -> None:
     scene = make_pictures.start()
     package, stored = "underwater_spectral", "scene.stored_settings"
     importlib.import_module(f"{package}.{stored}").register()
-    named = {
-        name: importlib.import_module(f"{package}.examples.parts.{name}")
-        for name in ("growth", "materials", "detail", "shapes", "cameras")
-    }
-    shapes, detail = named["shapes"], named["detail"].DETAILS["panel"]
-    materials = named["materials"].Materials(1, detail)
-    growth = named["growth"].Growth(1, detail, materials)
+    growth, materials, shapes, cameras = make_pictures.grown()
     places = ((-0.4, -0.3, 0.05, 0.4), (0.45, -0.4, 0.0, 1.1), (0.1, 0.45, 0.0, 0.9))
     for (kind, fluorophore), (x, y, z, scale) in zip(CORALS.items(), places, strict=True):
         mesh = growth.meshes(kind)[-1]
         item = shapes.place(mesh, scene.collection, (x, y, z - DEPTH), scale=scale)
         for material in item.data.materials:
             material.underwater.fluorophore, material.underwater.fluorescence = fluorophore, 0.3
-    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
-    bpy.context.object.data.materials.append(materials.sand)
-    scene.camera = named["cameras"].camera("Night", EYE, GAZE, 45.0)
+    make_pictures.sand(materials, DEPTH)
+    scene.camera = cameras.camera("Night", EYE, GAZE, 45.0)
     light = bpy.data.lights.new("Lamp", "SPOT")
     light.energy, light.spot_size, light.shadow_soft_size = 20.0, math.radians(70), 0.03
     light.underwater.spectrum = "led:450,20"
     lamp = bpy.data.objects.new("Lamp", light)
     scene.collection.objects.link(lamp)
-    named["cameras"].aim(lamp, (-0.7, -2.2, -3.7), GAZE)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    cameras.aim(lamp, (-0.7, -2.2, -3.7), GAZE)
+    make_pictures.store(path)
 
 
 if __name__ == "__main__":

@@ -53,8 +53,7 @@ def build(path: Path) -> None:
             sway(item, SWAY, 1, 0.0)
         elif item.name.startswith("Anthias"):
             sway(item, (0.02, 0.01, 0.015), 2, 2.4 * number)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    make_pictures.store(path)
 
 
 def sway(item: bpy.types.Object, reach: tuple[float, ...], times: int, phase: float) -> None:
@@ -81,14 +80,9 @@ def main() -> None:
     pictures = [Image.open(file).convert("RGB") for file in files]
     path = ROOT / "docs" / "listing" / "loop.webp"
     pictures[0].save(
-        path,
-        save_all=True,
-        append_images=pictures[1:],
-        duration=round(1000 / RATE),
-        loop=0,
-        quality=60,
-        method=6,
-    )
+        path, save_all=True, append_images=pictures[1:], duration=round(1000 / RATE), loop=0,
+        quality=60, method=6,
+    )  # fmt: skip
     print(path.relative_to(ROOT), path.stat().st_size)  # noqa: T201
 
 

@@ -12,9 +12,11 @@ hour each without a GPU, and a job that was stopped goes on.
 
 from __future__ import annotations
 
+import importlib
 import runpy
 import sys
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -40,6 +42,29 @@ def start() -> bpy.types.Scene:
     if not hasattr(bpy.types.Scene, "underwater"):
         package.register()
     return bpy.context.scene
+
+
+def store(path: Path) -> None:
+    """Store a copy of the open file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+
+
+def grown() -> tuple[Any, Any, Any, Any]:
+    """Return what the example scenes make corals and materials with, and shapes and cameras."""
+    growth, materials, detail, shapes, cameras = (
+        importlib.import_module(f"underwater_spectral.examples.parts.{name}")
+        for name in ("growth", "materials", "detail", "shapes", "cameras")
+    )
+    chosen = detail.DETAILS["panel"]
+    made = materials.Materials(1, chosen)
+    return growth.Growth(1, chosen, made), made, shapes, cameras
+
+
+def sand(materials: Any, depth: float) -> None:  # noqa: ANN401 - of the example scenes
+    """Add a plane of their sand at a depth, m."""
+    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -depth))
+    bpy.context.object.data.materials.append(materials.sand)
 
 
 def paint(color: tuple[float, float, float]) -> bpy.types.Material:
@@ -86,15 +111,9 @@ def drawn(size: tuple[int, int], finer: int) -> np.ndarray:
     plan, depth = plan_of(chosen), -scene.camera.matrix_world.translation.z
     view = plan.viewpoint(depth, 0.0)
     seen = view_tracing.trace_view(
-        scene,
-        scene.camera,
-        plan.column,
-        view.field,
-        rays=grid[0] * grid[1],
-        grid=grid,
-        skyward=4,
+        scene, scene.camera, plan.column, view.field, rays=grid[0] * grid[1], grid=grid, skyward=4,
         steps=1,
-    )
+    )  # fmt: skip
     colours = picture(Optics(view), seen).without()
     gain = 2.0 ** metered_stops(np.maximum(luminance(colours), 0.0), seen.pixels)
     pixels = (gain * colours).reshape(size[1], finer, size[0], finer, 3).mean(axis=(1, 3))

@@ -27,27 +27,19 @@ def build(path: Path) -> None:
     scene = make_pictures.start()
     package = "underwater_spectral"
     importlib.import_module(f"{package}.scene.stored_settings").register()
-    parts = {
-        name: importlib.import_module(f"{package}.examples.parts.{name}")
-        for name in ("growth", "materials", "detail", "shapes", "cameras")
-    }
+    growth, materials, shapes, cameras = make_pictures.grown()
     add_plume = importlib.import_module(f"{package}.benchmarks.clouds").add_plume
-    detail = parts["detail"].DETAILS["panel"]
-    materials = parts["materials"].Materials(1, detail)
-    growth = parts["growth"].Growth(1, detail, materials)
     for kind, (x, y, z) in _CORALS.items():
         mesh = growth.meshes(kind)[-1]
-        parts["shapes"].place(mesh, scene.collection, (x, y, z - DEPTH), scale=0.8)
-    bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -DEPTH))
-    bpy.context.object.data.materials.append(materials.sand)
+        shapes.place(mesh, scene.collection, (x, y, z - DEPTH), scale=0.8)
+    make_pictures.sand(materials, DEPTH)
     silt = add_plume(scene, _SILT)
     silt.scale = _SIZE
     silt.underwater.constituent, silt.underwater.concentration = "minerals", _AMOUNT
-    scene.camera = parts["cameras"].camera("Diver", _EYE, _GAZE, 42.0)
+    scene.camera = cameras.camera("Diver", _EYE, _GAZE, 42.0)
     light = bpy.data.lights.new("Torch", "SPOT")
     light.energy, light.spot_size, light.shadow_soft_size = 120.0, math.radians(70), 0.03
     torch = bpy.data.objects.new("Torch", light)
     scene.collection.objects.link(torch)
-    parts["cameras"].aim(torch, (-0.6, -2.6, -3.9), _GAZE)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    cameras.aim(torch, (-0.6, -2.6, -3.9), _GAZE)
+    make_pictures.store(path)
