@@ -17,6 +17,7 @@ import importlib
 import runpy
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -28,6 +29,8 @@ _WORDS = ("--stale", "--write", "--accept", "--stamp")
 def main() -> None:
     """Load the extension as Blender would, and run what is named."""
     package = runpy.run_path(str(_HERE.parent / "tools" / "load_checkout.py"))["load"]()
+    errors = importlib.import_module(f"{package.__name__}.uw_spectral.errors")
+    warnings.simplefilter("ignore", errors.DataWarning)
     name, *arguments = sys.argv[1:] or [""]
     if name == "measure":
         of = f"{package.__name__}.benchmarks"

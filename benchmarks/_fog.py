@@ -55,9 +55,7 @@ def _exponential(
 
 
 def _vector(
-    tree: bpy.types.NodeTree,
-    operation: str,
-    *operands: bpy.types.NodeSocket | tuple[float, ...],
+    tree: bpy.types.NodeTree, operation: str, *operands: bpy.types.NodeSocket | tuple[float, ...]
 ) -> bpy.types.NodeSocket:
     node = tree.nodes.new("ShaderNodeVectorMath")
     node.operation = operation

@@ -19,3 +19,15 @@ def rendered_seconds(blend: Path, out: Path, *options: str) -> float:
     if status:
         raise InputError(f"benchmark: the job in {out} failed")
     return time.process_time() - start
+
+
+def frame_seconds(blend: Path, out: Path, count: int, *options: str) -> float:
+    """Return the CPU time of a frame, the mean of a count after the first, s.
+
+    What is left out is the start, the plan and what is compiled.
+    """
+    first, all_of_them = (
+        rendered_seconds(blend, out / str(last), *options, "--frames", f"1-{last}")
+        for last in (1, 1 + count)
+    )
+    return (all_of_them - first) / count

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import runpy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -14,7 +14,8 @@ from mathutils import Vector
 
 from ..scene.water import lamp_rigs
 from ..validation import lamp_room
-from ._places import Place, ball, block, camera_at, ground
+from ._places import Place
+from ._scenery import ball, block, camera_at, example, ground
 
 DEPTH = 15.0
 FIELD_OF_VIEW = math.radians(70)
@@ -45,7 +46,6 @@ _GEAR = (
 _NEOPRENE = (0.05, 0.05, 0.06)
 _NET_AT, _NET_REACH, _MESH, _CORD = 4.4, 0.9, 0.3, 0.02
 _TOWARDS = math.pi / 2  # a lamp that is turned so about x shines along y
-_ROOT = Path(__file__).resolve().parent.parent
 type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 
 
@@ -96,10 +96,10 @@ def _cords() -> list[_Solid]:
 
 def _diver() -> tuple[list[_Solid], list[_Solid]]:
     """Ellipsoids and boxes of a diver."""
-    found = [
+    body, gear = (
         [((x, _DIVERS_Y + y, z), half) for (x, y, z), half in parts] for parts in (_BODY, _GEAR)
-    ]
-    return found[0], found[1]
+    )
+    return body, gear
 
 
 def add_lamp(
@@ -126,15 +126,10 @@ def _vehicle() -> bpy.types.Object:
     return camera
 
 
-def _torch(
-    place: Sequence[float], turned: float, lumens: float = 3000.0
-) -> Callable[[], bpy.types.Object]:
-    def build() -> bpy.types.Object:
-        camera = sand_room()
-        add_lamp(place, (_TOWARDS, 0.0, turned), lumens, 50.0)
-        return camera
-
-    return build
+def _torch(place: Sequence[float], turned: float, lumens: float = 3000.0) -> bpy.types.Object:
+    camera = sand_room()
+    add_lamp(place, (_TOWARDS, 0.0, turned), lumens, 50.0)
+    return camera
 
 
 def _strobes() -> bpy.types.Object:
@@ -144,52 +139,32 @@ def _strobes() -> bpy.types.Object:
     return camera
 
 
-def _behind_a_fish() -> bpy.types.Object:
+def _behind(
+    lamp: Sequence[float], balls: Sequence[_Solid], boxes: Sequence[_Solid] = (),
+    colour: Sequence[float] = _GREY,
+) -> bpy.types.Object:  # fmt: skip
+    """Put a lamp that shines to the camera behind balls and boxes."""
     camera = sand_room()
-    add_lamp((0.0, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
-    ball(_seen(_FISH), _FISH_AXES, _GREY)
+    add_lamp(lamp, (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    for place, axes in balls:
+        ball(_seen(place), axes, colour)
+    for place, half in boxes:
+        block("part", _seen(place), 2.0 * np.array(half), colour)
     return camera
 
 
-def _behind_a_net() -> bpy.types.Object:
-    camera = sand_room()
-    add_lamp((0.05, 5.2, 0.1), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
-    for cord in _cords():
-        block("cord", _seen(cord[0]), 2.0 * np.array(cord[1]), _GREY)
-    return camera
-
-
-def _behind_a_diver() -> bpy.types.Object:
-    camera = sand_room()
-    add_lamp((0.1, 5.4, 0.4), (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
-    body, gear = _diver()
-    for place, axes in body:
-        ball(_seen(place), axes, _NEOPRENE)
-    for part in gear:
-        block("gear", _seen(part[0]), 2.0 * np.array(part[1]), _NEOPRENE)
-    return camera
-
-
-def _wreck(folder: Path) -> Callable[[], bpy.types.Object]:
-    file = folder / "wreck.blend"
-    if not file.exists():
-        build = runpy.run_path(str(_ROOT / "examples" / "build_scene.py"))["main"]
-        build(["wreck", str(file), "--detail", "draft"])
-
-    def build_it() -> bpy.types.Object:
-        bpy.ops.wm.open_mainfile(filepath=str(file))
-        scene = bpy.context.scene
-        bpy.context.view_layer.update()
-        lamp_rigs.add_rig(scene, "rov2", scene.camera)
-        return scene.camera
-
-    return build_it
+def _wreck(file: Path) -> bpy.types.Object:
+    bpy.ops.wm.open_mainfile(filepath=str(file))
+    scene = bpy.context.scene
+    bpy.context.view_layer.update()
+    lamp_rigs.add_rig(scene, "rov2", scene.camera)
+    return scene.camera
 
 
 _SCENES: tuple[tuple[str, Callable[[], bpy.types.Object], Sequence[str]], ...] = (
-    ("torch across", _torch((0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II", "III", "3C")),
-    ("torch along", _torch((0.25, 0.0, -0.1), 0.0, 8000.0), ("II",)),
-    ("torch against", _torch((-0.5, 6.0, 0.4), math.pi + 0.15), ("II",)),
+    ("torch across", partial(_torch, (0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II", "III", "3C")),
+    ("torch along", partial(_torch, (0.25, 0.0, -0.1), 0.0, 8000.0), ("II",)),
+    ("torch against", partial(_torch, (-0.5, 6.0, 0.4), math.pi + 0.15), ("II",)),
     ("strobe pair", _strobes, ("II",)),
     ("vehicle with four lamps", _vehicle, ("I",)),
 )
@@ -209,20 +184,21 @@ def places(folder: Path) -> list[LitPlace]:
     ]
     fewer = int(TURBID * PHOTONS)
     found = [replace(x, photons=fewer) if x.water in ("III", "3C") else x for x in found]
-    fish = _for_photons([(_FISH, _FISH_AXES)])
-    net, diver = _for_photons(boxes=_cords()), _for_photons(*_diver(), _NEOPRENE)
+    fish, net = ([(_FISH, _FISH_AXES)],), ((), _cords())
     found += [
-        LitPlace(f"lamp behind a {name}, {water}", build, water, room=objects, photons=photons)
-        for name, build, objects, water, photons in (
-            ("fish", _behind_a_fish, fish, "I", PHOTONS),
-            ("fish", _behind_a_fish, fish, "II", PHOTONS),
-            ("net", _behind_a_net, net, "I", PHOTONS),
-            ("net", _behind_a_net, net, "II", fewer),
-            ("diver", _behind_a_diver, diver, "II", fewer),
+        LitPlace(f"lamp behind a {name}, {water}", partial(_behind, lamp, *solids), water,
+                 room=_for_photons(*solids), photons=photons)
+        for name, lamp, solids, water, photons in (
+            ("fish", (0.0, 5.2, 0.1), fish, "I", PHOTONS),
+            ("fish", (0.0, 5.2, 0.1), fish, "II", PHOTONS),
+            ("net", (0.05, 5.2, 0.1), net, "I", PHOTONS),
+            ("net", (0.05, 5.2, 0.1), net, "II", fewer),
+            ("diver", (0.1, 5.4, 0.4), (*_diver(), _NEOPRENE), "II", fewer),
         )
-    ]
+    ]  # fmt: skip
+    wreck = example(folder / "wreck_draft.blend", "wreck", "draft")
     by_cycles = [
         LitPlace("vehicle and sun, IB", _vehicle, "IB", settings={"sunlight": 0.05}),
-        LitPlace("wreck by night, IB", _wreck(folder), "IB"),
+        LitPlace("wreck by night, IB", partial(_wreck, wreck), "IB"),
     ]
     return found + [replace(place, samples=SAMPLES) for place in by_cycles]

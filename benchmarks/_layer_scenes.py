@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import bpy
 import numpy as np
+
+from ._scenery import camera_at, new_file
 
 DEPTH = 5.0
 GREY, BLACK = (0.5, 0.5, 0.5), (0.0, 0.0, 0.0)
@@ -17,15 +19,6 @@ BEFORE = 0.02
 _ANGLE = 0.5  # degrees: in strongly absorbing bands a few degrees up are brighter already
 _COLUMNS, _ROWS = 8, 6
 _FILLED = 0.7  # of a cell
-
-
-def empty_scene(size: tuple[int, int]) -> bpy.types.Scene:
-    """Return a scene without anything."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = size
-    scene.render.resolution_percentage = 100
-    return scene
 
 
 def paint() -> bpy.types.Material:
@@ -43,13 +36,9 @@ def paint() -> bpy.types.Material:
 
 
 def square(
-    name: str,
-    place: Iterable[float],
-    size: float,
-    colour: Iterable[float],
-    material: bpy.types.Material,
-    turn: Iterable[float] = (math.pi / 2, 0.0, 0.0),
-) -> bpy.types.Object:
+    name: str, place: Iterable[float], size: float, colour: Iterable[float],
+    material: bpy.types.Material, turn: Iterable[float] = (math.pi / 2, 0.0, 0.0),
+) -> bpy.types.Object:  # fmt: skip
     """Add a square that faces -y, or is turned otherwise."""
     half = size / 2
     mesh = bpy.data.meshes.new(name)
@@ -63,17 +52,8 @@ def square(
     return item
 
 
-def camera(
-    name: str, place: Iterable[float], angle: float, tilt: float = math.pi / 2
-) -> bpy.types.Object:
-    """Add a camera that looks along +y, and make it the scene's."""
-    data = bpy.data.cameras.new(name)
-    data.angle = math.radians(angle)
-    item = bpy.data.objects.new(name, data)
-    item.location, item.rotation_euler = tuple(place), (tilt, 0.0, 0.0)
-    bpy.context.scene.collection.objects.link(item)
-    bpy.context.scene.camera = item
-    return item
+def _camera(name: str, place: Sequence[float]) -> bpy.types.Object:
+    return camera_at(place, (math.pi / 2, 0.0, 0.0), math.radians(_ANGLE), name)
 
 
 def targets(path: Path, ranges: Iterable[float], size: tuple[int, int] = (96, 72)) -> str:
@@ -82,8 +62,8 @@ def targets(path: Path, ranges: Iterable[float], size: tuple[int, int] = (96, 72
     The nearest lie in the outer rows. Another camera is :data:`BEFORE` the middle grey one.
     Returns the name of that square.
     """
-    scene = empty_scene(size)
-    seen = camera(FAR, (0.0, 0.0, -DEPTH), _ANGLE)
+    scene = new_file(size)
+    seen = _camera(FAR, (0.0, 0.0, -DEPTH))
     material, distances = paint(), list(ranges)
     rows = sorted(range(_ROWS), key=lambda row: -abs(row + 0.5 - _ROWS / 2))
     tangent = math.tan(math.radians(_ANGLE) / 2)
@@ -99,7 +79,7 @@ def targets(path: Path, ranges: Iterable[float], size: tuple[int, int] = (96, 72
             at = ray / np.linalg.norm(ray) * z + (0.0, 0.0, -DEPTH)
             square(name, at.tolist(), _FILLED * cell * z, colour, material)
             if name == middle:
-                camera(NEAR, (at - (0.0, BEFORE, 0.0)).tolist(), _ANGLE)
+                _camera(NEAR, (at - (0.0, BEFORE, 0.0)).tolist())
     scene.camera = seen
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return middle

@@ -7,6 +7,8 @@ import math
 import bpy
 import numpy as np
 
+from ._scenery import camera_at
+
 COUNT = 50
 _COLUMNS = 10
 _IMAGES = 10  # of the material that has many, in a row with what the water looks up
@@ -17,10 +19,8 @@ _KINDS = ("ShaderNodeTexNoise", "ShaderNodeTexVoronoi", "ShaderNodeTexWave", "Sh
 
 def build() -> None:
     """Build it in an empty file, always the same."""
-    scene = bpy.context.scene
-    sand = _material(0)
     bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, _FLOOR))
-    bpy.context.object.data.materials.append(sand)
+    bpy.context.object.data.materials.append(_material(0))
     for index in range(1, COUNT):
         row, column = divmod(index - 1, _COLUMNS)
         place = (1.1 * (column - (_COLUMNS - 1) / 2), 1.3 * row, _FLOOR + 0.5)
@@ -35,11 +35,8 @@ def build() -> None:
             )
             bpy.ops.object.shade_smooth()
         bpy.context.object.data.materials.append(_material(index))
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (0.0, -5.5, -3.8), (math.radians(68.0), 0.0, 0.0)
+    camera = camera_at((0.0, -5.5, -3.8), (math.radians(68.0), 0.0, 0.0), 1.0)
     camera.data.lens = 24.0
-    scene.collection.objects.link(camera)
-    scene.camera = camera
 
 
 def _material(index: int) -> bpy.types.Material:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+from numpy.typing import NDArray
 
 RADIUS = 0.35
 _RED, _GREEN, _GREY, _WHITE = (0.6, 0.08, 0.05), (0.1, 0.4, 0.12), (0.4, 0.4, 0.4), (0.9, 0.9, 0.9)
@@ -65,13 +66,7 @@ def _node(tree: bpy.types.NodeTree, kind: str, **values: Value) -> bpy.types.Nod
 
 def _shader(kind: str, **values: Value) -> Maker:
     """Make a material of one shader node."""
-
-    def make() -> bpy.types.Material:
-        material, tree, output = _tree()
-        tree.links.new(_node(tree, kind, **values).outputs[0], output.inputs["Surface"])
-        return material
-
-    return make
+    return _built(lambda tree: (_node(tree, kind, **values).outputs[0], "Surface"))
 
 
 def _principled(**values: Value) -> Maker:
@@ -79,16 +74,14 @@ def _principled(**values: Value) -> Maker:
 
 
 def _mixed(fraction: float, one: tuple[str, Values], other: tuple[str, Values]) -> Maker:
-    def make() -> bpy.types.Material:
-        material, tree, output = _tree()
+    def build(tree: bpy.types.NodeTree) -> Shaded:
         mix = _node(tree, "MixShader")
         mix.inputs[0].default_value = fraction
         for socket, (kind, values) in zip(mix.inputs[1:], (one, other), strict=True):
             tree.links.new(_node(tree, kind, **values).outputs[0], socket)
-        tree.links.new(mix.outputs[0], output.inputs["Surface"])
-        return material
+        return mix.outputs[0], "Surface"
 
-    return make
+    return _built(build)
 
 
 def _built(build: Callable[[bpy.types.NodeTree], Shaded]) -> Maker:
@@ -165,12 +158,7 @@ def _displaced() -> bpy.types.Material:
 
 
 def _smoke(kind: str, **values: Value) -> Maker:
-    def make() -> bpy.types.Material:
-        material, tree, output = _tree()
-        tree.links.new(_node(tree, kind, **values).outputs[0], output.inputs["Volume"])
-        return material
-
-    return make
+    return _built(lambda tree: (_node(tree, kind, **values).outputs[0], "Volume"))
 
 
 def _linked(mesh_or_curve: bpy.types.ID, material: bpy.types.Material | None) -> bpy.types.Object:
@@ -226,13 +214,8 @@ def slab(material: bpy.types.Material | None) -> bpy.types.Object:
 
 def _text(material: bpy.types.Material | None) -> bpy.types.Object:
     curve = bpy.data.curves.new("Kind", "FONT")
-    curve.body, curve.size, curve.extrude, curve.align_x, curve.align_y = (
-        "R",
-        0.9,
-        0.08,
-        "CENTER",
-        "CENTER",
-    )
+    curve.body, curve.size, curve.extrude = "R", 0.9, 0.08
+    curve.align_x = curve.align_y = "CENTER"
     item = _linked(curve, material)
     item.rotation_euler.x = math.radians(55.0)
     return item
@@ -257,6 +240,13 @@ def _metaball(material: bpy.types.Material | None) -> bpy.types.Object:
     return _linked(ball, material)
 
 
+def _even(count: int) -> NDArray[np.float64]:
+    """Directions that are spread evenly, shape (count, 3)."""
+    i = np.arange(count) + 0.5
+    z, angle = 1.0 - 2.0 * i / count, i * math.pi * (3.0 - math.sqrt(5.0))
+    return np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], -1)
+
+
 def _hair(count: int, length: float, radius: float) -> MakeObject:
     """Return what makes curves that stand on a ball."""
 
@@ -264,11 +254,7 @@ def _hair(count: int, length: float, radius: float) -> MakeObject:
         hair = bpy.data.hair_curves.new("Kind")
         points = 4
         hair.add_curves([points] * count)
-        i = np.arange(count) + 0.5
-        z, angle = 1.0 - 2.0 * i / count, i * math.pi * (3.0 - math.sqrt(5.0))
-        out = np.stack(
-            [np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], -1
-        )
+        out = _even(count)
         along = np.linspace(RADIUS - length, RADIUS, points)
         places = out[:, None, :] * along[None, :, None]
         places[..., 2] -= 0.1 * np.linspace(0.0, 1.0, points) ** 2 * length / 0.1
@@ -294,10 +280,7 @@ def _points(material: bpy.types.Material | None) -> bpy.types.Object:
     cloud = bpy.data.pointclouds.new("Kind")
     count = 400
     cloud.resize(count)
-    i = np.arange(count) + 0.5
-    z, angle = 1.0 - 2.0 * i / count, i * math.pi * (3.0 - math.sqrt(5.0))
-    out = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], -1)
-    cloud.points.foreach_set("co", (0.3 * out).astype(np.float32).ravel())
+    cloud.points.foreach_set("co", (0.3 * _even(count)).astype(np.float32).ravel())
     cloud.points.foreach_set("radius", np.full(count, 0.035, np.float32))
     return _linked(cloud, material)
 
@@ -385,12 +368,9 @@ def _relief(material: bpy.types.Material | None) -> bpy.types.Object:
     return _linked(_round(finer=2), material)
 
 
-def _named_attribute() -> bpy.types.Material:
-    material, tree, output = _tree()
-    colour = _node(tree, "VertexColor", layer_name="Paint")
-    shader = _node(tree, "BsdfPrincipled", Base_Color=colour.outputs["Color"])
-    tree.links.new(shader.outputs[0], output.inputs["Surface"])
-    return material
+def _named_attribute(tree: bpy.types.NodeTree) -> Shaded:
+    colour = _node(tree, "VertexColor", layer_name="Paint").outputs["Color"]
+    return _node(tree, "BsdfPrincipled", Base_Color=colour).outputs[0], "Surface"
 
 
 def _painted(material: bpy.types.Material | None) -> bpy.types.Object:
@@ -452,7 +432,7 @@ KINDS = (
     Kind("fresnel", _built(_rim("Fresnel")), sphere),
     Kind("layer weight", _built(_rim("LayerWeight")), sphere),
     Kind("displacement", _displaced, sphere),
-    Kind("painted vertices", _named_attribute, _painted),
+    Kind("painted vertices", _built(_named_attribute), _painted),
     Kind("coarse and smooth", _principled(Base_Color=_GREY, Roughness=1.0), _relief),
     Kind("hair BSDF", _shader("BsdfHair", Color=_GOLD), _hair(3000, 0.2, 0.004)),
     Kind("hair, principled", _shader("BsdfHairPrincipled", Color=_GOLD), _hair(3000, 0.2, 0.004)),

@@ -54,12 +54,11 @@ def unpacked(package: Package, cache: Path) -> Path:
     for inner in sorted(target.rglob(package.archives)) if package.archives else ():
         with zipfile.ZipFile(inner) as opened:
             opened.extractall(inner.with_suffix(""))
+    asked = ["dpkg-deb", "-f", archive.name, "Version"]
     record = {
-        **asdict(package),
-        "version": package.version or _debian_version(archive, package, folder),
-        "file": archive.name,
-        "sha256": hashlib.sha256(archive.read_bytes()).hexdigest(),
-    }
+        **asdict(package), "version": package.version or _run(asked, package, folder).strip(),
+        "file": archive.name, "sha256": hashlib.sha256(archive.read_bytes()).hexdigest(),
+    }  # fmt: skip
     with replacing(folder / _RECORD) as path:
         path.write_text(json.dumps(record, indent=1))
     return target
@@ -80,11 +79,9 @@ def _fetch(package: Package, folder: Path) -> Path:
     command = {
         "npm": ["npm", "pack", "--silent", f"{package.name}@{package.version}"],
         "debian": ["apt-get", "download", "-q", package.name],
-        "pypi": [
-            *(sys.executable, "-m", "pip", "download", "-q", "--no-deps"),
-            f"{package.name}=={package.version}",
-        ],
-    }[package.registry]
+        "pypi": [sys.executable, "-m", "pip", "download", "-q", "--no-deps",
+                 f"{package.name}=={package.version}"],
+    }[package.registry]  # fmt: skip
     partial = folder / "partial"  # an interrupted download must not pass for the package
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir()
@@ -95,10 +92,6 @@ def _fetch(package: Package, folder: Path) -> Path:
     archive = archive.rename(folder / archive.name)
     partial.rmdir()
     return archive
-
-
-def _debian_version(archive: Path, package: Package, folder: Path) -> str:
-    return _run(["dpkg-deb", "-f", archive.name, "Version"], package, folder).strip()
 
 
 def _run(command: list[str], package: Package, folder: Path, where: Path | None = None) -> str:

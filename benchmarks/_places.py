@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import tempfile
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
 import numpy as np
-from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..quality.seen_points import SeenPoints
 from ..scene.engines import engines
 from ..scene.readers import view_tracing
-from ..scene.water import water_body
+from ..scene.water import metering, water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
-from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
+from ._drawing import drawing
+from ._scenery import depth_of, new_file, sized
+from .runner import pyplot
 
 WIDTH, HEIGHT = 48, 27
 BANDS = 3
@@ -57,25 +56,15 @@ class Place:
 
     def open(self) -> bpy.types.Object:
         """Build it in an empty file; return the camera."""
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        new_file()
         camera = self.build()
-        scene = bpy.context.scene
-        scene.camera = camera
-        scene.render.resolution_x, scene.render.resolution_y = self.size
-        scene.render.resolution_percentage = 100
-        scene.cycles.pixel_filter_type = "BOX"
+        sized(self.size).camera = camera
         bpy.context.view_layer.update()
         return camera
 
     def by_cycles(self, camera: bpy.types.Object, seeds: Sequence[int] = (1, 2)) -> Array:
         """Band radiances of seeds, shape (seeds, h, w, n)."""
-        plan, depth = self.plan(self.samples), depth_of(camera)
-        extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
-        images = []
-        for seed in seeds:
-            with engines.cycles_bands(bpy.context.scene, camera, plan, extent, seed=seed) as engine:
-                images.append(grey_scene.band_image(engine, plan, depth))
-        return np.stack(images)
+        return grey_scene.cycles_images(self.plan(self.samples), camera, self.samples, seeds)
 
     def by_eevee(self, camera: bpy.types.Object, **changes: object) -> Array:
         """Band radiances, shape (h, w, n)."""
@@ -95,15 +84,9 @@ class Place:
             grey_scene.band_image(engine, plan, depth)
             return image, clock() - start
 
-    def seconds(
-        self, camera: bpy.types.Object, clock: Callable[[], float] = time.perf_counter
-    ) -> float:
-        """Seconds of a pass of EEVEE, the shaders compiled; of the wall, or of another clock."""
-        return self.timed(camera, clock)[1]
-
-    def in_real_time(self, camera: bpy.types.Object, **changes: object) -> Array:
+    def in_real_time(self) -> Array:
         """Linear RGB of EEVEE's real-time mode, shape (h, w, 3)."""
-        return realtime(camera, self.plan(self.drawn, **changes))
+        return realtime(self.plan(self.drawn))
 
     def compared(
         self, camera: bpy.types.Object, block: int, kept: Callable[..., Array], *,
@@ -115,7 +98,7 @@ class Place:
         ``forms`` are other settings by name, by default none as *bands*; ``fast``: *real time*
         as well; ``clock`` as of :meth:`timed`.
         """
-        develop = self.plan(1).reduction(depth_of(camera)).apply
+        develop = self.develop(camera)
         halves = kept(f"{self.name} {self.samples}", lambda: self.by_cycles(camera))
         drawn = {
             name: self.timed(camera, clock, **changes)
@@ -123,9 +106,15 @@ class Place:
         }
         found = {name: develop(image) for name, (image, _) in drawn.items()}
         if fast:
-            found["real time"] = self.in_real_time(camera)
+            found["real time"] = self.in_real_time()
         seconds = {name: taken for name, (_, taken) in drawn.items()}
-        return Compared(np.stack([develop(half) for half in halves]), found, block, seconds)
+        return Compared(develop(halves), found, block, seconds)
+
+    def develop(self, camera: bpy.types.Object) -> Callable[[Array], Array]:
+        """Return what makes linear RGB of band radiances; the exposure knows of lamps."""
+        plan = self.plan(1)
+        lit = metering.lamplight(bpy.context.scene, camera, plan)
+        return plan.reduction(depth_of(camera), lit).apply
 
     def distance(self, camera: bpy.types.Object) -> Array:
         """Distance of what pixels show, m, shape (h, w); infinite of open water."""
@@ -174,22 +163,10 @@ def delta_e(one: Array, other: Array, block: int) -> Array:
     return delta_e_CIE2000_images(*blocks)
 
 
-def depth_of(camera: bpy.types.Object) -> float:
-    """Depth of a camera, m; 0 above the water."""
-    return max(-float(camera.matrix_world.translation.z), 0.0)
-
-
-def realtime(camera: bpy.types.Object, plan: render_plan.RenderPlan) -> Array:
+def realtime(plan: render_plan.RenderPlan) -> Array:
     """Draw the open scene in real time, linear RGB, shape (h, w, 3)."""
-    scene, depth = bpy.context.scene, depth_of(camera)
-    extent = water_body.water_extent(scene, plan.column, depth)
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        engines.eevee_realtime(scene, camera, plan, extent, depth) as engine,
-    ):
-        path = Path(folder, "picture.exr")
-        engine.frame(plan, depth)(engine.passes[0], path)
-        return read_exr(path)[0].astype(np.float64)
+    with drawing(plan.settings) as drawn:
+        return drawn.image(plan.settings.samples)
 
 
 def sheet(
@@ -197,11 +174,7 @@ def sheet(
     across: int = 1,
 ) -> None:  # fmt: skip
     """Draw rows of pictures of 0 to 1, beneath titles, so many rows beside one another."""
-    import matplotlib as mpl
-
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
+    plt = pyplot()
     down, columns = -(-len(rows) // across), len(titles)
     height, width = next(iter(rows.values()))[0].shape[:2]
     figure, axes = plt.subplots(
@@ -221,81 +194,3 @@ def sheet(
     figure.tight_layout(pad=0.3)
     figure.savefig(path, dpi=80, pil_kwargs={"quality": 80} if path.suffix == ".jpg" else None)
     plt.close(figure)
-
-
-def block(
-    name: str, at: Sequence[float], size: Sequence[float], colour: Sequence[float],
-    turn: float = 0.0,
-) -> None:  # fmt: skip
-    """Add a box of a Lambertian colour, turned about z by degrees."""
-    rotation = (0.0, 0.0, np.radians(turn))
-    bpy.ops.mesh.primitive_cube_add(size=1.0, location=at, rotation=rotation)
-    item = bpy.context.object
-    item.name, item.scale = name, size
-    item.data.materials.append(matt(colour))
-
-
-def ground(z: float, colour: Sequence[float], size: float = 400.0) -> None:
-    """Add a plane of a Lambertian colour."""
-    bpy.ops.mesh.primitive_plane_add(size=size, location=(0.0, 0.0, z))
-    bpy.context.object.data.materials.append(matt(colour))
-
-
-def ball(
-    at: Sequence[float], radius: float | Sequence[float], colour: Sequence[float],
-    turn: float = 0.0,
-) -> None:  # fmt: skip
-    """Add a ball or an ellipsoid of a Lambertian colour."""
-    bpy.ops.mesh.primitive_uv_sphere_add(radius=1.0, location=at, segments=64, ring_count=32)
-    item = bpy.context.object
-    item.scale, item.rotation_euler.z = np.broadcast_to(radius, 3), turn
-    item.data.shade_smooth()
-    item.data.materials.append(matt(colour))
-
-
-def post(
-    at: Sequence[float], radius: float, length: float, colour: Sequence[float], tilt: float = 0.0
-) -> None:
-    """Add a cylinder of a Lambertian colour, tilted about y by an angle in rad."""
-    bpy.ops.mesh.primitive_cylinder_add(
-        radius=radius, depth=length, location=at, vertices=48, rotation=(0.0, tilt, 0.0)
-    )
-    mesh = bpy.context.object.data
-    mesh.materials.append(matt(colour))
-    for face in mesh.polygons:
-        face.use_smooth = len(face.vertices) == 4
-
-
-def matt(colour: Sequence[float]) -> bpy.types.Material:
-    """Make a Lambertian material."""
-    return material("BsdfDiffuse", Color=colour)
-
-
-def material(shader: str, **values: float | Sequence[float]) -> bpy.types.Material:
-    """Make a material of one shader; values of its sockets, with _ for blanks."""
-    made = bpy.data.materials.new(shader)
-    tree = made.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new(f"ShaderNode{shader}")
-    for name, value in values.items():
-        socket = node.inputs[name.replace("_", " ")]
-        socket.default_value = value if np.isscalar(value) else (*value, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(node.outputs[0], output.inputs["Surface"])
-    return made
-
-
-def camera_at(at: Sequence[float], turn: Sequence[float], angle: float) -> bpy.types.Object:
-    """Add a camera of a width in rad, turned from straight down by angles in rad."""
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location, camera.rotation_euler, camera.data.angle = at, turn, angle
-    bpy.context.scene.collection.objects.link(camera)
-    return camera
-
-
-def look_at(
-    at: Sequence[float], target: Sequence[float], angle: float = np.radians(70.0)
-) -> bpy.types.Object:
-    """Add a camera of a width in rad that looks at a place."""
-    look = Vector(target) - Vector(at)
-    return camera_at(at, look.to_track_quat("-Z", "Y").to_euler(), angle)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -15,22 +16,18 @@ from numpy.typing import NDArray
 from ..datasets.applied_pictures import AppliedSettings, PictureFilter
 from ..datasets.camera import PinholeCamera
 from ..datasets.cameras_and_rigs import CameraRig, RigLamp
-from ..datasets.picture_codes import srgb_codes
+from ..datasets.picture_codes import read_codes, read_rgb, srgb_codes
 from ..scene.readers.pinhole import pinhole_of
-from ..uw_spectral.imaging import (
-    Description,
-    SurfaceDescription,
-    WaterDescription,
-)
+from ..uw_spectral.imaging import Description, SurfaceDescription, WaterDescription
 from ..uw_spectral.spectra.spectral_image import read_exr, write_codes
-from . import _layer_scenes
-from ._places import Array, Place, ball, block, delta_e, ground, sheet
-from .runner import Ask, Page, Target, table
+from ._places import Array, Compared, Place, delta_e, sheet
+from ._scenery import ball, block, camera_at, ground
+from .runner import Ask, Page, Target, least_seconds, table
 
 SIZE, FIELD, DEPTH, FLOOR = (80, 45), 70.0, 5.0, 7.5
 PITCH = -10.0
 _SUN_IN_WATER = math.asin(math.sin(math.radians(30.0)) / 1.34)
-_SAMPLES, _BANDS, _SAND, _DRY_SAMPLES, _REPEATED, _BLOCK = 256, 9, 0.5, 256, 3, 5
+_SAMPLES, _BANDS, _SAND, _DRY_SAMPLES, _BLOCK = 256, 9, 0.5, 256, 5
 _NEAR, _FAR = 1.0, 12.0  # m, of the floor of pictures that are timed
 _FULL_HD = PinholeCamera.from_field_of_view(1920, 1080, FIELD)
 _RIG = CameraRig(
@@ -41,8 +38,8 @@ _RIG = CameraRig(
 
 
 def _camera() -> bpy.types.Object:
-    tilt = math.radians(90.0 + PITCH)
-    return _layer_scenes.camera("camera", (0.0, 0.0, -DEPTH), FIELD, tilt)
+    tilt = (math.radians(90.0 + PITCH), 0.0, 0.0)
+    return camera_at((0.0, 0.0, -DEPTH), tilt, math.radians(FIELD))
 
 
 def open_floor() -> bpy.types.Object:
@@ -113,16 +110,6 @@ def applied(place: Place, camera: bpy.types.Object, picture: Array) -> NDArray[n
     return PictureFilter(settings).picture(picture, depth, taken)
 
 
-def _timed(work: Callable[[], object]) -> float:
-    work()
-    times = []
-    for _ in range(_REPEATED):
-        start = time.process_time()
-        work()
-        times.append(time.process_time() - start)
-    return min(times)
-
-
 def _beer_lambert(rgb: NDArray[np.uint8], depth: Array) -> NDArray[np.uint8]:
     """What filters usually are: three coefficients, e^(-c z) and a veil, in numpy."""
     c, veil = np.array([0.5, 0.12, 0.08], np.float32), np.array([0.0, 0.1, 0.2], np.float32)
@@ -137,7 +124,7 @@ def _speed() -> tuple[list[list[str]], float]:
     rgb = np.random.default_rng(1).integers(0, 256, (height, width, 3), dtype=np.uint8)
     depth = np.linspace(_FAR, _NEAR, height)[:, None] * np.ones((1, width))
     sea = Description(WaterDescription("jerlov:IB"), surface=SurfaceDescription("flat"))
-    base = _timed(lambda: _beer_lambert(rgb, depth))
+    base = least_seconds(lambda: _beer_lambert(rgb, depth))
     rows, first = [["e^(-c z) and a veil, three coefficients", "", f"{1 / base:.1f}", "1"]], 0.0
     for name, settings in (
         ("clear water", AppliedSettings(sea)),
@@ -153,7 +140,7 @@ def _speed() -> tuple[list[list[str]], float]:
             return srgb_codes(np.moveaxis(found, -1, 0))
 
         work()
-        prepared, taken = time.process_time() - start, _timed(work)
+        prepared, taken = time.process_time() - start, least_seconds(work)
         first = first or taken
         rows.append([name, f"{prepared:.0f}", f"{1 / taken:.2g}", f"{taken / base:.2g}"])
     return rows, 1.0 / first
@@ -161,8 +148,6 @@ def _speed() -> tuple[list[list[str]], float]:
 
 def _files() -> float:
     """Seconds that a Full HD picture, its depth and what is written take as PNG."""
-    from ..datasets.picture_codes import read_codes, read_rgb
-
     y, x = np.mgrid[: _FULL_HD.height, : _FULL_HD.width]
     smooth = np.stack([x // 8, y // 5, (x + y) // 12], axis=-1).astype(np.uint8)
     with tempfile.TemporaryDirectory() as folder:
@@ -174,7 +159,7 @@ def _files() -> float:
             write_codes(rgb, read_rgb(rgb))
             read_codes(depth)
 
-        return _timed(work)
+        return least_seconds(work)
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
@@ -183,22 +168,20 @@ def measure(ask: Ask) -> Mapping[str, object]:
     for place in PLACES:
         place.open()
         azimuth = place.plan(1).description.light.azimuth
-        picture = ask.kept(f"{place.name} dry", lambda a=azimuth: dry(a))
+        picture = ask.kept(f"{place.name} dry", partial(dry, azimuth))
         camera = place.open()
         found = applied(place, camera, picture)
-        wet = ask.kept(f"{place.name} eevee", lambda p=place, c=camera: p.in_real_time(c))
-        halves = ask.kept(f"{place.name} cycles", lambda p=place, c=camera: p.by_cycles(c))
-        develop = place.plan(1).reduction(DEPTH).apply
-        reference, (one, other) = develop(halves.mean(axis=0)), map(develop, halves)
-        noise = delta_e(one, other, _BLOCK).mean() / 2.0
-        errors = [delta_e(found, image, _BLOCK) for image in (wet, reference)]
+        wet = ask.kept(f"{place.name} eevee", place.in_real_time)
+        traced = ask.kept(f"{place.name} cycles", partial(place.by_cycles, camera))
+        seen = Compared(place.develop(camera)(traced), {"filter": found, "dry": picture}, _BLOCK)
+        errors = [delta_e(found, wet, _BLOCK), seen.delta_e("filter")]
         if place.build is open_floor:
             worst = max(worst, *(float(x.mean()) for x in errors))
-        errors.append(delta_e(picture, reference, _BLOCK))
+        errors.append(seen.delta_e("dry"))
         rows.append([place.name, *(f"{x.mean():.2f}" for x in errors),
                      *(f"{np.quantile(x, 0.95):.1f}" for x in errors[:2]),
-                     f"{noise:.2f}"])  # fmt: skip
-        pictures[place.name] = [picture, found, wet, reference]
+                     f"{seen.noise.mean():.2f}"])  # fmt: skip
+        pictures[place.name] = [picture, found, wet, seen.reference]
     sheet(
         ask.shown("applied_pictures.jpg"), pictures, ("dry", "filter", "EEVEE", "Cycles"), size=2.6
     )

@@ -11,7 +11,6 @@ import functools
 import json
 import math
 import time
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -33,7 +32,6 @@ from ..quality.picture import Optics, Picture, picture
 from ..quality.requirements import SAFETY
 from ..quality.seen_points import SeenPoints, openness
 from ..quality.terms import LIGHTS, TERMS, column_of, in_column, subsets, with_and_without
-from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import FittedViewpoint, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.imaging.excitation import Excitation
@@ -41,7 +39,7 @@ from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.illuminant import Illuminant, parse_illuminant
-from ..uw_spectral.spectra.sensor import Sensor, parse_sensor
+from ..uw_spectral.spectra.sensor import parse_sensor
 from ..uw_spectral.surface.wave_patterns import Sea, WavePatterns
 from ..uw_spectral.transfer.light_from_above import light_from_above
 from ..uw_spectral.transfer.solved_field import SolvedField
@@ -49,6 +47,7 @@ from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import EXCITATION, inelastic_processes
 from ..uw_spectral.water.optical_properties import Water
 from ..validation.viewpoints import make_viewpoint
+from ._rays import sphere_distance, view_rays
 from .runner import Ask, Page, Target, table
 
 COUNTS = (3, 4, 5, 6, 8, 9, 12, 16, REALTIME.default_bands)
@@ -96,11 +95,6 @@ class Case:
     sun_zenith: float
     sky: float
 
-    @property
-    def tuning(self) -> bool:
-        """Whether constants may be tuned on it."""
-        return self.number % 4 == 0
-
 
 def draw_case(number: int) -> Case:
     """Return the case of a number; drawn at random, the same each time."""
@@ -123,18 +117,6 @@ def draw_case(number: int) -> Case:
     )
 
 
-def rays(case: Case, width: int, height: int) -> NDArray[np.float64]:
-    """Return the view directions of a picture, shape (width height, 3)."""
-    scale = 2 * math.tan(math.radians(case.field_of_view) / 2) / width
-    x, y = np.meshgrid(
-        (np.arange(width) + 0.5 - width / 2) * scale,
-        (height / 2 - np.arange(height) - 0.5) * scale,
-    )
-    c, s = math.cos(math.radians(case.pitch)), math.sin(math.radians(case.pitch))
-    w = np.stack([x, c - s * y, s + c * y], axis=-1).reshape(-1, 3)
-    return w / np.linalg.norm(w, axis=-1, keepdims=True)
-
-
 @dataclass(frozen=True, eq=False)
 class Solids:
     """Spheres, and perhaps a square slab that shades."""
@@ -148,11 +130,7 @@ class Solids:
         self, origin: NDArray[np.float64], direction: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Distance and index of what rays meet first; the slab comes last, infinity for none."""
-        offset = origin[..., None, :] - self.centres
-        along = np.einsum("...kd,...d->...k", offset, direction)
-        inside = along**2 - (offset**2).sum(axis=-1) + self.radii**2
-        t = -along - np.sqrt(np.maximum(inside, 0.0))
-        t = np.where((inside > 0) & (t > 1e-4), t, np.inf)
+        t = sphere_distance(origin[..., None, :], direction[..., None, :], self.centres, self.radii)
         t = np.concatenate([t, self._slab(origin, direction)[..., None]], axis=-1)
         return t.min(axis=-1), t.argmin(axis=-1)
 
@@ -184,7 +162,9 @@ def look(
     case: Case, sun: NDArray[np.float64], field: SolvedField, reach: float, detail: Detail
 ) -> SeenPoints:
     """Trace a picture and look for shadows."""
-    objects, w = solids(case), rays(case, detail.width, detail.height)
+    objects = solids(case)
+    view = math.radians(case.field_of_view), math.radians(case.pitch)
+    w = view_rays(detail.width, detail.height, *view).reshape(-1, 3)
     camera = np.array([0.0, 0.0, -case.depth])
     distance, which = objects.nearest(np.broadcast_to(camera, w.shape), w)
     with np.errstate(divide="ignore"):
@@ -198,32 +178,21 @@ def look(
     normal = (point - spheres) / np.append(objects.radii, 1.0)[which][:, None]
     flat = on_floor | (which == len(objects.radii))
     normal = np.where(flat[:, None], np.array([0.0, 0.0, 1.0]) * -np.sign(w[:, 2:]), normal)
-    count = len(w)
+    every = np.ones(len(w))
     seen = SeenPoints(
-        np.broadcast_to(camera, w.shape),
-        w,
-        distance,
-        normal,
+        np.broadcast_to(camera, w.shape), w, distance, normal,
         colour=np.vstack([objects.colours, [0.3, 0.3, 0.3]])[which],
-        sunlit=np.ones(count, dtype=bool),
-        path_sunlit=np.ones((count, 1), dtype=bool),
-        reach=reach,
-        on_floor=on_floor,
-        openness=np.ones(count),
-        path_openness=np.ones(count),
-        pixels=np.full(count, 1.0 / count),
-    ).subsample(detail.rays)
+        sunlit=every > 0, path_sunlit=every[:, None] > 0, reach=reach, on_floor=on_floor,
+        openness=every, path_openness=every, pixels=every / len(w),
+    ).subsample(detail.rays)  # fmt: skip
     above = light_from_above(field, case.depth, detail.skyward)
     return _occluded(seen, objects, sun, above, detail.steps)
 
 
 def _occluded(
-    seen: SeenPoints,
-    objects: Solids,
-    sun: NDArray[np.float64],
-    skyward: NDArray[np.float64],
+    seen: SeenPoints, objects: Solids, sun: NDArray[np.float64], skyward: NDArray[np.float64],
     steps: int,
-) -> SeenPoints:
+) -> SeenPoints:  # fmt: skip
     """Look for the shadows on what is seen and on the way there."""
     w, hit = seen.direction, np.isfinite(seen.distance)
 
@@ -249,15 +218,10 @@ def _light() -> Illuminant:
     return parse_illuminant("d65")
 
 
-@functools.cache
-def _sensor(name: str) -> Sensor:
-    return parse_sensor(name)
-
-
 def viewpoint(case: Case, bands: Bands) -> Viewpoint:
     """Return the camera of a case."""
     return make_viewpoint(
-        Water.jerlov(case.water), _light(), _sensor(case.sensor), case.depth, bands,
+        Water.jerlov(case.water), _light(), parse_sensor(case.sensor), case.depth, bands,
         sun_zenith=case.sun_zenith, floor_depth=case.floor, floor_reflectance="0.3",
         surface=case.surface, sky_radiance=case.sky,
     )  # fmt: skip
@@ -380,23 +344,16 @@ def effects(
 
 @dataclass(frozen=True)
 class Outcome:
-    """One decision: Auto's, and the best there was (no cost where nothing meets the target)."""
+    """One decision: Auto's, and the best there was (no cost where nothing meets the target).
+
+    Constants may be tuned on those of ``tuning``.
+    """
 
     tuning: bool
     target: float
     error: float
     cost: float
     cheapest: float | None
-
-    @property
-    def met(self) -> bool:
-        """Whether Auto's choice meets the target."""
-        return self.error <= self.target
-
-    @property
-    def ratio(self) -> float:
-        """Cost of Auto's choice to the cheapest that meets the target."""
-        return self.cost / self.cheapest
 
 
 def outcomes(results: Sequence[dict], costs: Costs) -> list[Outcome]:
@@ -408,30 +365,23 @@ def outcomes(results: Sequence[dict], costs: Costs) -> list[Outcome]:
             if method.draws_colours:  # its bands are free, and not chosen
                 rows = [row for row in rows if row[1] == method.default_bands]
             guesses, errors = (np.array([row[i] for row in rows]) for i in (-2, -1))
-            cost = np.array(
-                [
-                    costs.sample(
-                        method,
-                        1 if method.draws_colours else math.ceil(row[1] / 3),
-                        frozenset(row[2]),
-                    )
-                    for row in rows
-                ]
-            )
+            passes = [1 if method.draws_colours else math.ceil(row[1] / 3) for row in rows]
+            cost = np.array([
+                costs.sample(method, count, frozenset(row[2]))
+                for count, row in zip(passes, rows, strict=True)
+            ])  # fmt: skip
             order = np.argsort(cost, kind="stable")
             for target in TARGETS:
                 chosen = order[cheapest_within(guesses[order], SAFETY * target)]
                 good = order[errors[order] <= target]
                 cheapest = float(cost[good[0]]) if good.size else None
-                tuning = result["case"]["number"] % 4 == 0
-                found.append(
-                    Outcome(tuning, target, float(errors[chosen]), float(cost[chosen]), cheapest)
-                )
+                numbers = float(errors[chosen]), float(cost[chosen]), cheapest
+                found.append(Outcome(result["case"]["number"] % 4 == 0, target, *numbers))
     return found
 
 
-def _groups(results: Sequence[dict]) -> dict[str, list[Outcome]]:
-    found = outcomes(results, read_costs())
+def _groups(results: Sequence[dict], costs: Costs) -> dict[str, list[Outcome]]:
+    found = outcomes(results, costs)
     held = [x for x in found if not x.tuning]
     each = {f"held out, ΔE {t:g}": [x for x in held if x.target == t] for t in TARGETS}
     return {"tuning": [x for x in found if x.tuning], "held out": held, **each}
@@ -441,19 +391,15 @@ def measure(ask: Ask) -> Mapping[str, object]:
     """Run the cases that are not kept yet."""
     costs, results = read_costs(), []
     for number in range(ask.cases):
-
-        def run(number: int = number) -> str:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", DataWarning)
-                return json.dumps(run_case(draw_case(number), costs))
-
-        results.append(json.loads(str(ask.kept(f"{number:03d}", run))))
+        kept = ask.kept(f"{number:03d}", lambda n=number: json.dumps(run_case(draw_case(n), costs)))
+        results.append(json.loads(str(kept)))
     rows, missed = [], 0.0
-    for name, some in _groups(results).items():
+    for name, some in _groups(results, costs).items():
         able = [x for x in some if x.cheapest]
         if able:
-            ratios = [x.ratio for x in able]
-            met, near = 100 * np.mean([x.met for x in able]), 100 * np.mean(np.less(ratios, 1.3))
+            ratios = [x.cost / x.cheapest for x in able]
+            met = 100 * np.mean([x.error <= x.target for x in able])
+            near = 100 * np.mean(np.less(ratios, 1.3))
             missed = 100 - float(met) if name == "held out" else missed
             rows.append([name, len(some), f"{met:.1f} %", f"{near:.1f} %",
                          f"{np.mean(ratios):.2f}", f"{max(ratios):.2f}"])  # fmt: skip
@@ -469,15 +415,11 @@ def measure(ask: Ask) -> Mapping[str, object]:
         effects.append([name, f"{measured.max():.2f}", *numbers])
     seconds = [result["seconds"] for result in results]
     heads = ("scenes", "decisions", "met", "within 1.3 × the cheapest", "cost, mean", "cost, worst")
+    of_effects = ("left out", "measured, most", "error of the estimate, 95 %", "most")
     return {
-        "choices": table(heads, rows),
-        "missed": missed,
-        "effects": table(
-            ("left out", "measured, most", "error of the estimate, 95 %", "most"), effects
-        ),
-        "seconds": float(np.median(seconds)),
-        "most": max(seconds),
-    }
+        "choices": table(heads, rows), "missed": missed, "effects": table(of_effects, effects),
+        "seconds": float(np.median(seconds)), "most": max(seconds),
+    }  # fmt: skip
 
 
 PAGE = Page(

@@ -16,10 +16,7 @@ from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import luminance
 from ..uw_spectral.surface.refraction import fresnel_reflectance
 from ..uw_spectral.transfer.radiance_field import distance_in_water
-from ..validation.monzon import (
-    path_radiance_Monzon2024,
-    path_radiance_Monzon2024_corrected,
-)
+from ..validation.monzon import path_radiance_Monzon2024, path_radiance_Monzon2024_corrected
 from .grey_scene import Hits
 
 PathRadianceForm = Callable[..., NDArray[np.float64]]
@@ -69,16 +66,9 @@ def paper_image(
     lit = (cosine * hits.sunlit)[..., None] * column.sun_irradiance * np.exp(-Kd * y)
     surface = hits.in_bands(plan.bands) / math.pi * lit
     path = form(
-        column.scattering,
-        column.attenuation,
-        Kd,
-        column.sun_irradiance,
-        column.floor_reflectance,
-        depth,
-        w_y,
-        P,
-        column.floor_depth,
-    )
+        column.scattering, column.attenuation, Kd, column.sun_irradiance, column.floor_reflectance,
+        depth, w_y, P, column.floor_depth,
+    )  # fmt: skip
     behind = np.where(seen, surface, 0.0)
     if column.reflects:
         # The fraction of the sky that the surface lets through; the paper has no n².

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
-import bpy
 import numpy as np
 
-from ..scene.engines import engines
-from ..scene.water import new_clouds, water_body
+from ..scene.water import new_clouds
 from ..settings.render_plan import make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.clouds.matter import BUBBLES
 from . import clouds, grey_scene
+from ._scenery import new_file
 from .clouds import BY_LAMP, COMPARED, PHOTONS, Case
 from .runner import Ask, Page, Target, table
 
@@ -32,24 +30,15 @@ _PLUME_SIZE = (96, 54)
 
 def plume_row(concentration: float, samples: int) -> list[str]:
     """Compare a plume right below a flat surface, seen from 5 m below it, with Cycles."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    render = bpy.context.scene.render
-    render.resolution_x, render.resolution_y = _PLUME_SIZE
+    scene = new_file(_PLUME_SIZE)
     camera = clouds.build(Case("jerlov:IB", 0.0, look=120.0, floor=False))
     camera.data.angle = math.radians(75.0)
-    scene, depth = bpy.context.scene, -camera.location.z
     item = new_clouds.add_blob(scene, BUBBLES)
     item.location, item.scale = (0.0, 6.5, -0.2), (1.2, 1.2, 0.4)
     item.underwater.concentration = concentration
-    bpy.context.view_layer.update()
-    chosen = SceneSettings(water="jerlov:IB", bands=3, samples=16, surface="flat", sun_zenith=40.0)
-    plan = make_plan(chosen)
-    extent = water_body.water_extent(scene, plan.column, depth)
-    with engines.eevee_bands(scene, camera, plan, extent, depth) as engine:
-        eevee = grey_scene.band_image(engine, plan, depth)
-    traced = replace(plan, settings=replace(plan.settings, samples=samples))
-    with engines.cycles_bands(scene, camera, traced, extent, seed=1) as engine:
-        cycles = grey_scene.band_image(engine, traced, depth)
+    plan = make_plan(SceneSettings(water="jerlov:IB", bands=3, surface="flat", sun_zenith=40.0))
+    eevee = grey_scene.eevee_image(plan, camera)
+    cycles = grey_scene.cycles_image(plan, camera, samples, 1)
     green = cycles[..., 1]
     open_water = float(np.median(green[-12:]))
     bright = green > 0.5 * float(np.quantile(green, 0.99))
@@ -59,9 +48,7 @@ def plume_row(concentration: float, samples: int) -> list[str]:
         (columns - columns.mean()) / max(float(np.ptp(columns)), 1.0),
     )
     middle = tuple(x[away < 0.25] for x in (rows, columns))
-    ratios = [
-        f"{eevee[..., 1][where].mean() / green[where].mean():.2f}" for where in (bright, middle)
-    ]
+    ratios = [f"{eevee[..., 1][x].mean() / green[x].mean():.2f}" for x in (bright, middle)]
     return [f"{concentration:g}", f"{green[bright].mean() / open_water:.0f}", *ratios]
 
 

@@ -9,39 +9,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.surface.caustics import (
-    caustic_pattern,
-)
-from ..uw_spectral.surface.refraction import (
-    sun_travel_direction,
-)
+from ..uw_spectral.surface.caustics import caustic_pattern
+from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.surface.waves import WaveSpectrum, slope_variance_CoxMunk1954
+from ..validation import caustics_at_sea as sea
 from ..validation.caustic_causes import sharp_crests
-from ..validation.caustics_at_sea import (
-    DARECKI_WATER,
-    DARECKI_WINDS,
-    DARECKI_ZENITH,
-    TRACE_DEPTHS,
-    TRACE_WINDS,
-    against_darecki,
-    against_gernez,
-    histogram_distance,
-    layer_cost,
-    sunlit_water,
-    traced,
-)
-from .runner import Ask, Page, table
+from .runner import Ask, Page, joined, pyplot, table
 
 
 def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:
     """One sea at four depths, and the CV against Darecki et al."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
     from PIL import Image
 
-    water = sunlit_water(DARECKI_WATER, DARECKI_ZENITH)
+    plt = pyplot()
+    water = sea.sunlit_water(sea.DARECKI_WATER, sea.DARECKI_ZENITH)
     waves = WaveSpectrum(5.25, 0.0).realise(8.0, 1024, 1)
     (depths, cv, calm), (_, _, modelled) = found[:2]
     plot, axes = plt.subplots(1, 4, figsize=(10, 2.6), layout="constrained", dpi=90)
@@ -50,7 +31,7 @@ def figure(path: Path, found: list[tuple[NDArray, NDArray, NDArray]]) -> None:
         axis.imshow(image[:384:2, :384:2], cmap="gray", vmin=0, vmax=3)
         axis.set(title=f"{depth:g} m, 3 × 3 m", xticks=[], yticks=[])
     for band, (wavelength, colour) in enumerate(
-        zip(DARECKI_WATER, ("tab:blue", "tab:green", "tab:red"), strict=True)
+        zip(sea.DARECKI_WATER, ("tab:blue", "tab:green", "tab:red"), strict=True)
     ):
         axes[3].plot(depths, cv[:, band], "o", color=colour, ms=4, label=f"{wavelength:g} nm")
         axes[3].fill_between(depths, modelled[:, band], calm[:, band], color=colour, alpha=0.3)
@@ -69,22 +50,18 @@ def _published(wind: float) -> float:
     return float(np.trapezoid(WaveSpectrum(wind).curvature_Elfouhaily1997(k), np.log(k)))
 
 
-def _joined(values: NDArray, form: str) -> str:
-    return "/".join(f"{x:{form}}" for x in values)
-
-
 def measure(ask: Ask) -> Mapping[str, object]:
     """Compare with the sea, and with photons."""
-    found = [against_darecki(wind) for wind in DARECKI_WINDS]
+    found = [sea.against_darecki(wind) for wind in sea.DARECKI_WINDS]
     figure(ask.shown("caustics.png"), found)
     depths, cv, _ = found[0]
     darecki = [
-        [f"{depth:g}", *(_joined(model[i] / cv[i], ".2f") for *_, model in found)]
+        [f"{depth:g}", *(joined(model[i] / cv[i], ".2f") for *_, model in found)]
         for i, depth in enumerate(depths.tolist())
     ]
     crests = [
         [f"{depth:g}", *(f"{x[1]:.2f}" for x in there)]
-        for depth, *there in sharp_crests(DARECKI_WINDS[1])
+        for depth, *there in sharp_crests(sea.DARECKI_WINDS[1])
     ]
     slopes = [
         [f"{wind:g}", *("+".join(f"{x:.4f}" for x in pair) for pair in
@@ -93,26 +70,27 @@ def measure(ask: Ask) -> Mapping[str, object]:
         for wind in (2.0, 5.0, 10.0)
     ]  # fmt: skip
     traces = []
-    for wind in TRACE_WINDS:
-        pairs = [traced(wind, depth) for depth in TRACE_DEPTHS]
+    for wind in sea.TRACE_WINDS:
+        pairs = [sea.traced(wind, depth) for depth in sea.TRACE_DEPTHS]
         cv_off = max(abs(a.std() / b.std() - 1.0) for a, b in pairs)
-        apart = max(histogram_distance(*pair) for pair in pairs)
+        apart = max(sea.histogram_distance(*pair) for pair in pairs)
         alike = min(np.corrcoef(a.ravel(), b.ravel())[0, 1] for a, b in pairs)
         traces.append([f"{wind:g}", f"{100 * cv_off:.1f} %", f"{apart:.3f}", f"{alike:.3f}"])
     layers = [
-        [f"{depth:g}", *(_joined(100 * x, "+.0f") for x in both)]
-        for depth, *both in layer_cost(5.0)
+        [f"{depth:g}", *(joined(100 * x, "+.0f") for x in both)]
+        for depth, *both in sea.layer_cost(5.0)
     ]
     waves = WaveSpectrum(5.0).realise(16.0, 1024, 1)
     start = time.process_time()
     caustic_pattern(waves, sun_travel_direction(0.0, 0.0), 4.0, 0.0, 1024)
     return {
-        "darecki": table(("depth, m", *(f"{w:g} m/s" for w in DARECKI_WINDS)), darecki),
+        "darecki": table(("depth, m", *(f"{w:g} m/s" for w in sea.DARECKI_WINDS)), darecki),
         "inside": ", ".join(str(int(np.sum(np.abs(x / cv - 1) <= 0.3))) for *_, x in found),
         "crests": table(("depth, m", "linear", "choppy", "linear, c-meter", "choppy, c-meter"),
                         crests),
         "gernez": ", ".join(
-            f"× {model / sea:.2f} at {zenith:g}°" for zenith, sea, _, model in against_gernez()
+            f"× {model / at_sea:.2f} at {zenith:g}°"
+            for zenith, at_sea, _, model in sea.against_gernez()
         ),
         "slopes": table(
             ("wind, m/s", "Cox & Munk 1954", "spectrum used", "Elfouhaily 1997, sum"), slopes

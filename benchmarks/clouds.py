@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-import resource
-import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import bpy
 import numpy as np
 from mathutils import Vector
 from numpy.typing import NDArray
 
-from ..scene.engines import engines
-from ..scene.water import metering, new_clouds, water_body
-from ..settings.render_plan import make_plan
+from ..node_groups.node_mathematics import NODES, Graph
+from ..scene.water import new_clouds
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.clouds.cloud_light import Clouds, Several
 from ..uw_spectral.clouds.cloud_numbers import CloudNumbers, with_escapes
@@ -27,17 +24,18 @@ from ..uw_spectral.lamps.lamp import Lamp
 from ..uw_spectral.lamps.lamp_projection import project_lamps
 from ..uw_spectral.lamps.multiple_scattering import lamp_water
 from ..uw_spectral.spectra.bands import Bands
-from ..uw_spectral.spectra.spectral_image import write_png
+from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.transfer.channels import channels_of_bands
 from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..validation.cloud_photons import GreyBlob, radiance
-from ._places import Compared, Place, ball, camera_at, ground
+from ._drawing import drawing
+from ._places import Compared, Place, sheet
+from ._scenery import ball, camera_at, ground, new_file
 from .runner import Ask, Page, Target, table
 
 _DEPTH, _FLOOR = 5.0, 6.5  # m
 _SIZE = (48, 30)
-_EEVEE_SAMPLES = 8
 _SIGMA, _SEEN = 0.5, 0.5
 _SUN = (0.373, 0.0, -0.928)
 _VIEWS = {"level": (0.0, 1.0, 0.0), "down": (0.0, 0.766, -0.643), "up": (0.0, 0.866, 0.5)}
@@ -104,8 +102,7 @@ def build(case: Case, blobs: int = 1) -> bpy.types.Object:
     """Build three balls, sand and a cloud among them in the open file; return the camera."""
     scene = bpy.context.scene
     camera = camera_at((0.0, 0.0, -_DEPTH), (math.radians(case.look), 0, 0), math.radians(60.0))
-    camera.data.clip_start, scene.camera = 0.01, camera
-    bpy.context.view_layer.update()
+    camera.data.clip_start = 0.01
     if case.grid:
         item = add_plume(scene, _MIDDLE)
         item.underwater.constituent, item.underwater.concentration = "minerals", case.concentration
@@ -134,34 +131,21 @@ def add_plume(scene: bpy.types.Scene, place: Sequence[float]) -> bpy.types.Objec
     """Add a volume object whose density is noise that ends in a ball of 1.2 m about a place."""
     tree = bpy.data.node_groups.new("Plume", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    new, link = tree.nodes.new, tree.links.new
-    cube, noise, where = (
-        new(f"GeometryNode{x}") if x != "TexNoise" else new("ShaderNodeTexNoise")
-        for x in ("VolumeCube", "TexNoise", "InputPosition")
-    )
+    graph = Graph(tree)
+    cube, noise, away = (
+        graph.node(kind) for kind in ("GeometryNodeVolumeCube", "ShaderNodeTexNoise",
+                                      "ShaderNodeVectorMath")
+    )  # fmt: skip
     cube.inputs["Min"].default_value, cube.inputs["Max"].default_value = (-1.2,) * 3, (1.2,) * 3
     for axis in "XYZ":
         cube.inputs[f"Resolution {axis}"].default_value = _VOXELS
     noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.6, 3.0
-
-    def number(operation: str, one: bpy.types.NodeSocket, other: float) -> bpy.types.NodeSocket:
-        node = new("ShaderNodeMath")
-        node.operation, node.inputs[1].default_value = operation, other
-        link(one, node.inputs[0])
-        return node.outputs[0]
-
-    away = new("ShaderNodeVectorMath")
     away.operation = "LENGTH"
-    link(where.outputs[0], away.inputs[0])
-    rim = number("SUBTRACT", number("MULTIPLY", away.outputs["Value"], -1.0), -1.2)
-    rim = number("MINIMUM", number("MAXIMUM", number("MULTIPLY", rim, 2.5), 0.0), 1.0)
-    thick = number("MAXIMUM", number("SUBTRACT", noise.outputs[0], 0.42), 0.0)
-    product = new("ShaderNodeMath")
-    product.operation = "MULTIPLY"
-    link(rim, product.inputs[0])
-    link(number("MULTIPLY", thick, 7.0), product.inputs[1])
-    link(product.outputs[0], cube.inputs["Density"])
-    link(cube.outputs[0], new("NodeGroupOutput").inputs[0])
+    tree.links.new(graph.node("GeometryNodeInputPosition").outputs[0], away.inputs[0])
+    rim = NODES.minimum(NODES.maximum(3.0 - 2.5 * graph.term(away.outputs["Value"]), 0.0), 1.0)
+    thick = NODES.maximum(graph.term(noise.outputs[0]) - 0.42, 0.0)
+    graph.assign(7.0 * thick * rim, cube.inputs["Density"])
+    tree.links.new(cube.outputs[0], graph.node("NodeGroupOutput").inputs[0])
     item = bpy.data.objects.new("Plume", bpy.data.volumes.new("Plume"))
     item.modifiers.new("Plume", "NODES").node_group = tree
     item.location, item.rotation_euler = place, (0.0, 0.0, 0.5)
@@ -204,10 +188,6 @@ def _grey_cloud(
     )  # fmt: skip
 
 
-def _cpu() -> float:
-    return sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
-
-
 def compare(case: Case, samples: int, ask: Ask) -> Compared:
     """Render a case by both engines."""
     typical = {
@@ -217,15 +197,9 @@ def compare(case: Case, samples: int, ask: Ask) -> Compared:
     name = f"{case.water} {case.light} {case.concentration:g} {case.constituent} {case.grid}"
     place = Place(
         name, lambda: build(case), case.water.removeprefix("jerlov:"), size=_SIZE, drawn=8,
-        samples=samples * (8 if case.watts else 1) // 2,
-        settings=settings,
+        samples=samples * (8 if case.watts else 1) // 2, settings=settings,
     )  # fmt: skip
-    camera = place.open()
-    plan = place.plan(1)
-    lit = metering.lamplight(bpy.context.scene, camera, plan) if case.watts else None
-    develop = plan.reduction(_DEPTH, lit).apply
-    halves = [develop(x) for x in ask.kept(place.name, lambda: place.by_cycles(camera))]
-    return Compared(np.stack(halves), {"bands": develop(place.by_eevee(camera))}, case.block)
+    return place.compared(place.open(), case.block, ask.kept, fast=False)
 
 
 def compared_rows(
@@ -242,9 +216,8 @@ def compared_rows(
                      *(f"{x:.2f}" for x in numbers), f"{light:.3f}"])  # fmt: skip
         worst = max(worst, float(off.mean())) if case.light == "day" else worst
         if number in shown:
-            both = np.concatenate([seen, found.reference], axis=1)
-            larger = np.repeat(np.repeat(both, 6, axis=0), 6, axis=1)
-            write_png(ask.shown(shown[number]), np.clip(larger, 0.0, 1.0))
+            both = {"": [srgb_encode(np.clip(x, 0.0, 1.0)) for x in (seen, found.reference)]}
+            sheet(ask.shown(shown[number]), both, ("EEVEE", "Cycles"), size=3.6)
     return rows, worst
 
 
@@ -289,23 +262,14 @@ def seconds_of_frames(
     blobs: int, watts: float = 0.0, constituent: str = "minerals", *, grid: bool = False
 ) -> tuple[float, float]:
     """CPU seconds of the first and of a later picture in real time."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = _COST_SIZE
-    camera = build(Case("jerlov:II", 12.0, watts=watts, constituent=constituent, grid=grid), blobs)
-    plan = make_plan(SceneSettings(water="jerlov:II", samples=_COST_SAMPLES, diffuse_shadows=False))
-    extent = water_body.water_extent(scene, plan.column, _DEPTH)
-    seconds = [_cpu()]
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        engines.eevee_realtime(scene, camera, plan, extent, _DEPTH) as engine,
-    ):
-        draw = engine.frame(plan, _DEPTH)
-        for _ in range(3):
-            draw(engine.passes[0], Path(folder) / "picture.exr")
-            seconds.append(_cpu())
-    first, *later = np.diff(seconds)
-    return float(first), float(min(later))
+    new_file(_COST_SIZE)
+    build(Case("jerlov:II", 12.0, watts=watts, constituent=constituent, grid=grid), blobs)
+    chosen = SceneSettings(water="jerlov:II", samples=_COST_SAMPLES, diffuse_shadows=False)
+    start = time.process_time()
+    with drawing(chosen) as drawn:
+        drawn.picture(_COST_SAMPLES)
+        first = time.process_time() - start
+        return first, min(drawn.seconds(_COST_SAMPLES) for _ in range(2))
 
 
 def measure(ask: Ask) -> Mapping[str, object]:

@@ -25,6 +25,7 @@ import numpy as np
 from ..settings.scene_settings import BANDS, REALTIME, Mode, SceneSettings
 from . import grey_scene
 from ._drawing import drawing, hang_lamps
+from ._scenery import new_file
 
 _DEPTH = 5.0
 _SIZE = (32, 18)
@@ -46,35 +47,29 @@ class _Case:
     with_: str = ""
 
 
+_WAVES = {"surface": "waves", "wave_resolution": 32}
 _CASES = {
     "plain": _Case({"surface": "none"}),
     "flat": _Case({"surface": "flat"}),
     "no floor": _Case({"surface": "flat", "floor_depth": 0.0}),
-    "waves": _Case({"surface": "waves", "wave_resolution": 32}),
+    "waves": _Case(_WAVES),
     "occlusion": _Case({"surface": "flat", "diffuse_shadows": True}),
     "shafts": _Case({"surface": "flat", "shafts": True}),
-    "waves and shafts": _Case({"surface": "waves", "wave_resolution": 32, "shafts": True}),
+    "waves and shafts": _Case({**_WAVES, "shafts": True}),
     "lamps": _Case({"surface": "flat"}, with_="lamps"),
     "night": _Case({"surface": "flat", "sunlight": 0.0}, with_="lamps"),
     "glow": _Case({"surface": "flat"}, with_="glow"),
     "mirror": _Case({"surface": "flat"}, with_="mirror"),
-    "everything": _Case(
-        {"surface": "waves", "wave_resolution": 32, "diffuse_shadows": True, "shafts": True},
-        with_="lamps",
-    ),
+    "everything": _Case({**_WAVES, "diffuse_shadows": True, "shafts": True}, with_="lamps"),
     "overcast": _Case({"surface": "flat", "sky": "overcast", "sun_zenith": 60.0}),
     "inelastic": _Case({"water": "constituents", "inelastic": "raman", "surface": "flat"}),
     "particles": _Case({"surface": "flat", "snow": 5.0}),
     "layers": _Case({"surface": "flat", "layers": "all"}),
     "camera": _Case({"surface": "flat", "sensor": "Nikon D7000", "water": "jerlov:III"}),
     "from above": _Case({"surface": "flat", "sky": "clear"}, with_="air"),
-    "half under waves": _Case({"surface": "waves", "wave_resolution": 32}, with_="air"),
+    "half under waves": _Case(_WAVES, with_="air"),
     "bands": _Case({"surface": "flat", "bands": 3}, BANDS),
-    "bands, everything": _Case(
-        {"surface": "waves", "wave_resolution": 32, "bands": 3, "diffuse_shadows": True},
-        BANDS,
-        "lamps",
-    ),
+    "bands, everything": _Case({**_WAVES, "bands": 3, "diffuse_shadows": True}, BANDS, "lamps"),
 }
 
 
@@ -105,7 +100,7 @@ def _apart(name: str, before: Mapping[str, str], now: Mapping[str, str]) -> Iter
 
 
 def _digests_of(case: _Case) -> dict[str, str]:
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_file()
     camera = grey_scene.build_scene(_DEPTH, *_SIZE)
     if case.with_ == "lamps":
         hang_lamps("strobes")
@@ -160,14 +155,10 @@ def _tree(tree: bpy.types.NodeTree | None) -> list[object]:
     number = {node.as_pointer(): place for place, node in enumerate(tree.nodes)}
     nodes = [(node.bl_idname, _properties(node), _values(node)) for node in tree.nodes]
     links = [
-        (
-            number[link.from_node.as_pointer()],
-            link.from_socket.identifier,
-            number[link.to_node.as_pointer()],
-            link.to_socket.identifier,
-        )
+        (number[link.from_node.as_pointer()], link.from_socket.identifier,
+         number[link.to_node.as_pointer()], link.to_socket.identifier)
         for link in tree.links
-    ]
+    ]  # fmt: skip
     return [nodes, sorted(links)]
 
 

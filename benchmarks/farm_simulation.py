@@ -162,12 +162,9 @@ def _developments(shot: Shot, costs: Costs, order: Order) -> Iterable[_Task]:
 
 
 def _released(
-    developments: dict[int, _Task],
-    done: _Task,
-    left: NDArray[np.int_],
-    unrendered: int,
+    developments: dict[int, _Task], done: _Task, left: NDArray[np.int_], unrendered: int,
     order: Order,
-) -> list[_Task]:
+) -> list[_Task]:  # fmt: skip
     """Take out the developments that nothing keeps any longer."""
     if order is Order.BY_STEP:
         frames = list(developments) if unrendered == 0 else []
@@ -190,14 +187,9 @@ _SHORT = 10.0
 
 def measured() -> Costs:
     """Return what a 4K frame costs a worker of two cores."""
-    scale = _LARGE_PIXELS / _SMALL_PIXELS
-    passes = np.array(_PASSES)
-    return Costs(
-        start=_START,
-        render=float(passes.mean()) / _CORES * scale,
-        spread=float(np.log(passes).std(ddof=1)),
-        develop=_DEVELOP * scale,
-    )
+    scale, mean = _LARGE_PIXELS / _SMALL_PIXELS, float(np.mean(_PASSES))
+    spread = float(np.log(_PASSES).std(ddof=1))
+    return Costs(_START, mean / _CORES * scale, spread, _DEVELOP * scale)
 
 
 def scaling_limit(shot: Shot, costs: Costs, order: Order, efficiency: float) -> int:

@@ -5,18 +5,19 @@ The scenes are built by :mod:`.foreign_scenes` out of public packages, into out/
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from . import grey_scene
-from ._places import Compared, depth_of, realtime, sheet
+from ._places import Compared, realtime, sheet
+from ._scenery import depth_of, sized
 from .foreign_scenes import SCENES, built
 from .materials import settings as water_of_materials
 from .runner import ROOT, Ask, Page, Target, table
@@ -34,11 +35,7 @@ def _open(out: Path, name: str) -> bpy.types.Object:
     """Open a scene, and return its camera."""
     path = out / f"{name}.blend"
     bpy.ops.wm.open_mainfile(filepath=str(path.absolute()))
-    scene = bpy.context.scene
-    render = scene.render
-    render.resolution_x, render.resolution_y, render.resolution_percentage = _WIDTH, _HEIGHT, 100
-    scene.cycles.pixel_filter_type = "BOX"
-    return scene.camera
+    return sized((_WIDTH, _HEIGHT)).camera
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
@@ -48,12 +45,9 @@ def measure(ask: Ask) -> Mapping[str, object]:
         packages |= {p["name"]: p for p in built(name, out)["packages"]}
         camera, plan = _open(out, name), render_plan.make_plan(_settings(ask.samples))
         develop = plan.reduction(depth_of(camera)).apply
-
-        def traced(camera: bpy.types.Object = camera, plan: object = plan) -> list[NDArray]:
-            return [grey_scene.cycles_image(plan, camera, ask.samples, seed) for seed in (1, 2)]
-
-        halves = np.stack([develop(image) for image in ask.kept(name, traced)])
-        seen = realtime(camera, render_plan.make_plan(_settings(_EEVEE_SAMPLES)))
+        traced = functools.partial(grey_scene.cycles_images, plan, camera, ask.samples)
+        halves = develop(ask.kept(name, traced))
+        seen = realtime(render_plan.make_plan(_settings(_EEVEE_SAMPLES)))
         found = Compared(halves, {"real time": seen}, _BLOCK)
         off = found.delta_e("real time")
         means.append(float(off.mean()))

@@ -23,6 +23,7 @@ from mathutils import Matrix, Vector
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import replacing
 from ._packages import Package, recorded, unpacked
+from ._scenery import camera_at, new_file, sized
 
 _MATERIALS = (10, 60)
 _FLOOR = -6.5
@@ -65,13 +66,10 @@ def _furniture(*names: str) -> _Models:
 
 _FURNISHED = {
     "furniture": """
-        CC0:barrel CC0:antiqueChair CC0:bed2
-        CC0:crate CC0:cardGame CC0:chicken
-        CC0:rock1 CC0:drawersCabinet CC0:lantern
-        CC0:oakTable CC0:chairWithCushion
-        CC0:fireExtinguisher CC0:littlePlant
-        CC0:stoneLantern CC0:rock2 CC0:childHut
-        CC0:deckChair male02 female02 sitMale01 toyTrain bulldog chest
+        CC0:barrel CC0:antiqueChair CC0:bed2 CC0:crate CC0:cardGame CC0:chicken CC0:rock1
+        CC0:drawersCabinet CC0:lantern CC0:oakTable CC0:chairWithCushion CC0:fireExtinguisher
+        CC0:littlePlant CC0:stoneLantern CC0:rock2 CC0:childHut CC0:deckChair
+        male02 female02 sitMale01 toyTrain bulldog chest
     """,
     "plants": """
         bush bamboo ficus spider_plant sabalPalmeto bonsai-tree tulips littlePlant
@@ -126,26 +124,18 @@ _FURNISHED = {
 }
 """Names of files, by scene."""
 SCENES: dict[str, tuple[_Models, ...]] = {
-    "controllers": (
-        _Models(_CONTROLLERS, ("**/right.glb", "**/none.glb"), sizes=(0.5, 0.8)),
-    ),
+    "controllers": (_Models(_CONTROLLERS, ("**/right.glb", "**/none.glb"), sizes=(0.5, 0.8)),),
     "models": (
-        _Models(
-            _TEST_MODELS,
-            (
-                "**/ClearCoatTest.gltf", "**/TextureTransformTest.gltf",
-                "**/FBX/spider.fbx", "**/OBJ/WusonOBJ.obj",
-            ),
-        ),
-        _Models(
-            _PHYSICS,
-            (
-                "**/boat/boat.obj", "**/worm/worm.obj", "**/wooden_sphere.obj", "**/duck/duck.obj",
-                "**/dragon/dragon.obj", "**/bathtub/bathtub.obj", "**/wheel/fancy_wheel.obj",
-                "**/chopping_board.glb", "**/camera.glb", "**/trashbag_rope.glb",
-                "**/tower/ring_0?.glb", "**/tower/ball.glb", "**/panda_bullet/meshes/visual/*.obj",
-            ),
-        ),
+        _Models(_TEST_MODELS, (
+            "**/ClearCoatTest.gltf", "**/TextureTransformTest.gltf", "**/FBX/spider.fbx",
+            "**/OBJ/WusonOBJ.obj",
+        )),
+        _Models(_PHYSICS, (
+            "**/boat/boat.obj", "**/worm/worm.obj", "**/wooden_sphere.obj", "**/duck/duck.obj",
+            "**/dragon/dragon.obj", "**/bathtub/bathtub.obj", "**/wheel/fancy_wheel.obj",
+            "**/chopping_board.glb", "**/camera.glb", "**/trashbag_rope.glb",
+            "**/tower/ring_0?.glb", "**/tower/ball.glb", "**/panda_bullet/meshes/visual/*.obj",
+        )),
     ),
     **{name: (_furniture(*files.split()),) for name, files in _FURNISHED.items()},
 }  # fmt: skip
@@ -155,7 +145,7 @@ def built(name: str, out: Path) -> dict[str, Any]:
     """Return what is in a scene; OUT/NAME.blend is built if it is not there."""
     if (out / f"{name}.json").exists():
         return json.loads((out / f"{name}.json").read_text())
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_file()
     bpy.context.preferences.filepaths.save_version = 0
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
     _seabed()
@@ -182,12 +172,9 @@ def built(name: str, out: Path) -> dict[str, Any]:
     bpy.ops.file.pack_all()
     bpy.ops.wm.save_as_mainfile(filepath=str(out / f"{name}.blend"), compress=True)
     found: dict[str, Any] = {
-        "materials": count,
-        "images": len(images),
-        "triangles": _triangles(),
-        "models": taken,
+        "materials": count, "images": len(images), "triangles": _triangles(), "models": taken,
         "packages": [recorded(models.package, cache) for models in SCENES[name]],
-    }
+    }  # fmt: skip
     with replacing(out / f"{name}.json") as path:
         path.write_text(json.dumps(found, indent=1))
     return found
@@ -203,12 +190,9 @@ def _files(name: str, cache: Path) -> Iterator[tuple[Path, _Models]]:
 
 def _import(path: Path) -> None:
     operator = {
-        ".glb": bpy.ops.import_scene.gltf,
-        ".gltf": bpy.ops.import_scene.gltf,
-        ".obj": bpy.ops.wm.obj_import,
-        ".fbx": bpy.ops.wm.fbx_import,
-        ".ply": bpy.ops.wm.ply_import,
-    }[path.suffix]
+        ".glb": bpy.ops.import_scene.gltf, ".gltf": bpy.ops.import_scene.gltf,
+        ".obj": bpy.ops.wm.obj_import, ".fbx": bpy.ops.wm.fbx_import,
+    }[path.suffix]  # fmt: skip
     try:
         operator(filepath=str(path))
     except RuntimeError as error:
@@ -304,11 +288,8 @@ def _seabed() -> None:
 
 def _camera(pitch: float) -> None:
     """Look down on the rows, of which the first fills the picture."""
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera = camera_at((0.0, 0.0, 0.0), (_TILT, 0.0, 0.0), 1.0)
     camera.data.lens = _LENS
     away = pitch * _COLUMNS * _LENS / camera.data.sensor_width
-    camera.location, camera.rotation_euler = (0.0, -away, _FLOOR + 0.6 * away), (_TILT, 0.0, 0.0)
-    scene = bpy.context.scene
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = 1920, 1080
+    camera.location = (0.0, -away, _FLOOR + 0.6 * away)
+    sized((1920, 1080))

@@ -13,11 +13,9 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,10 +24,18 @@ import numpy as np
 
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr
+from . import materials
+from ._material_kinds import KINDS
+from ._scenery import example, ground, look_at
+from .runner import ROOT, markdown, table
 
-_ROOT = Path(__file__).resolve().parent.parent
 _SIZE = (96, 54)
 _MODES = ("realtime", "bands")
+_MATERIALS = (
+    "diffuse", "principled, dark", "plastic .1", "metallic .3", "coat", "glass, rough",
+    "emission, principled", "alpha .5",
+)  # fmt: skip
+_HEIGHTS = {"balls": -4.0, "above": 1.5}
 _PROFILE = """depth_m,wavelength_nm,a,b
 0,400,0.06,0.25
 0,700,0.62,0.20
@@ -87,11 +93,11 @@ def _render(case: _Case, mode: str, scenes: Path, out: Path) -> None:
     if not blend.exists():
         scenes.mkdir(parents=True, exist_ok=True)
         profile.write_text(_PROFILE)
-        _SCENES[case.scene](blend)
+        _built(case.scene, blend)
     if (out / "0001.json").exists():
         return
     started = time.perf_counter()
-    command = [sys.executable, _ROOT / "render_bands.py", blend, "--engine", "eevee"]
+    command = [sys.executable, ROOT / "render_bands.py", blend, "--engine", "eevee"]
     command += [word.replace("PROFILE", str(profile)) for word in case.options.split()]
     command += ["--mode", mode, "--bands", "6", "--samples", "4", "--out", out]
     command += ["--resolution", *map(str, _SIZE)]
@@ -102,25 +108,28 @@ def _render(case: _Case, mode: str, scenes: Path, out: Path) -> None:
 
 
 def _compare(cases: list[_Case], now: Path, before: Path) -> None:
-    print("| case | mode | ΔE2000 mean | 95 % | worst | brightness |\n|---|---|---|---|---|---|")
-    means, most = [], []
+    rows, means, most = [], [], []
     for case, mode in itertools.product(cases, _MODES):
         one, other = (read_exr(at / case.name / mode / "0001.exr")[0] for at in (now, before))
         apart = delta_e_CIE2000_images(np.clip(one, 0, 1), np.clip(other, 0, 1))
         means.append(float(apart.mean()))
         most.append(float(np.quantile(apart, 0.95)))
         numbers = (means[-1], most[-1], float(apart.max()), float(one.mean() / other.mean()))
-        print(f"| {case.name} | {mode} | " + " | ".join(f"{x:.3f}" for x in numbers) + " |")
+        rows.append([case.name, mode, *(f"{x:.3f}" for x in numbers)])
+    heads = ("case", "mode", "ΔE2000 mean", "95 %", "worst", "brightness")
+    print(markdown(table(heads, rows)))
     print(f"mean of all {np.mean(means):.3f}, largest 95 % {max(most):.3f}")
 
 
-def _example(name: str, *options: str) -> Callable[[Path], None]:
-    def build(blend: Path) -> None:
-        command = [sys.executable, _ROOT / "examples" / "build_scene.py", name, blend]
-        command += ["--detail", "draft", *options]
-        subprocess.run([str(part) for part in command], check=True, capture_output=True)
-
-    return build
+def _built(scene: str, blend: Path) -> None:
+    if scene == "cube":
+        _cube(blend)
+    elif scene in _HEIGHTS:
+        _balls(blend, _HEIGHTS[scene])
+    elif scene == "torch":
+        example(blend, "reef", "draft", "--lamps", "torch")
+    else:
+        example(blend, scene, "draft")
 
 
 def _cube(blend: Path) -> None:
@@ -130,46 +139,10 @@ def _cube(blend: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
 
 
-def _balls(blend: Path, height: float = -4.0, tilt: float = 78.0) -> None:
-    """Balls of eight materials over sand."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 0.0, -7.0))
-    bpy.context.object.data.materials.append(_material(**{"Base Color": (0.5, 0.45, 0.35, 1.0)}))
-    kinds = (
-        {"Base Color": (0.9, 0.9, 0.9, 1.0), "Roughness": 1.0},
-        {"Base Color": (0.02, 0.02, 0.02, 1.0)},
-        {"Base Color": (0.8, 0.05, 0.03, 1.0), "Roughness": 0.2},
-        {"Base Color": (0.9, 0.7, 0.3, 1.0), "Metallic": 1.0, "Roughness": 0.3},
-        {"Base Color": (0.05, 0.2, 0.7, 1.0), "Coat Weight": 1.0},
-        {"Base Color": (0.9, 1.0, 0.9, 1.0), "Transmission Weight": 1.0, "Roughness": 0.1},
-        {"Emission Color": (1.0, 0.4, 0.1, 1.0), "Emission Strength": 0.2},
-        {"Base Color": (0.3, 0.7, 0.2, 1.0), "Alpha": 0.4},
-    )
-    for index, inputs in enumerate(kinds):
-        row, column = divmod(index, 4)
-        place = (1.6 * column - 2.4, 2.5 * row, -6.3 + 0.2 * row)
-        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.65, location=place)
-        bpy.ops.object.shade_smooth()
-        bpy.context.object.data.materials.append(_material(**inputs))
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.rotation_euler = (0.0, -6.5, height), (math.radians(tilt), 0.0, 0.0)
-    bpy.context.scene.collection.objects.link(camera)
-    bpy.context.scene.camera = camera
+def _balls(blend: Path, height: float) -> None:
+    """A row of eight materials on sand, seen from a height."""
+    kinds = [kind for kind in KINDS if kind.name in _MATERIALS]
+    items, _ = materials.build(kinds)
+    ground(-7.0, (0.5, 0.45, 0.35), 60.0)
+    look_at((0.0, -6.5, height), items[1].location)
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
-
-
-def _material(**inputs: object) -> bpy.types.Material:
-    material = bpy.data.materials.new("paint")
-    shader = material.node_tree.nodes["Principled BSDF"]
-    for name, value in inputs.items():
-        shader.inputs[name].default_value = value
-    return material
-
-
-_SCENES: dict[str, Callable[[Path], None]] = {
-    **{name: _example(name) for name in ("reef", "wreck", "cave", "pool")},
-    "torch": _example("reef", "--lamps", "torch"),
-    "cube": _cube,
-    "balls": _balls,
-    "above": lambda blend: _balls(blend, 1.5, 50.0),
-}

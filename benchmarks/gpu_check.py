@@ -1,6 +1,6 @@
 """Real time on a GPU: how fast, in how much memory, and how near to the processor's picture.
 
-    python3 dev.py run -m benchmarks gpu_check [--reference DIR] [--page docs/measured/gpu.md]
+    python3 dev.py run -m benchmarks gpu_check [--reference DIR]
     python3 dev.py run -m benchmarks gpu_check --make-reference DIR
 
 Needs this checkout, its environment and at most ten minutes, no network. The reef, the wreck, the
@@ -25,7 +25,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -39,15 +39,22 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from ..uw_spectral.spectra.spectral_image import read_exr, replacing
 from . import _many_materials
-from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
+from ._drawing import Drawing, drawing, hang_lamps, said_by_process
+from ._scenery import camera_at, example, new_file, sized
+from .runner import ROOT, markdown, table
 
-_ROOT = Path(__file__).resolve().parent.parent
-_OUT = _ROOT / "out" / "gpu_check"
+_TOOL = Path(__file__).stem
+_OUT = ROOT / "out" / "gpu_check"
 _SMALL, _FULL = (240, 135), (1920, 1080)
 _FRAMES = 5  # of each kind that is timed; the median counts
+_BANDS, _DETAIL = 6, "panel"
 _TARGET = 0.1  # mean ΔE2000
 _SOFTWARE = "SOFTWARE"
 _LIMIT = 120  # s, of a scene
+_HEADS = (
+    "scene", "first frame, s", "frame of 1 sample, ms", "further sample, ms", "frames per second",
+    "peak MB", "of the GPU, MB", "no numbers", "ΔE2000 mean", "95 %", "worst", "met",
+)  # fmt: skip
 _MESA = Path("/usr/share/glvnd/egl_vendor.d/50_mesa.json")
 
 _SCENES: dict[str, dict[str, Any]] = {
@@ -59,7 +66,7 @@ _SCENES: dict[str, dict[str, Any]] = {
 _LIT = {"cave": "torch"}
 """Lamps that hang on the camera."""
 
-_PAGE = _ROOT / "docs" / "measured" / "gpu.md"
+_PAGE = ROOT / "docs" / "measured" / "gpu.md"
 _RESULTS = re.compile(r"^(?:\*\*Not run yet|Measured on)", re.MULTILINE)
 """Where the results begin on the page; what stands before them stays."""
 
@@ -83,18 +90,15 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="gpu_check", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--reference", type=Path, default=_OUT / "reference", metavar="DIR")
     parser.add_argument("--make-reference", type=Path, metavar="DIR")
-    parser.add_argument("--page", type=Path, default=_PAGE)
     parser.add_argument("--scenes", nargs="+", choices=list(_SCENES), default=list(_SCENES))
     parser.add_argument("--resolution", type=int, nargs=2, default=_FULL, help="of what is timed")
     parser.add_argument("--samples", type=int, default=16)
-    parser.add_argument("--bands", type=int, default=6)
-    parser.add_argument("--detail", choices=("draft", "panel", "full"), default="panel")
     parser.add_argument("--force", action="store_true", help="Full HD on the software rasteriser")
     parser.add_argument("--case", help="one scene as JSON, rendered in this process")
     parser.add_argument("--probe", action="store_true", help="only print what EEVEE draws with")
     options = parser.parse_args(arguments)
-    if min(options.samples, options.bands, *options.resolution) < 1:
-        parser.error("samples, bands and resolution must be 1 or more")
+    if min(options.samples, *options.resolution) < 1:
+        parser.error("samples and resolution must be 1 or more")
     if options.probe:
         print(json.dumps(_probe()))
         return
@@ -114,7 +118,7 @@ def _make_reference(folder: Path, options: argparse.Namespace) -> None:
     """Render the small pictures on the software rasteriser."""
     folder.mkdir(parents=True, exist_ok=True)
     with replacing(folder / "reference.json") as path:
-        path.write_text(json.dumps(_wanted(options)))
+        path.write_text(json.dumps(options.samples))
     for name in options.scenes:
         picture = folder / f"{name}.exr"
         if picture.exists():
@@ -133,77 +137,69 @@ def _make_reference(folder: Path, options: argparse.Namespace) -> None:
 def _check(options: argparse.Namespace) -> None:
     reference = options.reference.absolute()
     known = reference / "reference.json"
-    if known.exists() and json.loads(known.read_text()) != _wanted(options):
-        raise InputError(f"{reference} is of other samples, bands or detail; delete it, or name it")
+    if known.exists() and json.loads(known.read_text()) != options.samples:
+        raise InputError(f"{reference} is of other samples; delete it, or name it")
     try:
         _make_reference(reference, options)
     except InputError as error:
         print(f"{error}\nΔE2000 is left out.", file=sys.stderr)
-    device = json.loads(_process(["--probe"], _LIMIT))
+    device = json.loads(said_by_process(_TOOL, "--probe", timeout=_LIMIT))
     full = options.force or device["device"] != _SOFTWARE
     if not full:
         print(
             f"{device['renderer']} is a software rasteriser: only small pictures; --force for more"
         )
-    rows: list[str] = []
+    rows: list[list[str]] = []
     for name in options.scenes:
         before, picture = _gpu_memory(), _OUT / f"{name}.exr"
         try:
             found = _of_process(name, picture, options, full=full)
         except InputError as error:  # the others count all the same
             print(error, file=sys.stderr)
-            rows.append(f"| {name} | could not be rendered" + " |" * 11)
+            rows.append([name, "could not be rendered", *[""] * (len(_HEADS) - 2)])
             continue
         rows.append(_row(name, found, picture, reference / f"{name}.exr", options, before))
     body = _body(device, rows, options)
     print(f"\n{body}")
     if device["device"] != _SOFTWARE:
         head = _RESULTS.split(_PAGE.read_text(), maxsplit=1)[0]
-        with replacing(options.page) as path:
+        with replacing(_PAGE) as path:
             path.write_text(head + body)
-
-
-def _wanted(options: argparse.Namespace) -> dict[str, Any]:
-    return {"samples": options.samples, "bands": options.bands, "detail": options.detail}
 
 
 def _row(
     name: str, found: _Found, picture: Path, reference: Path, options: argparse.Namespace,
     before: float | None,
-) -> str:  # fmt: skip
-    apart = "- | - | - | -"
+) -> list[str]:  # fmt: skip
+    apart = ["-"] * 4
     if reference.exists():
         ours, theirs = (np.clip(read_exr(path)[0], 0, 1) for path in (picture, reference))
         differs = delta_e_CIE2000_images(np.nan_to_num(ours), theirs)
         numbers = (differs.mean(), np.quantile(differs, 0.95), differs.max())
         met = "yes" if numbers[0] <= _TARGET and not found.no_numbers else "**no**"
-        apart = " | ".join(f"{value:.3f}" for value in numbers) + f" | {met}"
+        apart = [*(f"{value:.3f}" for value in numbers), met]
     of_gpu = "-"
     if before is not None and found.on_gpu is not None:
         of_gpu = f"{found.on_gpu - before:.0f}"
-    times = f"{found.first:.1f} | - | - | -"
+    times = ["-"] * 3
     if found.many:
         sample = 1e3 * (found.many - found.one) / options.samples
-        times = f"{found.first:.1f} | {1e3 * found.one:.1f} | {sample:.2f} | {1 / found.many:.1f}"
-    return f"| {name} | {times} | {found.memory:.0f} | {of_gpu} | {found.no_numbers} | {apart} |"
+        times = [f"{1e3 * found.one:.1f}", f"{sample:.2f}", f"{1 / found.many:.1f}"]
+    return [name, f"{found.first:.1f}", *times, f"{found.memory:.0f}", of_gpu,
+            str(found.no_numbers), *apart]  # fmt: skip
 
 
-def _body(device: dict[str, str], rows: Sequence[str], options: argparse.Namespace) -> str:
+def _body(device: dict[str, str], rows: Sequence[list[str]], options: argparse.Namespace) -> str:
     named = ", ".join(f"{word} {value}" for word, value in device.items())
     width, height = options.resolution
-    return "\n".join([
-        f"Measured on: {named}. {options.bands} bands, {options.samples} samples,",
-        f"{width} × {height} for times and {_SMALL[0]} × {_SMALL[1]} for ΔE2000, whose mean",
-        f"shall be {_TARGET} or less; scenes in detail *{options.detail}*. A further frame is",
-        f"rendered, but not written: with 1 sample, and with {1 + options.samples} for the",
-        "frames per second. The first frame begins with nothing compiled.",
-        "",
-        "| scene | first frame, s | frame of 1 sample, ms | further sample, ms | frames per second "
-        "| peak MB | of the GPU, MB | no numbers | ΔE2000 mean | 95 % | worst | met |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
-        *rows,
-        "",
-    ])  # fmt: skip
+    return f"""Measured on: {named}. {_BANDS} bands, {options.samples} samples,
+{width} × {height} for times and {_SMALL[0]} × {_SMALL[1]} for ΔE2000,
+whose mean shall be {_TARGET} or less; scenes in detail *{_DETAIL}*. A further frame is rendered,
+but not written: with 1 sample, and with {1 + options.samples} for the frames per second.
+The first frame begins with nothing compiled.
+
+{markdown(table(_HEADS, rows))}
+"""
 
 
 def _of_process(
@@ -212,69 +208,50 @@ def _of_process(
     """Render a scene in a process of its own, with nothing compiled."""
     picture.parent.mkdir(parents=True, exist_ok=True)
     case = {
-        "name": name, "blend": str(_scene(name, options.detail)), "picture": str(picture),
-        "samples": options.samples, "bands": options.bands,
-        "size": list(options.resolution) if full else None,
+        "name": name, "blend": str(_scene(name)), "picture": str(picture),
+        "samples": options.samples, "size": list(options.resolution) if full else None,
     }  # fmt: skip
     limit = None if options.force or software else _LIMIT
+    environment = {}
+    if software:
+        environment = {"LIBGL_ALWAYS_SOFTWARE": "1", "GALLIUM_DRIVER": "llvmpipe"}
+        if _MESA.exists():
+            environment["__EGL_VENDOR_LIBRARY_FILENAMES"] = str(_MESA)
     try:
-        said = _process(["--case", json.dumps(case)], limit, software=software)
+        said = said_by_process(_TOOL, "--case", json.dumps(case), timeout=limit, **environment)
     except subprocess.TimeoutExpired:
         raise InputError(f"{name} took more than {_LIMIT} s; try --scenes, --samples") from None
     return _Found(**json.loads(said))
 
 
-def _process(arguments: list[str], limit: float | None, *, software: bool = False) -> str:
-    """Return the last line that this script prints in a process that has nothing compiled."""
-    command = [sys.executable, "-m", "benchmarks", Path(__file__).stem, *arguments]
-    with empty_shader_cache() as environment:
-        if software:
-            environment |= {"LIBGL_ALWAYS_SOFTWARE": "1", "GALLIUM_DRIVER": "llvmpipe"}
-            if _MESA.exists():
-                environment["__EGL_VENDOR_LIBRARY_FILENAMES"] = str(_MESA)
-        done = subprocess.run(
-            command, cwd=_ROOT, capture_output=True, text=True, env=environment, timeout=limit
-        )
-    if done.returncode:
-        raise InputError(f"EEVEE could not render: {done.stderr.strip()[-500:]}")
-    return done.stdout.splitlines()[-1]
-
-
-def _scene(name: str, detail: str) -> Path:
+def _scene(name: str) -> Path:
     """Return the .blend of a scene; it is built if it is not there."""
-    blend = _OUT / "scenes" / f"{name}-{detail}.blend"
-    if blend.exists():
-        return blend
-    blend.parent.mkdir(parents=True, exist_ok=True)
-    if name == "materials":
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+    blend = _OUT / "scenes" / f"{name}-{_DETAIL}.blend"
+    if name != "materials":
+        return example(blend, name, _DETAIL)
+    if not blend.exists():
+        blend.parent.mkdir(parents=True, exist_ok=True)
+        new_file()
         _many_materials.build()
         bpy.ops.wm.save_as_mainfile(filepath=str(blend), compress=True)
-        return blend
-    command = [sys.executable, str(_ROOT / "examples" / "build_scene.py"), name, str(blend)]
-    done = subprocess.run([*command, "--detail", detail], capture_output=True, text=True)
-    if done.returncode:
-        raise InputError(f"{name} could not be built: {done.stderr.strip()[-500:]}")
     return blend
 
 
-def _render(
-    name: str, blend: str, picture: str, samples: int, bands: int, size: list[int] | None
-) -> _Found:
+def _render(name: str, blend: str, picture: str, samples: int, size: list[int] | None) -> _Found:
     """Render a scene in this process: times at a size if one is given, and the small picture."""
     bpy.ops.wm.open_mainfile(filepath=blend, load_ui=False, use_scripts=False)
     if name in _LIT:
         hang_lamps(_LIT[name])
-    settings = SceneSettings(bands=bands, samples=1, **_SCENES[name])
+    settings = SceneSettings(bands=_BANDS, samples=1, **_SCENES[name])
     path, times, no_numbers = Path(picture), (0.0, 0.0), 0
-    _resize(size or _SMALL)
+    sized(size or _SMALL)
     with drawing(settings) as drawn:
-        first = _seconds(lambda: drawn.picture(path, 1))
+        first = drawn.seconds(1, time.perf_counter)
         if size:
-            no_numbers += _no_numbers(path)
+            no_numbers += _no_numbers(drawn.path)
             times = _median(drawn, 1), _median(drawn, 1 + samples)
-            _resize(_SMALL)
-        drawn.picture(path, samples)
+            sized(_SMALL)
+        drawn.picture(samples, path)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     no_numbers += _no_numbers(path)
     one, many = times
@@ -283,32 +260,21 @@ def _render(
 
 def _probe() -> dict[str, str]:
     """Draw next to nothing, and return what has drawn it."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    _resize((16, 16))
+    new_file((16, 16))
+    camera_at((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
     with drawing(None) as drawn:
         drawn.again(1)
     return _device()
 
 
-def _resize(size: Sequence[int]) -> None:
-    render = bpy.context.scene.render
-    render.resolution_x, render.resolution_y = size
-    render.resolution_percentage = 100
-
-
 def _median(drawn: Drawing, samples: int) -> float:
     """Seconds of a frame that is rendered and not written."""
-    return statistics.median(_seconds(lambda: drawn.again(samples)) for _ in range(_FRAMES))
-
-
-def _seconds(work: Callable[[], None]) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start
+    times = []
+    for _ in range(_FRAMES):
+        start = time.perf_counter()
+        drawn.again(samples)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
 
 
 def _no_numbers(path: Path) -> int:
@@ -317,14 +283,9 @@ def _no_numbers(path: Path) -> int:
 
 def _device() -> dict[str, str]:
     """Return what EEVEE has drawn with; known once it has."""
-    platform = gpu.platform
-    return {
-        "renderer": platform.renderer_get(),
-        "vendor": platform.vendor_get(),
-        "driver": platform.version_get(),
-        "backend": platform.backend_type_get(),
-        "device": platform.device_type_get(),
-    }
+    names = {"renderer": "renderer", "vendor": "vendor", "driver": "version",
+             "backend": "backend_type", "device": "device_type"}  # fmt: skip
+    return {word: getattr(gpu.platform, f"{name}_get")() for word, name in names.items()}
 
 
 def _gpu_memory() -> float | None:

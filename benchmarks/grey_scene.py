@@ -1,15 +1,14 @@
 """The grey scene: a sphere over a grey floor, by Cycles, by EEVEE and by the formulas in numpy.
 
-    python3 dev.py run -m benchmarks grey_scene [--samples N]
-
-writes docs/measured/grey_scene.md and its picture. For numpy the geometry is intersected
-analytically here, so nothing but the optics can differ from Cycles.
+For numpy the geometry is intersected analytically here, so nothing but the optics can differ from
+Cycles. What draws it draws other scenes as well.
 """
 
 from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -32,8 +31,11 @@ from ..validation.closed_form.closed_form import solve_closed_form
 from ..validation.closed_form.light_field import light_field_of
 from ..validation.closed_form.pixel import surface_light
 from ..validation.closed_form.unoccluded_water import UnoccludedWater
+from ..validation.monzon import TABLE2
 from ..validation.sun_beam import sun_beam
 from ..validation.tabulated_water import TabulatedWater, tabulated_water
+from ._rays import sphere_distance, view_rays
+from ._scenery import camera_at, depth_of, matt, sized
 
 ABOVE_FLOOR = 3.0
 FLOOR_REFLECTANCE = 0.3
@@ -43,7 +45,6 @@ SPHERE_AHEAD = 4.0
 SPHERE_DROP = 1.2
 PITCH = math.radians(75.0)
 FIELD_OF_VIEW = math.radians(70.0)
-_EEVEE_SAMPLES = 16
 
 
 @dataclass(frozen=True)
@@ -93,19 +94,10 @@ def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) 
 
     ``sun`` is the direction the sunlight travels to; ``oversampling`` rays per pixel and axis.
     """
-    columns, rows = width * oversampling, height * oversampling
-    scale = 2.0 * math.tan(FIELD_OF_VIEW / 2) / columns
-    x = (np.arange(columns) + 0.5 - columns / 2) * scale
-    y = (rows / 2 - np.arange(rows) - 0.5) * scale
-    right, up = np.meshgrid(x, y)
-    forward, lift = (
-        np.array([0.0, math.sin(PITCH), -math.cos(PITCH)]),
-        np.array([0.0, math.cos(PITCH), math.sin(PITCH)]),
-    )
-    direction = right[..., None] * np.array([1.0, 0.0, 0.0]) + up[..., None] * lift + forward
-    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    rays = width * oversampling, height * oversampling
+    direction = view_rays(*rays, FIELD_OF_VIEW, PITCH - math.pi / 2)
     centre = np.array([0.0, SPHERE_AHEAD, -SPHERE_DROP])
-    to_sphere = _sphere_distance(np.zeros(3), direction, centre)
+    to_sphere = sphere_distance(np.zeros(3), direction, centre, SPHERE_RADIUS)
     with np.errstate(divide="ignore"):
         to_floor = np.where(direction[..., 2] < 0, -ABOVE_FLOOR / direction[..., 2], np.inf)
     distance = np.minimum(to_sphere, to_floor)
@@ -114,7 +106,7 @@ def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) 
     normal = np.where(
         on_sphere[..., None], (point - centre) / SPHERE_RADIUS, np.array([0.0, 0.0, 1.0])
     )
-    blocked = np.isfinite(_sphere_distance(point, -sun * np.ones_like(direction), centre))
+    blocked = np.isfinite(sphere_distance(point, -sun, centre, SPHERE_RADIUS))
     return Hits(
         distance,
         direction,
@@ -125,44 +117,29 @@ def trace(sun: NDArray[np.float64], width: int, height: int, oversampling: int) 
 
 
 def closed_form_image(
-    column: WaterColumn,
-    phase: BandPhase,
-    depth: float,
-    width: int,
-    height: int,
-    oversampling: int = 3,
+    column: WaterColumn, phase: BandPhase, depth: float, size: Sequence[int], oversampling: int = 3
 ) -> NDArray[np.float64]:
-    """Return the band radiances of the closed form, shape (h, w, n)."""
+    """Return the band radiances of the closed form, shape (h, w, n); ``size`` is w, h."""
     field = light_field_of(column, phase)
     water = solve_closed_form(field, phase, depth, column.sun_direction)
     unoccluded = UnoccludedWater(water, column.skylight)
-    return _image(unoccluded, column, depth, width, height, oversampling)
+    return _image(unoccluded, column, depth, size, oversampling)
 
 
 def solved_image(
-    column: WaterColumn,
-    phase: BandPhase,
-    depth: float,
-    width: int,
-    height: int,
-    oversampling: int = 3,
+    column: WaterColumn, phase: BandPhase, depth: float, size: Sequence[int], oversampling: int = 3
 ) -> NDArray[np.float64]:
     """Return the band radiances of the tables that EEVEE looks up, shape (h, w, n)."""
     field = column.solved_field(phase, TABLE_STREAMS)
-    beam = sun_beam(column, phase)
-    water = tabulated_water(field, beam, column.skylight, None)
-    return _image(water, column, depth, width, height, oversampling)
+    water = tabulated_water(field, sun_beam(column, phase), column.skylight, None)
+    return _image(water, column, depth, size, oversampling)
 
 
 def _image(
-    water: UnoccludedWater | TabulatedWater,
-    column: WaterColumn,
-    depth: float,
-    width: int,
-    height: int,
-    oversampling: int,
-) -> NDArray[np.float64]:
-    hits = trace(column.sun_direction, width, height, oversampling)
+    water: UnoccludedWater | TabulatedWater, column: WaterColumn, depth: float,
+    size: Sequence[int], oversampling: int,
+) -> NDArray[np.float64]:  # fmt: skip
+    hits = trace(column.sun_direction, *size, oversampling)
     w = tuple(hits.direction[..., i, None] for i in range(3))
     normal = tuple(hits.normal[..., i, None] for i in range(3))
     seen = np.isfinite(hits.distance)[..., None]
@@ -178,48 +155,23 @@ def _image(
     return blocks(np.where(seen, on_surface.total, ahead.total), oversampling)
 
 
-def _sphere_distance(
-    origin: NDArray[np.float64], direction: NDArray[np.float64], centre: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    offset = origin - centre
-    along = np.sum(offset * direction, axis=-1)
-    inside = along**2 - np.sum(offset * offset, axis=-1) + SPHERE_RADIUS**2
-    distance = -along - np.sqrt(np.maximum(inside, 0.0))
-    return np.where((inside > 0) & (distance > 1e-6), distance, np.inf)
-
-
 def build_scene(depth: float, width: int, height: int) -> bpy.types.Object:
     """Fill the open, empty file with the sphere and return the camera."""
     import bmesh  # exists once bpy is loaded
 
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = width, height
-    scene.render.resolution_percentage = 100
-    scene.cycles.pixel_filter_type = "BOX"
+    scene = sized((width, height))
     mesh = bpy.data.meshes.new("sphere")
     shape = bmesh.new()
     bmesh.ops.create_icosphere(shape, subdivisions=6, radius=SPHERE_RADIUS)
     shape.to_mesh(mesh)
     shape.free()
     mesh.shade_smooth()
-    material = bpy.data.materials.new("grey")
-    tree = material.node_tree
-    tree.nodes.clear()
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = (*[SPHERE_REFLECTANCE] * 3, 1.0)
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
-    mesh.materials.append(material)
+    mesh.materials.append(matt([SPHERE_REFLECTANCE] * 3))
     sphere = bpy.data.objects.new("sphere", mesh)
     sphere.location = (0.0, SPHERE_AHEAD, -depth - SPHERE_DROP)
-    camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
-    camera.location = (0.0, 0.0, -depth)
-    camera.rotation_euler = (PITCH, 0.0, 0.0)
+    scene.collection.objects.link(sphere)
+    camera = camera_at((0.0, 0.0, -depth), (PITCH, 0.0, 0.0), FIELD_OF_VIEW)
     camera.data.sensor_fit = "HORIZONTAL"
-    camera.data.angle = FIELD_OF_VIEW
-    for item in (sphere, camera):
-        scene.collection.objects.link(item)
-    scene.camera = camera
     return camera
 
 
@@ -227,11 +179,19 @@ def cycles_image(
     plan: render_plan.RenderPlan, camera: bpy.types.Object, samples: int, seed: int
 ) -> NDArray[np.float64]:
     """Render the scene's bands in Cycles, shape (h, w, n)."""
-    scene = bpy.context.scene
+    scene, depth = bpy.context.scene, depth_of(camera)
     plan = replace(plan, settings=replace(plan.settings, samples=samples))
-    extent = water_body.water_extent(scene, plan.column, -camera.location.z)
+    extent = water_body.water_extent(scene, plan.column, depth)
     with engines.cycles_bands(scene, camera, plan, extent, seed=seed) as engine:
-        return band_image(engine, plan, -camera.location.z)
+        return band_image(engine, plan, depth)
+
+
+def cycles_images(
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, samples: int,
+    seeds: Sequence[int] = (1, 2),
+) -> NDArray[np.float64]:  # fmt: skip
+    """Render them with independent noise, shape (seeds, h, w, n)."""
+    return np.stack([cycles_image(plan, camera, samples, seed) for seed in seeds])
 
 
 def band_image(
@@ -254,35 +214,30 @@ def plan_for(
     """Return the plan of one combination: sun at 30°, CIE 1931."""
     return render_plan.make_plan(
         SceneSettings(
-            water=f"jerlov:{water}",
-            phase=light.phase,
-            illuminant=light.illuminant,
-            sky=light.sky,
-            bands=bands,
-            floor_depth=depth + ABOVE_FLOOR,
-            floor_reflectance=str(FLOOR_REFLECTANCE),
+            water=f"jerlov:{water}", phase=light.phase, illuminant=light.illuminant, sky=light.sky,
+            bands=bands, floor_depth=depth + ABOVE_FLOOR, floor_reflectance=str(FLOOR_REFLECTANCE),
             share_passes=share_passes,
         )
-    )
+    )  # fmt: skip
 
 
 def eevee_image(
-    plan: render_plan.RenderPlan, camera: bpy.types.Object, depth: float
+    plan: render_plan.RenderPlan, camera: bpy.types.Object, samples: int = 16
 ) -> NDArray[np.float64]:
     """Draw the bands by EEVEE, shape (h, w, n)."""
-    scene = bpy.context.scene
-    plan = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
+    scene, depth = bpy.context.scene, depth_of(camera)
+    plan = replace(plan, settings=replace(plan.settings, samples=samples))
     extent = water_body.water_extent(scene, plan.column, depth)
     with engines.eevee_bands(scene, camera, plan, extent, depth) as engine:
         return band_image(engine, plan, depth)
 
 
-def blocks(image: NDArray[np.float64], size: int) -> NDArray[np.float64]:
-    """Average over squares of pixels; the size must divide the image."""
+def blocks(image: NDArray[np.float64], size: int | Sequence[int]) -> NDArray[np.float64]:
+    """Average over squares of pixels, or so many down and across; that must divide the image."""
     height, width, bands = image.shape
-    shape = (height // size, size, width // size, size, bands)
-    return image.reshape(shape).mean(axis=(1, 3))
+    down, across = np.broadcast_to(size, 2)
+    return image.reshape(height // down, down, width // across, across, bands).mean(axis=(1, 3))
 
 
-COMBINATIONS = (("3C", 3.0), ("3C", 9.0), ("I", 5.0), ("IA", 9.0), ("IB", 5.0), ("II", 3.0))
-"""Water and depth, those of Table 2 of Monzon et al. (2024)."""
+COMBINATIONS = tuple(TABLE2)
+"""Water and depth."""

@@ -19,12 +19,10 @@ from ..validation.constituent_seas import (
     water_colour,
 )
 from ..validation.kd import chlorophyll_jerlov, jerlov_chlorophyll
-from .runner import Ask, Page, spread, table
+from .runner import Ask, Page, pyplot, spread, table
 
 PHOTONS = 20_000
 """Per band, of the Kd by Monte Carlo: its error is below 1 %."""
-
-
 _LEFT_OUT = {
     "Lee 2005",
     *(f"{of}, {by}" for of in ("case 1", "fitted") for by in ("Lee 2005", "Monte Carlo")),
@@ -33,11 +31,7 @@ _LEFT_OUT = {
 
 def draw(path: Path) -> None:
     """Draw the swatches of Figures 2, 3 and 4."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
+    plt = pyplot()
     figure2 = [
         (f"C {c.chlorophyll:g}\na_d {c.detritus:g}, a_y {c.cdom:g}", water_colour(c, PROCESSES))
         for c in constituents_of_figure2()
@@ -47,20 +41,14 @@ def draw(path: Path) -> None:
     baltic = seas["baltic"].constituents
     figure4 = [
         (f"baltic\n{label}", water_colour(baltic, on))
-        for label, on in (
-            ("elastic only", ()),
-            ("+ chlorophyll", ("chlorophyll",)),
-            ("+ all", PROCESSES),
-        )
-    ]
-    everything = [*figure2, *figure3, *figure4]
+        for label, on in (("elastic only", ()), ("+ chlorophyll", ("chlorophyll",)),
+                          ("+ all", PROCESSES))
+    ]  # fmt: skip
     sheet, axes = plt.subplots(5, 4, figsize=(5.6, 7.0), dpi=72)
     for axis, (label, rgb) in itertools.zip_longest(
-        axes.flat, everything, fillvalue=("", np.ones(3))
+        axes.flat, [*figure2, *figure3, *figure4], fillvalue=("", np.ones(3))
     ):
-        axis.set_facecolor(rgb)
-        axis.set_xticks([])
-        axis.set_yticks([])
+        axis.set(facecolor=rgb, xticks=[], yticks=[])
         axis.set_title(label, fontsize=7)
     sheet.tight_layout()
     sheet.savefig(path, metadata={"Software": None})

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.spectra.spectral_image import read_exr
-from ._jobs import rendered_seconds
-from ._layer_scenes import DEPTH, camera, empty_scene
+from ._jobs import frame_seconds, rendered_seconds
+from ._layer_scenes import DEPTH
 from ._places import delta_e
+from ._scenery import ball, camera_at, ground, new_file, post
 from .runner import Ask, Page, Target, table
 
 PORTS = {
@@ -34,28 +35,15 @@ _FRAME, _FRAMES = (320, 180), 2
 
 def build(path: Path) -> None:
     """Write a scene of posts and balls over sand, near and far."""
-    scene = empty_scene(_SIZE)
-    camera("Camera", (0.0, 0.0, -DEPTH), 78.0, math.radians(82.0))
+    scene = new_file()
+    camera_at((0.0, 0.0, -DEPTH), (math.radians(82.0), 0.0, 0.0), math.radians(78.0))
     sand = _checked("sand", 2.0, (0.55, 0.5, 0.4), (0.35, 0.32, 0.25))
-    bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 0.0, -DEPTH - 1.5))
-    bpy.context.object.data.materials.append(sand)
+    ground(-DEPTH - 1.5, sand, 60.0)
     red, white = (0.7, 0.15, 0.1), (0.75, 0.75, 0.7)
-    for place, radius in (
-        ((-0.5, 1.1, 0.1), 0.2),
-        ((0.9, 1.6, 0.3), 0.25),
-        ((0.1, 0.7, -0.3), 0.1),
-    ):
-        x, y, z = place
-        bpy.ops.mesh.primitive_uv_sphere_add(
-            radius=radius, location=(x, y, z - DEPTH), segments=48, ring_count=24
-        )
-        bpy.ops.object.shade_smooth()
-        bpy.context.object.data.materials.append(_checked(f"ball {x}", 10.0, red, white))
+    for x, y, z, radius in ((-0.5, 1.1, 0.1, 0.2), (0.9, 1.6, 0.3, 0.25), (0.1, 0.7, -0.3, 0.1)):
+        ball((x, y, z - DEPTH), radius, _checked(f"ball {x}", 10.0, red, white))
     for x, y in ((-1.6, 2.2), (-0.7, 3.5), (0.5, 2.6), (1.9, 3.0), (2.6, 5.0), (-2.8, 5.5)):
-        bpy.ops.mesh.primitive_cylinder_add(
-            radius=0.12, depth=2.4, location=(x, y, -DEPTH - 0.4), vertices=32
-        )
-        bpy.context.object.data.materials.append(_checked(f"post {x}", 5.0, white, (0.1, 0.1, 0.1)))
+        post((x, y, -DEPTH - 0.4), 0.12, 2.4, _checked(f"post {x}", 5.0, white, (0.1, 0.1, 0.1)))
     scene.frame_end = 1 + _FRAMES
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
 
@@ -85,15 +73,6 @@ def picture(blend: Path, out: Path, engine: str, *options: str) -> NDArray[np.fl
     return read_exr(path)[0].astype(np.float64)
 
 
-def _frame(blend: Path, out: Path, *options: str) -> float:
-    """Return the CPU time of a frame after the first, s."""
-    first, all_of_them = (
-        rendered_seconds(blend, out / str(last), *_SHARED, *options, "--frames", f"1-{last}")
-        for last in (1, 1 + _FRAMES)
-    )
-    return (all_of_them - first) / _FRAMES
-
-
 def measure(ask: Ask) -> Mapping[str, object]:
     """Render through each port."""
     folder = ask.folder
@@ -116,9 +95,10 @@ def measure(ask: Ask) -> Mapping[str, object]:
     size = ("--resolution", *map(str, _FRAME), "--samples", "32")
     for engine in ("real-time", "bands"):
         plain, *others = (
-            _frame(blend, folder / f"cost {engine} {port}", *ENGINES[engine], *size, *of_port)
+            frame_seconds(blend, folder / f"cost {engine} {port}", _FRAMES, *_SHARED,
+                          *ENGINES[engine], *size, *of_port)
             for port, of_port in PORTS.items()
-        )
+        )  # fmt: skip
         costs.append([engine, f"{plain:.2g}", *(f"{x / plain:.2f}" for x in others)])
         dearest = max(dearest, *(x / plain for x in others))
     return {

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -13,64 +13,20 @@ from mathutils import Vector
 from numpy.typing import NDArray
 
 from ..scene.readers.lamps import plan_lamps
-from ..scene.water import metering
-from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
+from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.water.phase import BandPhase
 from ..validation import lamp_photons, lamp_room
 from . import grey_scene
 from ._lamp_scenes import FIELD_OF_VIEW, LitPlace, add_lamp, places, sand_room
-from ._places import HEIGHT, WIDTH, depth_of, sheet
-from .runner import Ask, Page, Target, table
+from ._places import HEIGHT, WIDTH, Compared, sheet
+from .runner import Ask, Page, Target, spread, table
 
 _RAYS = 400  # of a block
 _COUNTS = (0, 1, 4, 16, 32)
 BLOCK, COARSER = 3, (3, 4)  # pixels; blocks
 CUT = math.radians(3.0)  # of the peak of the phase function
 BLUR = (0.2, 0.05)
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """Band radiances of the blocks of a picture beside two halves of a reference."""
-
-    blocks: NDArray[np.float64]
-    halves: NDArray[np.float64]
-    open_water: NDArray[np.bool_]
-    develop: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-
-    def delta_e(self, coarser: Sequence[int] = (1, 1)) -> tuple[NDArray, NDArray]:
-        """ΔE2000 by so many blocks together, and what of it the reference's own noise makes."""
-
-        def together(x: NDArray[np.float64]) -> NDArray[np.float64]:
-            (rows, columns, bands), (down, across) = x.shape, coarser
-            shape = (rows // down, down, columns // across, across, bands)
-            return x.reshape(shape).mean(axis=(1, 3))
-
-        one, first, second = map(together, (self.blocks, *self.halves))
-        error = self._delta_e(one, (first + second) / 2.0)
-        return error, self._delta_e(first, second) / 2.0
-
-    @property
-    def brightness(self) -> float:
-        """Of the picture over that of the reference, less 1."""
-        return float(self.blocks.mean() / self.halves.mean() - 1.0)
-
-    def backscatter(self) -> NDArray[np.float64]:
-        """Relative error of open water by block and band."""
-        return np.abs(self.blocks / self.halves.mean(axis=0) - 1.0)[self.open_water].ravel()
-
-    def cells(self) -> list[str]:
-        """Write it as cells of a table."""
-        (error, noise), (coarse, _) = self.delta_e(), self.delta_e(COARSER)
-        off = 100 * self.backscatter()
-        numbers = (error.mean(), np.quantile(error, 0.95), noise.mean(), coarse.mean())
-        water = "/".join(f"{x:.0f}" for x in np.quantile(off, (0.5, 0.95, 1.0))) if len(off) else ""
-        bright = f"{100 * self.brightness:+.0f} %"
-        return [*(f"{x:.2f}" for x in numbers), bright, f"{water} %" if water else ""]
-
-    def _delta_e(self, *pictures: NDArray[np.float64]) -> NDArray[np.float64]:
-        return delta_e_CIE2000_images(*(np.clip(self.develop(x), 0.0, 1.0) for x in pictures))
 
 
 def _blocks(image: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -117,7 +73,7 @@ def seconds_of_frames(counts: Sequence[int]) -> dict[int, float]:
         for index in range(count):
             add_lamp((0.2 * index - 0.7, 0.0, 0.3), (math.pi / 2.0, 0.0, 0.0))
         bpy.context.view_layer.update()
-        found[count] = min(place.seconds(camera, time.process_time) for _ in range(2))
+        found[count] = min(place.timed(camera, time.process_time)[1] for _ in range(2))
     return found
 
 
@@ -127,16 +83,25 @@ def measure(ask: Ask) -> Mapping[str, object]:
     rows, drawn, means = [], {}, []
     for place in places(ask.folder)[: ask.places]:
         camera = place.open()
-        plan = place.plan(1)
-        lit = metering.lamplight(bpy.context.scene, camera, plan)
-        develop = plan.reduction(depth_of(camera), lit).apply
+        develop = place.develop(camera)
         eevee = place.by_eevee(camera)
         halves = ask.kept(place.name, lambda p=place, c=camera: _halves(p, c))
-        water = np.isinf(place.distance(camera))[..., None].astype(float)
-        found = Comparison(_blocks(eevee), halves, _blocks(water)[..., 0] == 1.0, develop)
-        rows.append([place.name, *found.cells()])
-        means.append(float(found.delta_e()[0].mean()))
-        images = (halves.mean(axis=0), _blocks(eevee), eevee)
+        open_water = _blocks(np.isinf(place.distance(camera))[..., None] * 1.0)[..., 0] == 1.0
+        blocks = _blocks(eevee)
+        # Blocks lie together before a display clips them, for photons are noisy.
+        fine, coarse = (
+            Compared(develop(np.stack([grey_scene.blocks(x, n) for x in halves])),
+                     {"EEVEE": develop(grey_scene.blocks(blocks, n))}, 1)
+            for n in (1, COARSER)
+        )  # fmt: skip
+        off, far = fine.delta_e("EEVEE"), coarse.delta_e("EEVEE")
+        water = 100 * np.abs(blocks / halves.mean(axis=0) - 1.0)[open_water]
+        numbers = (off.mean(), np.quantile(off, 0.95), fine.noise.mean(), far.mean())
+        rows.append([place.name, *(f"{x:.2f}" for x in numbers),
+                     f"{100 * (blocks.mean() / halves.mean() - 1.0):+.0f} %",
+                     f"{spread(water, '.0f')} %" if water.size else ""])  # fmt: skip
+        means.append(float(off.mean()))
+        images = (halves.mean(axis=0), blocks, eevee)
         drawn[place.name] = [srgb_encode(np.clip(develop(x), 0.0, 1.0)) for x in images]
         print(*rows[-1], sep=" | ", flush=True)
     sheet(ask.shown("lamps.jpg"), drawn, ("reference", "EEVEE in blocks", "EEVEE"))

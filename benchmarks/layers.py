@@ -15,7 +15,7 @@ from ..datasets.layer_file import FrameLayers, bands_name, read_layers
 from ..datasets.truth import read_formation
 from ..uw_spectral.imaging.formation_fit import BLACK, FormationFit, fit_formation
 from ..uw_spectral.imaging.image_formation import FormationCurves
-from ._jobs import rendered_seconds
+from ._jobs import frame_seconds, rendered_seconds
 from ._layer_scenes import BEFORE, FAR, NEAR, targets
 from .runner import Ask, Page, Target, table
 
@@ -43,22 +43,9 @@ class Rendered:
         return np.array(self.truth["bands"]["c"])
 
 
-def render(blend: Path, out: Path, *options: str, layers: str = "all") -> float:
-    """Render a job and return its CPU time, s."""
-    return rendered_seconds(blend, out, *_SHARED, *_asked(layers), *options)
-
-
-def _asked(layers: str) -> list[str]:
-    return ["--layers", layers] if layers else []
-
-
-def frame_seconds(blend: Path, out: Path, *options: str, layers: str) -> float:
-    """Return the CPU time of a frame after the first, s."""
-    first, all_of_them = (
-        render(blend, out / f"{last}", *options, "--frames", f"1-{last}", layers=layers)
-        for last in (1, 1 + _FRAMES)
-    )
-    return (all_of_them - first) / _FRAMES
+def render(blend: Path, out: Path, *options: str) -> None:
+    """Render a job with all layers."""
+    rendered_seconds(blend, out, *_SHARED, "--layers", "all", *options)
 
 
 def found(out: Path) -> Rendered:
@@ -114,17 +101,20 @@ def fit_errors(fit: FormationFit, truth: FormationCurves) -> tuple[float, float,
         np.stack([beta.at(z) for beta in curves], axis=-1)
         for curves in (fit.beta_direct, fit.beta_backscatter)
     )
-    return (
-        float(np.abs(D / truth.beta_direct[there] - 1.0).max()),
-        float(np.abs(B / truth.beta_backscatter[there] - 1.0).max()),
-        float(np.abs(np.array(fit.B_inf) / truth.B_inf - 1.0).max()),
-    )
+    pairs = ((D, truth.beta_direct[there]), (B, truth.beta_backscatter[there]),
+             (np.array(fit.B_inf), truth.B_inf))  # fmt: skip
+    D_off, B_off, B_inf_off = (float(np.abs(x / y - 1.0).max()) for x, y in pairs)
+    return D_off, B_off, B_inf_off
 
 
 def band_curves(truth: dict[str, Any]) -> FormationCurves:
     """Return the coefficients of the bands of a truth."""
     of_bands = truth["formation"]["level"]["bands"]
     return FormationCurves(*(np.array(of_bands[n]) for n in ("z", "beta_D", "beta_B", "B_inf")))
+
+
+def _greys(frame: FrameLayers) -> list[NDArray[np.bool_]]:
+    return [mask for name, mask in squares(frame).items() if name.startswith("grey")]
 
 
 def _fraction(x: float) -> str:
@@ -134,7 +124,7 @@ def _fraction(x: float) -> str:
 def _left(frame: Rendered) -> tuple[float, float]:
     """Errors of T against exp(-c z), and of D / J against T where more than e^-3 is left."""
     layers = frame.layers
-    mask = np.logical_or.reduce([m for n, m in squares(layers).items() if n.startswith("grey")])
+    mask = np.logical_or.reduce(_greys(layers))
     T = layers.bands("T")[mask].astype(np.float64)
     exact = np.exp(-frame.c * layers["range"][mask][:, None].astype(np.float64))
     D, J = (layers.bands(name)[mask].astype(np.float64) for name in "DJ")
@@ -151,7 +141,7 @@ def _against_no_water(far: Rendered, near: Rendered, name: str) -> tuple[float, 
 
 def _against_own_light(frame: FrameLayers, fit: FormationFit) -> float:
     """Largest relative error of the channels' β_D against the layer T of the grey squares."""
-    greys = [mask for name, mask in squares(frame).items() if name.startswith("grey")]
+    greys = _greys(frame)
     z = np.array([frame["range"][mask].mean() for mask in greys], np.float64)
     T = np.array([frame["T"][mask].mean(axis=0) for mask in greys], np.float64)
     found = np.stack([beta.at(z) for beta in fit.beta_direct], axis=-1)
@@ -183,7 +173,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         "each band": fit_errors(fitted(far.layers, bands=True), band_curves(far.truth)),
         "the sensor's channels": fit_errors(of_sensor, read_formation(far.path)),
     }
-    greys = [mask for name, mask in squares(far.layers).items() if name.startswith("grey")]
+    greys = _greys(far.layers)
     ratio = np.array([
         np.divide(*(x.layers.bands("J")[mask].mean(axis=0) for x in (cycles, far)))
         for mask in greys
@@ -196,9 +186,10 @@ def measure(ask: Ask) -> Mapping[str, object]:
     }.items():
         out, size = folder / "cost" / name.split(",")[0], ("--resolution", *_FRAME.split("x"))
         plain, whole = (
-            frame_seconds(blend, out / (x or "none"), *options, "--camera", FAR, *size, layers=x)
+            frame_seconds(blend, out / (x or "none"), _FRAMES, *_SHARED, *options, "--camera", FAR,
+                          *size, *(("--layers", x) if x else ()))
             for x in ("", "all")
-        )
+        )  # fmt: skip
         costs.append([f"{name}, 16 samples", f"{plain:.2g} s", f"{whole / plain:.2f}"])
     errors = list(sums.values())
     return {

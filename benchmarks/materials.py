@@ -6,6 +6,7 @@ blocks of pixels that lie within it.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 
 import bpy
@@ -21,6 +22,7 @@ from ..uw_spectral.spectra.spectral_image import write_jpeg
 from . import grey_scene
 from ._material_kinds import KINDS, RADIUS, Kind, place
 from ._places import delta_e, realtime
+from ._scenery import look_at, new_file, view_rays
 from .runner import Ask, Page, Target, table
 
 _COLUMNS, _ROWS, _PITCH = 4, 3, 1.15
@@ -46,8 +48,7 @@ def settings(samples: int = 64) -> SceneSettings:
 
 def build(kinds: Sequence[Kind]) -> tuple[list[bpy.types.Object], list[Vector]]:
     """Fill an empty file with objects of some kinds, and a camera; return them and their places."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    scene = bpy.context.scene
+    new_file((_WIDTH, _HEIGHT))
     items, places = [], []
     for index, kind in enumerate(kinds):
         row, column = divmod(index, _COLUMNS)
@@ -55,17 +56,8 @@ def build(kinds: Sequence[Kind]) -> tuple[list[bpy.types.Object], list[Vector]]:
         where = Vector((x, row * _PITCH, -_FLOOR + RADIUS + 0.02))
         items.append(place(kind, where))
         places.append(where)
-    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     middle = Vector((0.0, (_ROWS - 1) / 2.0 * _PITCH, -_FLOOR + 0.5 * RADIUS))
-    camera.location = (0.0, -_AWAY, -_DEPTH)
-    camera.rotation_euler = (middle - camera.location).to_track_quat("-Z", "Y").to_euler()
-    camera.data.lens = 42.0
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    render = scene.render
-    render.resolution_x, render.resolution_y, render.resolution_percentage = _WIDTH, _HEIGHT, 100
-    scene.cycles.pixel_filter_type = "BOX"
-    bpy.context.view_layer.update()
+    look_at((0.0, -_AWAY, -_DEPTH), middle).data.lens = 42.0
     return items, places
 
 
@@ -74,19 +66,13 @@ def _masks(items: Sequence[bpy.types.Object], places: Sequence[Vector]) -> NDArr
     depsgraph = bpy.context.evaluated_depsgraph_get()
     trees = [_tree_of(item, place, depsgraph) for item, place in zip(items, places, strict=True)]
     camera = bpy.context.scene.camera
-    frame = [
-        camera.matrix_world.to_3x3() @ v for v in camera.data.view_frame(scene=bpy.context.scene)
-    ]
-    top_right, _, bottom_left, top_left = frame
     eye, found = camera.matrix_world.translation, np.full((_HEIGHT, _WIDTH), -1, np.int32)
-    for v in range(_HEIGHT):
-        for u in range(_WIDTH):
-            x, y = (u + 0.5) / _WIDTH, (v + 0.5) / _HEIGHT
-            w = top_left + (top_right - top_left) * x + (bottom_left - top_left) * y
-            hits = [tree.ray_cast(eye, w.normalized())[3] for tree in trees]
-            near = [(hit, i) for i, hit in enumerate(hits) if hit is not None]
-            if near:
-                found[v, u] = min(near)[1]
+    rays = view_rays(camera)
+    for v, u in np.ndindex(found.shape):
+        hits = [tree.ray_cast(eye, Vector(rays[v, u]))[3] for tree in trees]
+        near = [(hit, i) for i, hit in enumerate(hits) if hit is not None]
+        if near:
+            found[v, u] = min(near)[1]
     return found
 
 
@@ -116,13 +102,10 @@ def measure(ask: Ask) -> Mapping[str, object]:
         kinds = KINDS[first : first + size]
         items, places = build(kinds)
         camera, plan = bpy.context.scene.camera, render_plan.make_plan(settings(ask.samples))
-
-        def traced(camera: bpy.types.Object = camera, plan: object = plan) -> list[NDArray]:
-            return [grey_scene.cycles_image(plan, camera, ask.samples, seed) for seed in (1, 2)]
-
+        traced = functools.partial(grey_scene.cycles_images, plan, camera, ask.samples)
         develop = plan.reduction(_DEPTH).apply
-        truth = np.mean([develop(x) for x in ask.kept(f"sheet {first}", traced)], axis=0)
-        seen = realtime(camera, render_plan.make_plan(settings(_EEVEE_SAMPLES)))
+        truth = develop(ask.kept(f"sheet {first}", traced).mean(axis=0))
+        seen = realtime(render_plan.make_plan(settings(_EEVEE_SAMPLES)))
         pairs.append(np.concatenate([seen, truth]))
         masks, off = _masks(items, places), delta_e(seen, truth, _BLOCK)
         light = [luminance(grey_scene.blocks(x, _BLOCK)) for x in (seen, truth)]
@@ -151,10 +134,9 @@ PAGE = Page(
     "Materials and objects",
     """
 Sixty-five kinds of what users give objects on sand at 7 m in Jerlov IB, sun at 30°, six bands:
-EEVEE
-in real time against Cycles with 2 × {samples} samples. Mean ΔE2000 of blocks of 3 × 3 pixels within
-a kind, what 95 % stay below, EEVEE over Cycles in luminance. {count} kinds are drawn; {close} kinds
-are at most at 2.5; the others:
+EEVEE in real time against Cycles with 2 × {samples} samples. Mean ΔE2000 of blocks of 3 × 3 pixels
+within a kind, what 95 % stay below, EEVEE over Cycles in luminance. {count} kinds are drawn;
+{close} kinds are at most at 2.5; the others:
 
 ![EEVEE above, Cycles below](materials.jpg)
 

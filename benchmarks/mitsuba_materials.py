@@ -8,9 +8,10 @@ for paths through glass to find it.
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import ModuleType
 
 import bpy
@@ -28,13 +29,17 @@ from ..uw_spectral.surface.refraction import REFRACTIVE_INDEX
 from ..uw_spectral.transfer.water_column import WaterColumn
 from . import grey_scene
 from ._material_kinds import RADIUS, slab, sphere
+from ._rays import sphere_distance
+from ._scenery import material, matt, new_file
 from .mitsuba_reference import (
     HEIGHT,
     WIDTH,
+    by_mitsuba,
     load_mitsuba,
     mean_and_error,
     mitsuba_scene,
     sky_picture,
+    sky_pixels,
 )
 from .runner import Ask, Page, table
 
@@ -119,38 +124,21 @@ def _where(number: int) -> NDArray[np.float64]:
 
 def build_scene() -> bpy.types.Object:
     """Fill an empty file with the objects, and return the camera."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    new_file()
     camera = grey_scene.build_scene(_DEPTH, WIDTH, HEIGHT)
     bpy.data.objects.remove(bpy.data.objects["sphere"])
-    plastic = {"Base Color": (_DARK, _DARK, _DARK), "Roughness": _PLASTIC_ROUGHNESS, "IOR": _GLASS}
-    objects = (
-        (sphere, "BsdfDiffuse", {"Color": (_DIFFUSE, _DIFFUSE, _DIFFUSE)}),
-        (sphere, "BsdfPrincipled",
-         {"Base Color": _GOLD, "Roughness": _METAL_ROUGHNESS, "Metallic": 1.0}),
-        (sphere, "BsdfPrincipled", plastic),
-        (slab, "BsdfGlass", {"Color": (1.0, 1.0, 1.0), "Roughness": 0.0, "IOR": _GLASS}),
-    )  # fmt: skip
-    for number, (body, shader, values) in enumerate(objects):
-        item = body(_material(shader, values))
-        item.location = _where(number).tolist()
+    # GGX, for Mitsuba scatters once within a rough surface.
+    principled = functools.partial(material, "BsdfPrincipled", distribution="GGX")
+    for number, (body, made) in enumerate((
+        (sphere, matt((_DIFFUSE, _DIFFUSE, _DIFFUSE))),
+        (sphere, principled(Base_Color=_GOLD, Roughness=_METAL_ROUGHNESS, Metallic=1.0)),
+        (sphere, principled(Base_Color=(_DARK,) * 3, Roughness=_PLASTIC_ROUGHNESS, IOR=_GLASS)),
+        (slab, material("BsdfGlass", distribution="GGX", Color=(1.0,) * 3, Roughness=0.0,
+                        IOR=_GLASS)),
+    )):  # fmt: skip
+        body(made).location = _where(number).tolist()
     bpy.context.view_layer.update()
     return camera
-
-
-def _material(
-    shader: str, values: Mapping[str, float | tuple[float, float, float]]
-) -> bpy.types.Material:
-    material = bpy.data.materials.new(shader)
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new(f"ShaderNode{shader}")
-    if hasattr(node, "distribution"):
-        node.distribution = "GGX"  # Mitsuba scatters once within a rough surface
-    for name, value in values.items():
-        node.inputs[name].default_value = (*value, 1.0) if isinstance(value, tuple) else value
-    output = tree.nodes.new("ShaderNodeOutputMaterial")
-    tree.links.new(node.outputs[0], output.inputs["Surface"])
-    return material
 
 
 def objects_in_mitsuba(
@@ -172,8 +160,7 @@ def objects_in_mitsuba(
         # Halves of a blend, each twice as bright. A conductor that absorbs nothing mirrors as a
         # dielectric does.
         plastic = {
-            "type": "blendbsdf",
-            "weight": 0.5,
+            "type": "blendbsdf", "weight": 0.5,
             "matte": {"type": "diffuse", "reflectance": 2.0 * _DARK},
             "mirror": {
                 "type": "roughconductor", "distribution": "ggx", "alpha": alpha,
@@ -221,24 +208,15 @@ def sky_with_sun(column: WaterColumn, band: int) -> NDArray[np.float32]:
     return picture + disc[..., None].astype(np.float32)
 
 
-def sky_pixels(rows: int, columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where pixels of a sky lie, shape (h, w, 3), z up, and their solid angles, (h, w)."""
-    polar = np.linspace(0.0, math.pi, rows)[:, None]
-    turn = 2.0 * math.pi * (np.arange(columns) + 0.5) / columns
-    axes = np.sin(polar) * np.sin(turn), np.sin(polar) * np.cos(turn), np.cos(polar) + 0.0 * turn
-    width = math.pi / (rows - 1) * 2.0 * math.pi / columns
-    return np.stack(axes, axis=-1), np.sin(polar) * width * np.ones(columns)
-
-
 def places_seen(column: WaterColumn) -> NDArray[np.bool_]:
     """Return which pixels show each of :data:`PLACES`, shape (places, h, w)."""
     ray = grey_scene.trace(column.sun_direction, WIDTH, HEIGHT, 1).direction
     eye = np.array([0.0, 0.0, -_DEPTH])
-    seen = [_meets_ball(eye, ray, _where(number), _INSIDE) for number in range(3)]
+    seen = [_meets_ball(eye, ray, number, _INSIDE) for number in range(3)]
     seen.append(_meets_pane(eye, ray, _INSIDE))
     down = np.minimum(ray[..., 2:], -1e-3)
     floor = eye - ray * grey_scene.ABOVE_FLOOR / down
-    touched = [_meets_ball(eye, ray, _where(number), 1.1) for number in range(3)]
+    touched = [_meets_ball(eye, ray, number, 1.1) for number in range(3)]
     covered = np.any([*touched, _meets_pane(eye, ray, 1.2)], axis=0)
     to_sun = np.broadcast_to(-column.sun_direction, floor.shape)
     occluded = _meets_pane(floor, to_sun, 0.85) & (ray[..., 2] < 0.0) & ~covered
@@ -247,20 +225,16 @@ def places_seen(column: WaterColumn) -> NDArray[np.bool_]:
 
 
 def _meets_ball(
-    start: NDArray[np.float64], ray: NDArray[np.float64], centre: NDArray[np.float64], size: float
+    start: NDArray[np.float64], ray: NDArray[np.float64], number: int, size: float
 ) -> NDArray[np.bool_]:
-    offset = centre - start
-    along = (offset * ray).sum(axis=-1)
-    return (offset * offset).sum(axis=-1) - along**2 < (size * RADIUS) ** 2
+    return np.isfinite(sphere_distance(start, ray, _where(number), size * RADIUS))
 
 
 def _meets_pane(
     start: NDArray[np.float64], ray: NDArray[np.float64], size: float
 ) -> NDArray[np.bool_]:
-    up, out = (
-        np.array([0.0, math.cos(_LEAN), math.sin(_LEAN)]),
-        np.array([0.0, -math.sin(_LEAN), math.cos(_LEAN)]),
-    )
+    c, s = math.cos(_LEAN), math.sin(_LEAN)
+    up, out = np.array([0.0, c, s]), np.array([0.0, -s, c])
     offset = _where(3) - start
     along = (offset @ out) / (ray @ out)
     point = along[..., None] * ray - offset
@@ -300,16 +274,6 @@ def measured(seeds: int, samples: int, variant: str) -> Measured:
         with _cycles(build_scene(), plan, seed, straight=straight) as engine:
             return grey_scene.band_image(engine, plan, _DEPTH)
 
-    def traced(scenes: Sequence[object]) -> Callable[[int], NDArray[np.float64]]:
-        def render(seed: int) -> NDArray[np.float64]:
-            images = [
-                np.array(mitsuba.render(scene, spp=2 * samples, seed=seed * count + band))[..., 0]
-                for band, scene in enumerate(scenes)
-            ]
-            return np.stack(images, axis=-1).astype(np.float64)
-
-        return render
-
     def scenes(*, inner: bool) -> list[object]:
         return [
             mitsuba.load_dict(_mitsuba_scene(mitsuba, plan, band, extent.half_width, inner=inner))
@@ -324,15 +288,12 @@ def measured(seeds: int, samples: int, variant: str) -> Measured:
             print(name, seed, np.round(found[-1], 5).tolist(), flush=True)
         return np.array(found)
 
-    few = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
-    scene = bpy.context.scene
-    with engines.eevee_bands(scene, camera, few, extent, _DEPTH) as engine:
-        image = grey_scene.band_image(engine, few, _DEPTH)
+    image = grey_scene.eevee_image(plan, camera, _EEVEE_SAMPLES)
     by = {EEVEE: np.array([[image[place].mean(axis=0) for place in seen]])}
     by[CYCLES] = means(CYCLES, lambda seed: cycles(seed, straight=False))
     by[STRAIGHT] = means(STRAIGHT, lambda seed: cycles(seed, straight=True))
-    by[MITSUBA] = means(MITSUBA, traced(scenes(inner=False)))
-    by[INNER] = means(INNER, traced(scenes(inner=True)))
+    by[MITSUBA] = means(MITSUBA, by_mitsuba(mitsuba, scenes(inner=False), 2 * samples))
+    by[INNER] = means(INNER, by_mitsuba(mitsuba, scenes(inner=True), 2 * samples))
     return Measured(np.array(plan.bands.centres), by)
 
 
@@ -341,11 +302,9 @@ def measure(ask: Ask) -> Mapping[str, object]:
     found = measured(ask.seeds, ask.samples, ask.variant)
     rows = []
     for one, other, places in (
-        (CYCLES, MITSUBA, PLACES),
-        (STRAIGHT, MITSUBA, (OCCLUSION,)),
-        (CYCLES, INNER, (PLASTIC,)),
+        (CYCLES, MITSUBA, PLACES), (STRAIGHT, MITSUBA, (OCCLUSION,)), (CYCLES, INNER, (PLASTIC,)),
         (EEVEE, MITSUBA, PLACES),
-    ):
+    ):  # fmt: skip
         rows += found.rows(one, other, places)
     heads = ("what is seen", "of", *(f"{nm:.0f} nm" for nm in found.bands), "all bands")
     return {"rows": table(heads, rows), "twice": 2 * ask.samples}

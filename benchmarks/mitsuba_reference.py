@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -25,6 +25,7 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.bounded_peak import bound_forward_peak
 from ..uw_spectral.water.phase_functions import HenyeyGreenstein
 from . import grey_scene
+from ._scenery import new_file
 from .grey_scene import CLEAR, PAPERS, Light
 from .runner import Ask, Page, table
 
@@ -73,11 +74,6 @@ class Comparison:
         special = "" if self.light == CLEAR else f", {self.light.title}"
         return f"{self.water} | {self.depth:g} m{special}"
 
-    @property
-    def both(self) -> tuple[Renders, Renders]:
-        """The two renderers."""
-        return self.cycles, self.mitsuba
-
     def z(self) -> NDArray[np.float64]:
         """Mitsuba minus Cycles in units of their noise, shape (blocks, n).
 
@@ -86,7 +82,7 @@ class Comparison:
         """
         from scipy import stats
 
-        means = [r.block_means for r in self.both]
+        means = [r.block_means for r in (self.cycles, self.mitsuba)]
         t = stats.ttest_ind(means[1], means[0], equal_var=False)
         probability = stats.t.sf(np.abs(t.statistic), t.df)
         return np.copysign(stats.norm.isf(probability), t.statistic)
@@ -107,17 +103,20 @@ class Comparison:
         absorbs = column.absorption > column.scattering
         return ~(shows_surface & absorbs & (per_block < _FEWEST_RAYS))
 
-    def ratio(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Mitsuba's mean over Cycles' per band, and its standard error."""
-        per_seed = [r.images.mean(axis=(1, 2)) for r in self.both]
+    def ratio(self) -> tuple[float, float]:
+        """Ratio of the images' means, every band of the same weight, and its standard error."""
+        scale = self.cycles.images.mean(axis=(0, 1, 2))
+        per_seed = [
+            (r.images.mean(axis=(1, 2)) / scale).mean(axis=1) for r in (self.cycles, self.mitsuba)
+        ]
         means, errors = zip(*(mean_and_error(x) for x in per_seed), strict=True)
         ratio = means[1] / means[0]
-        return ratio, ratio * np.hypot(errors[0] / means[0], errors[1] / means[1])
+        return float(ratio), float(ratio * np.hypot(errors[0] / means[0], errors[1] / means[1]))
 
     def speed(self) -> float:
         """CPU time of Mitsuba over that of Cycles for the same error of a block."""
         costs = []
-        for renders in self.both:
+        for renders in (self.cycles, self.mitsuba):
             means = renders.block_means
             relative = means.var(axis=0, ddof=1) / means.mean(axis=0) ** 2
             costs.append(renders.seconds * float(np.median(relative)))
@@ -159,26 +158,29 @@ def _medium(plan: RenderPlan, band: int) -> dict:
     return {"type": "homogeneous", "sigma_t": a + b, "albedo": b / (a + b), "phase": described}
 
 
+def sky_pixels(rows: int, columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where pixels of a sky lie, shape (h, w, 3), z up, and their solid angles, (h, w)."""
+    polar = np.linspace(0.0, math.pi, rows)[:, None]
+    turn = 2.0 * math.pi * (np.arange(columns) + 0.5) / columns
+    axes = np.sin(polar) * np.sin(turn), np.sin(polar) * np.cos(turn), np.cos(polar) + 0.0 * turn
+    width = math.pi / (rows - 1) * 2.0 * math.pi / columns
+    return np.stack(axes, axis=-1), np.sin(polar) * width * np.ones(columns)
+
+
 def sky_picture(sky: Sky, band: int) -> NDArray[np.float32]:
     """Draw the sky in a band as Mitsuba maps it, rows from zenith to nadir, shape (h, w, 3)."""
-    turn = 2.0 * math.pi * (np.arange(_SKY_COLUMNS) + 0.5) / _SKY_COLUMNS
-    polar = np.linspace(0.0, math.pi, _SKY_ROWS)[:, None]
-    x, y = np.sin(polar) * np.sin(turn), np.sin(polar) * np.cos(turn)
-    up = np.cos(polar) + 0.0 * turn
-    radiance = sky.radiance((x[..., None], y[..., None], up[..., None]))[..., band]
-    return np.repeat((radiance * (up > 0.0))[..., None], 3, axis=-1).astype(np.float32)
+    directions, _ = sky_pixels(_SKY_ROWS, _SKY_COLUMNS)
+    radiance = sky.radiance(tuple(np.moveaxis(directions, -1, 0)[..., None]))[..., band]
+    above = (radiance * (directions[..., 2] > 0.0)).astype(np.float32)
+    return np.repeat(above[..., None], 3, axis=-1)
 
 
 def _sky_emitter(mitsuba: ModuleType, column: WaterColumn, band: int) -> dict:
     if not column.sky_radiance.any():
         return {}
-    return {
-        "sky": {
-            "type": "envmap",
-            "bitmap": mitsuba.Bitmap(sky_picture(column.skylight, band)),
-            "to_world": mitsuba.ScalarTransform4f().rotate([1.0, 0.0, 0.0], 90.0),
-        }
-    }
+    picture = mitsuba.Bitmap(sky_picture(column.skylight, band))
+    turned = mitsuba.ScalarTransform4f().rotate([1.0, 0.0, 0.0], 90.0)
+    return {"sky": {"type": "envmap", "bitmap": picture, "to_world": turned}}
 
 
 def mitsuba_scene(
@@ -197,62 +199,65 @@ def mitsuba_scene(
     bottom = column.floor_depth + 1.0
     forward = [0.0, math.sin(grey_scene.PITCH), -math.cos(grey_scene.PITCH)]
     eye = [0.0, 0.0, -depth]
+    width, height = 2.0 * half_width, bottom / 2
     return {
         "type": "scene",
         "integrator": {"type": "volpath", "max_depth": -1},
         "water": {
-            "type": "cube",
-            "to_world": transform()
-            .translate([0.0, 0.0, -bottom / 2])
-            .scale([half_width, half_width, bottom / 2]),
-            "bsdf": {"type": "null"},
+            "type": "cube", "bsdf": {"type": "null"},
+            "to_world": transform().translate([0.0, 0.0, -height])
+                                   .scale([half_width, half_width, height]),
             "interior": {**_medium(plan, band), "id": "medium"},
         },
         "floor": {
             "type": "rectangle",
-            "to_world": transform()
-            .translate([0.0, 0.0, -column.floor_depth])
-            .scale(2.0 * half_width),
+            "to_world": transform().translate([0.0, 0.0, -column.floor_depth]).scale(width),
             "bsdf": {"type": "diffuse", "reflectance": float(column.floor_reflectance[band])},
         },
         "sphere": {
-            "type": "sphere",
+            "type": "sphere", "radius": grey_scene.SPHERE_RADIUS,
             "center": [0.0, grey_scene.SPHERE_AHEAD, -depth - grey_scene.SPHERE_DROP],
-            "radius": grey_scene.SPHERE_RADIUS,
             "bsdf": {"type": "diffuse", "reflectance": grey_scene.SPHERE_REFLECTANCE},
         },
         **_sky_emitter(mitsuba, column, band),
         "sun": {
-            "type": "directional",
-            "direction": [float(x) for x in column.sun_direction],
+            "type": "directional", "direction": [float(x) for x in column.sun_direction],
             "irradiance": float(column.sun_irradiance[band] / column.sun_cosine),
         },
         "camera": {
-            "type": "perspective",
-            "fov": math.degrees(grey_scene.FIELD_OF_VIEW),
-            "fov_axis": "x",
-            "near_clip": 1e-5,
+            "type": "perspective", "fov": math.degrees(grey_scene.FIELD_OF_VIEW), "fov_axis": "x",
+            "near_clip": 1e-5, "medium": {"type": "ref", "id": "medium"},
             "to_world": transform().look_at(
-                origin=eye,
-                target=[e + f for e, f in zip(eye, forward, strict=True)],
+                origin=eye, target=[e + f for e, f in zip(eye, forward, strict=True)],
                 up=[0.0, 0.0, 1.0],
             ),
-            "medium": {"type": "ref", "id": "medium"},
             "film": {
-                "type": "hdrfilm",
-                "width": WIDTH,
-                "height": HEIGHT,
-                "pixel_format": "luminance",
-                "component_format": "float32",
-                "rfilter": {"type": "box"},
+                "type": "hdrfilm", "width": WIDTH, "height": HEIGHT, "pixel_format": "luminance",
+                "component_format": "float32", "rfilter": {"type": "box"},
             },
         },
-    }
+    }  # fmt: skip
+
+
+def by_mitsuba(
+    mitsuba: ModuleType, scenes: Sequence[object], samples: int
+) -> Callable[[int], NDArray[np.float64]]:
+    """Return what renders scenes of one band each for a seed, shape (h, w, n)."""
+
+    def render(seed: int) -> NDArray[np.float64]:
+        # Seeds of bands differ, so that their noise is independent.
+        images = [
+            np.array(mitsuba.render(scene, spp=samples, seed=seed * len(scenes) + band))[..., 0]
+            for band, scene in enumerate(scenes)
+        ]
+        return np.stack(images, axis=-1).astype(np.float64)
+
+    return render
 
 
 def _compared(water: str, depth: float, light: Light, ask: Ask) -> Comparison:
     """Render one combination by both renderers; Mitsuba takes twice the samples of Cycles."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    new_file()
     camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
     plan = plan_for(water, depth, ask.bands, light)
     extent = water_body.water_extent(bpy.context.scene, plan.column, depth)
@@ -262,13 +267,7 @@ def _compared(water: str, depth: float, light: Light, ask: Ask) -> Comparison:
         for band in range(ask.bands)
     ]
 
-    def render(seed: int) -> NDArray[np.float64]:
-        # Seeds of bands differ, so that their noise is independent.
-        images = [
-            np.array(mitsuba.render(scene, spp=2 * ask.samples, seed=seed * ask.bands + band))
-            for band, scene in enumerate(scenes)
-        ]
-        return np.stack([image[..., 0] for image in images], axis=-1)
+    render = by_mitsuba(mitsuba, scenes, 2 * ask.samples)
 
     def traced(seed: int) -> NDArray[np.float64]:
         return grey_scene.cycles_image(plan, camera, ask.samples, seed)
@@ -296,7 +295,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
     """Compare every combination."""
     found = [_compared(*each, ask) for each in COMBINATIONS[: ask.cases]]
     every = [(c.z(), c.has_normal_noise(2 * ask.samples)) for c in found]
-    overall = [_overall_ratio(c) for c in found]
+    overall = [c.ratio() for c in found]
     rows = [
         [*c.title.split(" | "), *_z_cells(*z), f"{c.speed():.2f}", f"{ratio:.4f}±{error:.4f}"]
         for c, z, (ratio, error) in zip(found, every, overall, strict=True)
@@ -318,20 +317,6 @@ def _z_cells(every: NDArray[np.float64], chosen: NDArray[np.bool_]) -> list[str]
     beyond = [100 * float(np.mean(np.abs(z) > limit)) for limit in (2, 3)]
     squares = [f"{np.mean(x**2):.2f}" for x in (z, every)]
     return [str(z.size), f"{beyond[0]:.1f} %", f"{beyond[1]:.2f} %", *squares]
-
-
-def _overall_ratio(comparison: Comparison) -> tuple[float, float]:
-    """Ratio of the images' means with every band at the same weight, and its standard error."""
-    scale = comparison.cycles.images.mean(axis=(0, 1, 2))
-    means, errors = zip(
-        *(
-            mean_and_error((r.images.mean(axis=(1, 2)) / scale).mean(axis=1))
-            for r in comparison.both
-        ),
-        strict=True,
-    )
-    ratio = means[1] / means[0]
-    return float(ratio), float(ratio * np.hypot(errors[0] / means[0], errors[1] / means[1]))
 
 
 PAGE = Page(

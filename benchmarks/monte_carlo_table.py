@@ -5,30 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 
-import numpy as np
-
-from ..validation.monte_carlo_cases import (
-    FLOORS,
-    IRRADIANCE_PHOTONS,
-    PHASES,
-    PUBLISHED_PHOTONS,
-    QUANTITIES,
-    canonical,
-    differences,
-    irradiances,
-)
-from .runner import Ask, Page, table
-
-
-def _spread(rows: list[dict]) -> str:
-    found = differences(rows) * 100
-    return f"{np.median(found):.1f}/{np.percentile(found, 90):.1f}/{found.max():.1f}"
+from ..validation import monte_carlo_cases as cases
+from .runner import Ask, Page, spread, table
 
 
 def _published() -> tuple[str, list[list[str]]]:
     rows, met = [], []
     for problem, case in ((1, 1), (1, 2), (2, 1), (2, 2), (6, 1)):
-        found = canonical(problem, case, PUBLISHED_PHOTONS // (1 if case == 1 else 5))
+        found = cases.canonical(problem, case, cases.PUBLISHED_PHOTONS // (1 if case == 1 else 5))
         met += [abs(x.difference) <= x.tolerance for x in found]
         cells = [
             "/".join(f"{100 * x.difference:+.2f}" for x in found if x.quantity == name)
@@ -41,16 +25,17 @@ def _published() -> tuple[str, list[list[str]]]:
 def measure(ask: Ask) -> Mapping[str, object]:
     """Trace the problems, irradiances and path radiances."""
     within, published = _published()
-    every = irradiances(IRRADIANCE_PHOTONS, ask.threads)
+    every = cases.irradiances(cases.IRRADIANCE_PHOTONS, ask.threads)
     irradiance = []
-    for phase, quantity in itertools.product(PHASES, QUANTITIES):
+    for phase, quantity in itertools.product(cases.PHASES, cases.QUANTITIES):
         mine = [x for x in every if (x["phase"], x["quantity"]) == (phase, quantity)]
-        cells = [_spread([x for x in mine if x["r"] == r]) for r in FLOORS]
+        by_floor = (100 * cases.differences([x for x in mine if x["r"] == r]) for r in cases.FLOORS)
+        cells = (spread(x, ".1f", (0.5, 0.9, 1.0)) for x in by_floor)
         irradiance.append([f"{phase}, {quantity}", *cells])
     return {
         "within": within,
         "published": table(("problem, case", "Ed", "Eou", "Lu"), published),
-        "irradiance": table(("", *(f"floor {r:g}" for r in FLOORS)), irradiance),
+        "irradiance": table(("", *(f"floor {r:g}" for r in cases.FLOORS)), irradiance),
     }
 
 

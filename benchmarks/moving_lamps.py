@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import tempfile
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.engines import engines
-from ..scene.readers import cameras
-from ..scene.readers.ray_casting import Meshes
 from ..scene.water import metering, water_body
 from ..uw_spectral.spectra.spectral_image import read_exr
 from . import grey_scene
@@ -66,10 +63,8 @@ class Moved:
 
 def moved(frames: int) -> Moved:
     """Render the frames."""
-    place = LitPlace("moving lamps", sand_room, _WATER)
-    camera = place.open()
-    scene = bpy.context.scene
-    scene.render.resolution_x, scene.render.resolution_y = _SIZE
+    place = LitPlace("moving lamps", sand_room, _WATER, size=_SIZE)
+    camera, scene = place.open(), bpy.context.scene
     for at in _PLACES:
         add_lamp(at, _TURN)
     shining = [item for item in scene.objects if item.type == "LIGHT"]
@@ -83,15 +78,12 @@ def moved(frames: int) -> Moved:
     extent = water_body.water_extent(scene, plan.column, depth)
     scene.frame_set(frames // 2)
     weights = plan.reduction(depth, metering.lamplight(scene, camera, plan)).weights
-    origins, ways = cameras.ray_arrays(scene, camera, *_SIZE)
-    meshes = Meshes(bpy.context.evaluated_depsgraph_get(), (), "camera")
-    met = meshes.first(origins, ways, np.full(len(ways), np.inf))
-    open_water = np.array([hit is None for hit in met]).reshape(_SIZE[::-1])
-    images, seconds = [], []
+    open_water = np.isinf(place.distance(camera))
+    images, seconds, begun = [], [], []
+    bpy.app.handlers.render_init.append(lambda *_: begun.append(time.thread_time()))
     with (
         tempfile.TemporaryDirectory() as folder,
         engines.eevee_realtime(scene, camera, plan, extent, depth) as engine,
-        _begun() as begun,
     ):
         for frame in range(frames):
             scene.frame_set(frame)
@@ -102,21 +94,6 @@ def moved(frames: int) -> Moved:
             images.append(read_exr(Path(folder, "frame.exr"))[0][..., :3])
     # The first frame was made before.
     return Moved(np.stack(images).astype(float), open_water, np.array(seconds[1:]))
-
-
-@contextlib.contextmanager
-def _begun() -> Iterator[list[float]]:
-    """Note this thread's CPU time whenever a render begins, while the block runs."""
-    times: list[float] = []
-
-    def note(*_: object) -> None:
-        times.append(time.thread_time())
-
-    bpy.app.handlers.render_init.append(note)
-    try:
-        yield times
-    finally:
-        bpy.app.handlers.render_init.remove(note)
 
 
 def measure(ask: Ask) -> Mapping[str, object]:

@@ -18,8 +18,10 @@ import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
-from ._places import HEIGHT, WIDTH, Place, look_at, matt
-from .runner import Ask, Page, Target, table
+from ._places import HEIGHT, WIDTH, Place
+from ._rays import view_rays
+from ._scenery import look_at, matt
+from .runner import Ask, Page, Target, spread, table
 
 _WATERS, _ANGLES, _DISTANCES = ("I", "IB", "II", "3C"), (1.0, 3.0, 10.0, 30.0), (2.0, 4.0, 8.0)
 _SHAPES = ("ball", "cube", "plate")
@@ -47,10 +49,8 @@ class LitObject:
     view: str
 
     def __str__(self) -> str:
-        return (
-            f"| {self.water} | {self.angle:g}° | {self.distance:g} m | {self.shape} "
-            f"| {self.grey} | {self.view}"
-        )
+        where = f"{self.water} {self.angle:g}° {self.distance:g} m"
+        return f"{where} {self.shape} {self.grey} {self.view}"
 
     @property
     def half(self) -> float:
@@ -79,7 +79,6 @@ class LitObject:
         def build() -> bpy.types.Object:
             at = np.array([0.0, 0.0, -self.depth])
             camera = look_at(at, at + self.towards, self._width)
-            bpy.context.view_layer.update()
             self._add(camera.matrix_world.to_3x3().to_4x4(), at + self.distance * self.towards)
             return camera
 
@@ -88,10 +87,8 @@ class LitObject:
 
     def inner(self) -> NDArray[np.bool_]:
         """Pixels well inside it, shape (h, w)."""
-        edge = math.tan(self._width / 2.0)
-        x = ((np.arange(WIDTH) + 0.5) / WIDTH * 2.0 - 1.0) * edge
-        y = ((np.arange(HEIGHT) + 0.5) / HEIGHT * 2.0 - 1.0) * edge * HEIGHT / WIDTH
-        return np.hypot(*np.meshgrid(x, y)) < _INNER * math.tan(math.radians(self.angle))
+        x, y, z = np.moveaxis(view_rays(WIDTH, HEIGHT, self._width, 0.0), -1, 0)
+        return np.hypot(x, z) / y < _INNER * math.tan(math.radians(self.angle))
 
     @property
     def _width(self) -> float:
@@ -135,12 +132,9 @@ def measure(ask: Ask) -> Mapping[str, object]:
         for name in ("view", "water", "angle", "distance"):
             groups[name, str(getattr(item, name))].append(off)
     found = {key: 100 * np.concatenate(off) for key, off in sorted(groups.items())}
-    rows = [
-        [*key, *(f"{x:.1f}%" for x in np.quantile(off, (0.5, 0.95, 1.0)))]
-        for key, off in found.items()
-    ]
+    rows = [[*key, *spread(off, ".1f").split("/")] for key, off in found.items()]
     median, most = np.quantile(found["all", ""], (0.5, 0.95))
-    return {"rows": table(("things", "", "median", "95 %", "worst"), rows),
+    return {"rows": table(("objects", "", "median, %", "95 %", "worst"), rows),
             "count": len(objects), "median": float(median), "most": float(most)}  # fmt: skip
 
 
@@ -160,5 +154,5 @@ objects of 30° and for those seen from below.
 - Large black plates and cubes in 3C are up to 1.4 × too bright.
 """,
     (Target("median, %", "median", 10.0), Target("95 %, %", "most", 25.0)),
-    {"samples": 192, "things": 99},
+    {"samples": 192, "objects": 99},
 )

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import itertools
-import runpy
-import tempfile
+import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..node_groups import realtime_occlusion
-from ..scene.engines import engines
-from ..scene.water import water_body
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from . import grey_scene
+from ._drawing import drawing
 from ._occlusion_moving import full_frame, moving
 from ._occlusion_scenes import box, canyon, car, jetty, of_file, slab, tunnel
-from ._places import HEIGHT, WIDTH, Place, sheet
-from .runner import ROOT, Ask, Page, Target, table
+from ._places import Place, sheet
+from ._scenery import example, sized
+from .runner import Ask, Page, Target, table
 
 FORMS: dict[str, dict[str, object]] = {
     "no occlusion": {"diffuse_shadows": False, "scene_floor": False},
@@ -32,59 +32,38 @@ _OCCLUDED = 0.5  # of a block: from then on it counts as shaded
 _COST_SIZE, _COST_SAMPLES = (192, 108), 8
 
 
-def _built(name: str, detail: str, folder: Path) -> Path:
-    """Return an example scene; it is built if it is not in the folder."""
-    file = folder / f"{name}_{detail}.blend"
-    if not file.exists():
-        build = runpy.run_path(str(ROOT / "examples" / "build_scene.py"))["main"]
-        build([name, str(file), "--detail", detail])
-    return file
-
-
 def places(folder: Path) -> list[Place]:
     """Return the places; the example scenes are built if they are not in the folder."""
     found = [Place("slab", slab, samples=512), Place("box", box, samples=1024)]
     for name, samples in (("reef", 512), ("wreck", 1024), ("cave", 2048)):
-        found.append(Place(name, of_file(_built(name, "draft", folder)), samples=samples))
-    for inside in (True, False):
-        where = "inside" if inside else "outside"
-        found += [
-            Place(f"tunnel, {where}", tunnel(inside=inside), samples=2048),
-            Place(f"jetty, {where}", jetty(inside=inside), "3C", samples=4096),
-            Place(f"car, {where}", car(inside=inside), "II", samples=2048),
-            Place(f"canyon, {where}", canyon(inside=inside), samples=2048),
-        ]
+        found.append(
+            Place(
+                name,
+                partial(of_file, example(folder / f"{name}_draft.blend", name, "draft")),
+                samples=samples,
+            )
+        )
+    for (name, build, water, samples), inside in itertools.product(
+        (("tunnel", tunnel, "IB", 2048), ("jetty", jetty, "3C", 4096), ("car", car, "II", 2048),
+         ("canyon", canyon, "IB", 2048)), (True, False),
+    ):  # fmt: skip
+        where = f"{name}, {'inside' if inside else 'outside'}"
+        found.append(Place(where, partial(build, inside=inside), water, samples=samples))
     return found
 
 
-@dataclass(frozen=True)
-class FrameCost:
-    """Seconds of a frame without and with occlusion, and bytes of the table's image."""
-
-    without: float
-    occluded: float
-    atlas: int
-
-
-def frame_cost(place: Place, camera: bpy.types.Object) -> FrameCost:
-    """Render frames with and without occlusion in turn; the least seconds of each."""
-    scene, least = bpy.context.scene, {}
-    scene.render.resolution_x, scene.render.resolution_y = _COST_SIZE
-    depth, size = -camera.matrix_world.translation.z, 0
-    with tempfile.TemporaryDirectory() as folder:
-        for _, name in itertools.product(range(2), ("no occlusion", "occlusion")):
-            plan = place.plan(_COST_SAMPLES, bands=8, **FORMS[name])
-            extent = water_body.water_extent(scene, plan.column, depth)
-            with engines.eevee_realtime(scene, camera, plan, extent, depth) as engine:
-                render = engine.frame(plan, depth)
-                for _ in range(3):
-                    start = time.perf_counter()
-                    render(engine.passes[0], Path(folder, "frame.exr"))
-                    least.setdefault(name, []).append(time.perf_counter() - start)
-                images = [i for i in bpy.data.images if i.name.startswith(realtime_occlusion.NAME)]
-                size = max([size, *(16 * i.size[0] * i.size[1] for i in images)])
-    scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-    return FrameCost(min(least["no occlusion"]), min(least["occlusion"]), size)
+def frame_cost(place: Place) -> tuple[float, float]:
+    """Seconds of a frame with occlusion over one without, and MiB of the table's image."""
+    sized(_COST_SIZE)
+    seconds, size = dict.fromkeys(FORMS, math.inf), 0
+    for _, (name, form) in itertools.product(range(2), FORMS.items()):
+        with drawing(place.plan(_COST_SAMPLES, bands=8, **form).settings) as drawn:
+            taken = [drawn.seconds(_COST_SAMPLES, time.perf_counter) for _ in range(3)]
+            seconds[name] = min(seconds[name], *taken)
+            images = [i for i in bpy.data.images if i.name.startswith(realtime_occlusion.NAME)]
+            size = max([size, *(16 * i.size[0] * i.size[1] for i in images)])
+    sized(place.size)
+    return seconds["occlusion"] / seconds["no occlusion"], size / 2**20
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
@@ -108,20 +87,20 @@ def measure(ask: Ask) -> Mapping[str, object]:
         images = (got.reference, *got.pictures.values())
         pictures[place.name] = [srgb_encode(np.clip(gain * x, 0.0, 1.0)) for x in images]
         if place.name in ("reef", "wreck", "cave"):
-            cost = frame_cost(place, camera)
-            costs.append((place.name, cost.occluded / cost.without, cost.atlas / 2**20))
+            costs.append((place.name, *frame_cost(place)))
         print(*rows[-1], sep=" | ", flush=True)
     sheet(ask.shown("occlusion.jpg"), pictures, ("Cycles", *FORMS))
-    moves = [moving(place).cells() for place in found if place.name in ("reef", "wreck", "cave")]
-    frame = full_frame(Place("reef", of_file(_built("reef", "full", ask.folder))))
+    moves = [moving(place) for place in found if place.name in ("reef", "wreck", "cave")]
+    full = example(ask.folder / "reef_full.blend", "reef", "full")
+    plain, water = full_frame(Place("reef", partial(of_file, full)))
     heads = ("scene", "no occlusion", "occlusion", "95 %", "shaded", "noise", "bright, %")
     return {
         "rows": table(heads, rows),
         "mean": max(x for x, _ in errors), "shaded": max(x for _, x in errors),
         "moves": table(("scene", "whole", "fish", "diver", "camera", "off"), moves),
-        "plain": str(frame.plain).replace("/", " / "),
-        "water": str(frame.water).replace("/", " / "),
-        "ratio": frame.water.wall / frame.plain.wall,
+        "plain": str(plain).replace("/", " / "),
+        "water": str(water).replace("/", " / "),
+        "ratio": water.wall / plain.wall,
         "costs": "; ".join(f"{name} {ratio:.2f}, {size:.1f} MiB" for name, ratio, size in costs),
         "dearest": max((ratio for _, ratio, _ in costs), default=1.0),
     }  # fmt: skip
@@ -131,15 +110,13 @@ PAGE = Page(
     "Occlusion in the water",
     """
 How it is done is in [physics](../physics.md#occlusion-between-objects): up to 6000 probes of 64
-rays
-each.
+rays each.
 
 ## Against Cycles
 Jerlov IB, flat surface, clear sky, sun at 30°, 3 bands, 48 × 27; reef, wreck and cave are the
 example scenes, the jetty is in 3C, the car in II. ΔE2000 of blocks of 3 × 3 pixels without
-occlusion
-and with it; *shaded*: where the sun does not reach; *noise*: of Cycles, in all of them; *bright*:
-of the picture. Wanted were 1.5 in the mean and 2.5 in shaded pixels.
+occlusion and with it; *shaded*: where the sun does not reach; *noise*: of Cycles, in all of them;
+*bright*: of the picture. Wanted were 1.5 in the mean and 2.5 in shaded pixels.
 
 {rows}
 
@@ -175,6 +152,6 @@ image: {costs}.
         Target("a frame of the full reef over one without water", "ratio", 2.0),
         Target("a frame over one without occlusion", "dearest", 1.25),
     ),
-    {"share": 1.0, "places": 99},
+    {"fraction": 1.0, "places": 99},
     ("examples",),
 )

@@ -5,13 +5,11 @@ from __future__ import annotations
 import functools
 import math
 import time
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
 from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from ..uw_spectral.imaging.viewpoint import Viewpoint
@@ -186,9 +184,7 @@ def _times() -> str:
 
 def measure(_: Ask) -> Mapping[str, object]:
     """Try all cases."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DataWarning)
-        found, times = _measured(), _times()
+    found, times = _measured(), _times()
     labels = [*(f"equal {n}" for n in _EQUAL), *(f"optimised {n}" for n in _OPTIMISED)]
     labels += [_HERE, _PLAIN, _SIXTY]
     sensors = list(dict.fromkeys(case[2] for case in found))
@@ -211,21 +207,16 @@ def measure(_: Ask) -> Mapping[str, object]:
     for name, of, names in (("waters", "water", JERLOV_TYPES), ("cameras", "sensor", sensors)):
         rows.append([name, *(_spread(found, label, of, names) for label in shown)])
     worst = max(found, key=lambda case: found[case]["optimised 6"].mean())
+    errors = [[x, *(_cell(_chosen(found, x, depth=[d])) for d in _DEPTHS)] for x in labels]
+    six, sixteen = (f"{found[worst][x].mean():.2f}" for x in ("optimised 6", "equal 16"))
     return {
         "six": _listed(wins("optimised 6", d) for d in _DEPTHS),
         "nine": _listed(wins("optimised 9", d) for d in _DEPTHS),
-        "count": len(sensors),
-        "cases": len(found),
-        "errors": table(
-            ("bands", *(f"{d:g} m" for d in _DEPTHS)),
-            [[x, *(_cell(_chosen(found, x, depth=[d])) for d in _DEPTHS)] for x in labels],
-        ),
+        "count": len(sensors), "cases": len(found), "times": times,
+        "errors": table(("bands", *(f"{d:g} m" for d in _DEPTHS)), errors),
         "held": table(("", *shown), rows),
-        "worst": f"{worst[0]}, {worst[1]:g} m, {worst[2]}, "
-        f"{found[worst]['optimised 6'].mean():.2f} (16 equal bands "
-        f"{found[worst]['equal 16'].mean():.2f})",
-        "times": times,
-    }
+        "worst": f"{worst[0]}, {worst[1]:g} m, {worst[2]}, {six} (16 equal bands {sixteen})",
+    }  # fmt: skip
 
 
 PAGE = Page(

@@ -28,6 +28,8 @@ from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from . import grey_scene
 from ._drawing import Drawing, drawing
+from ._scenery import new_file
+from .runner import ROOT
 
 _DEPTH = 5.0
 _BANDS = 3  # one pass
@@ -64,8 +66,7 @@ def main(arguments: Sequence[str]) -> None:
     width, height = _RESOLUTION
     header = _HEADER.format(width=width, height=height, repeats=_REPEATS, without=without)
     lines = [",".join(COLUMNS), *(",".join(f"{value:.4g}" for value in row) for row in rows)]
-    table = Path(__file__).resolve().parent.parent / "data" / "costs.csv"
-    table.write_text(header + "\n".join(lines) + "\n", encoding="utf-8")
+    (ROOT / "data" / "costs.csv").write_text(header + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 def configurations() -> list[tuple[Method, Options]]:
@@ -106,7 +107,7 @@ def water_seconds(method: Method, options: Options) -> float:
 
 def _scene(options: Options) -> SceneSettings:
     """Build the scene, and return the settings of its water."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_file()
     grey_scene.build_scene(_DEPTH, *_RESOLUTION)
     chosen: dict[str, Any] = settings_of(options)
     floor_depth = _DEPTH + grey_scene.ABOVE_FLOOR
@@ -117,15 +118,8 @@ def _seconds(drawn: Drawing, *, shadows: bool) -> float:
     """CPU time of one more sample, s per megapixel."""
     drawn.scene.eevee.use_shadows = shadows
     samples = 1 if shadows else _SAMPLES
-    with tempfile.TemporaryDirectory() as folder:
-
-        def frame(count: int) -> float:
-            start = time.process_time()
-            drawn.picture(Path(folder) / "a.exr", count)
-            return time.process_time() - start
-
-        frame(1)  # compiles
-        few, many = (min(frame(n) for _ in range(_REPEATS)) for n in (1, 1 + samples))
+    drawn.seconds(1)  # compiles
+    few, many = (min(drawn.seconds(n) for _ in range(_REPEATS)) for n in (1, 1 + samples))
     return (many - few) / samples / _megapixels()
 
 

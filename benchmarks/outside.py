@@ -17,12 +17,11 @@ from ..validation import caustic_causes as causes
 from ..validation import constituent_seas, ecolight, hydrolight, raman_at_sea, tyler
 from ..validation import measured_waters as waters
 from ..validation.canonical_problems import PROBLEMS, canonical_field, canonical_values, closed_form
+from ..validation.monzon import TABLE2
 from . import planted_errors
-from .runner import Ask, Page, Record, table
+from .runner import Ask, Page, Record, joined, ranged, table
 
 MET, PARTLY, MISSED, OPEN = "met", "**partly**", "**missed**", "open"
-TABLE2 = (0.059, 0.041, 0.117, 0.107, 0.107, 0.107)
-"""sRGB RMSE of the method of Monzon et al. (2024) against their path tracer, their Table 2."""
 CLOSED = ((1, 1), (1, 2), (2, 1), (2, 2), (6, 1))
 """Canonical problems that the closed form knows."""
 _SHOWN = [0, 1, 4, 5]  # wavelengths of Raman light
@@ -34,11 +33,7 @@ Rows = list[tuple[str, str, str, str, str]]
 
 
 def _percent(values: object, form: str = "+.0f") -> str:
-    return "/".join(f"{100 * x:{form}}" for x in np.ravel(np.asarray(values)))
-
-
-def _range(values: object, form: str = ".2f") -> str:
-    return f"{np.min(values):{form}}…{np.max(values):{form}}"
+    return joined(100 * np.asarray(values), form)
 
 
 def _tyler(rows: Rows) -> Mapping[str, Any]:
@@ -155,13 +150,13 @@ def _waters(rows: Rows) -> Mapping[str, Any]:
     rows += [
         ("Kd of measured a and b, six Jerlov types, over measured Kd",
          "Williamson & Hollins 2022; Jerlov 1976",
-         f"median {np.median(Kd):.2f}, {_range(Kd)}, {near[0]} of {len(Kd)} within two spreads of "
+         f"median {np.median(Kd):.2f}, {ranged(Kd)}, {near[0]} of {len(Kd)} within two spreads of "
          "a", "1", PARTLY),
         ("b of the default source over measured b", "Williamson & Hollins 2022",
-         f"{_range(b)}, {near[1]} of {len(b)} within two spreads", "1 ± 0.3",
+         f"{ranged(b)}, {near[1]} of {len(b)} within two spreads", "1 ± 0.3",
          MISSED + ": an inversion; `williamson2022` is measured"),
         ("Kd of types I, IA, IB at 30° over the published", "HydroLight, Solonenko & Mobley 2015",
-         _range(1 / fit_3), "1 (two digits)", MET),
+         ranged(1 / fit_3), "1 (two digits)", MET),
         ("Kd by Lee et al. (2005) over that solved, case 1 waters, sun at 10, 30, 60°",
          "HydroLight, Lee et al. 2005",
          f"{100 * np.mean(lee):.1f} % off on average, {100 * np.max(lee):.0f} % at most",
@@ -170,16 +165,16 @@ def _waters(rows: Rows) -> Mapping[str, Any]:
          "/".join(f"{suns[name][0]:.0f}°" for name in ("3C", "5C", "9C")),
          "not stated; at 30° Kd is 9 to 16 % off", OPEN),
         ("phase function backwards at eight stations, at their bb/b", "Petzold 1972",
-         f"{_range(backward)} of measured", "± 0.1", MET),
+         f"{ranged(backward)} of measured", "± 0.1", MET),
         ("default particles at the three harbour stations, all angles", "Petzold 1972",
-         f"{_range(harbour)} of measured",
+         f"{ranged(harbour)} of measured",
          f"their average ± {100 * np.max(np.abs(average - 1)):.0f} %", PARTLY),
         ("default bb/b in open water", "Petzold 1972", "0.0183",
          "0.013 to 0.044 with the water's own", "a setting: no type fixes it"),
         ("χ = bb/(2π β), 90 to 160°", "Boss & Pegau 2001", f"{off_chi} % at most", "± 3 to 6 %",
          MET),
     ]  # fmt: skip
-    jerlov = [[n, f"{np.median(x):.2f} ({_range(x)})", _range(bs[n])] for n, x in Kds.items()]
+    jerlov = [[n, f"{np.median(x):.2f} ({ranged(x)})", ranged(bs[n])] for n, x in Kds.items()]
     profiles = [
         ["Kd over ours at 550 nm", *(f"{at_30[1]:.2f}" for _, at_30, _ in suns.values())],
         ["sun that fits", *(f"{sun:g}°" for sun, *_ in suns.values())],
@@ -189,8 +184,8 @@ def _waters(rows: Rows) -> Mapping[str, Any]:
             ("type", "Kd of measured a, b over measured Kd", "default b over measured b"), jerlov
         ),
         "suns": table(("type", *suns), profiles),
-        "backward": _range(backward).replace("…", " to "),
-        "harbour": _range(harbour).replace("…", " to "),
+        "backward": ranged(backward, between=" to "),
+        "harbour": ranged(harbour, between=" to "),
         "chi": off_chi,
     }
 
@@ -214,11 +209,11 @@ def _raman(rows: Rows) -> Mapping[str, Any]:
         ("Raman coefficient, 362 to 544 nm", "Bartlett 1998, as NASA has it",
          f"{_percent([off.min(), off.max()])} %", "± 10 %", MET),
         ("Raman over elastic light that leaves case 1 water, 551 and 667 nm",
-         f"{lee} (HydroLight)", f"× {_range(ratios[:, 4:])}", "1 ± 0.25", MET),
-        ("the same, 488 and 531 nm", lee, f"× {_range(ratios[:, 2:4])}", "1 ± 0.25", PARTLY),
-        ("the same, 412 and 443 nm", lee, f"× {_range(ratios[:, :2])}", "1 ± 0.25", MISSED),
+         f"{lee} (HydroLight)", f"× {ranged(ratios[:, 4:])}", "1 ± 0.25", MET),
+        ("the same, 488 and 531 nm", lee, f"× {ranged(ratios[:, 2:4])}", "1 ± 0.25", PARTLY),
+        ("the same, 412 and 443 nm", lee, f"× {ranged(ratios[:, :2])}", "1 ± 0.25", MISSED),
         ("the same, pure water below 420 nm by Smith & Baker (1981)", lee,
-         f"× {_range(older[:, :2])}", "1 ± 0.25", PARTLY),
+         f"× {ranged(older[:, :2])}", "1 ± 0.25", PARTLY),
         ("fraction of Raman light at 650 nm, 20 m", "none found with numbers",
          f"{deep[-1]} (C = 0.1)", "–", OPEN),
     ]  # fmt: skip
@@ -240,11 +235,11 @@ def _caustics(rows: Rows) -> Mapping[str, Any]:
     before, after = (found[causes.CAUSES[i]] for i in (0, -1))
     rows += [
         ("caustics, variation of Ed at 2.8 to 9.6 m over measured", "Darecki 2011",
-         f"× {_range(before[below])}; with the cause found {_range(after[below])}", "1 ± 0.2",
+         f"× {ranged(before[below])}; with the cause found {ranged(after[below])}", "1 ± 0.2",
          PARTLY + ": carried by what a c-meter does not see of b"),
         ("the same at 0.9 and 1.7 m", "Darecki 2011",
-         f"× {_range(before[~below])}; with the cause found {_range(after[~below])}, and with "
-         f"twice the waves of 6 to 30 cm {_range(both[~below])}", "1 ± 0.2",
+         f"× {ranged(before[~below])}; with the cause found {ranged(after[~below])}, and with "
+         f"twice the waves of 6 to 30 cm {ranged(both[~below])}", "1 ± 0.2",
          MISSED + ": carried by how many decimetre waves there are"),
         ("caustics at 3.2 m, sun at 20/40/60°", "Gernez & Antoine 2009",
          f"× {at_once}; averaged over ⅓ s {slow}", "1 ± 0.2",
@@ -266,7 +261,7 @@ def _papers(rows: Rows) -> Mapping[str, Any]:
     found = {name: rmse for name, rmse, *_ in lines}
     names = ("EEVEE, real time", "paper, printed", "paper, corrected, RGB")
     ours, printed, corrected = (found.get(name, "–") for name in names)
-    mean = f"{np.mean(TABLE2):.3f}"
+    mean = f"{np.mean(list(TABLE2.values())):.3f}"
     rows.append((
         "sRGB RMSE of real time, mean of six waters and depths", "Monzon 2024, Table 2",
         f"{ours} (their formula there: {printed})", f"{mean}, in their scenes",

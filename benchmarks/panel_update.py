@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from .. import registration
 from ..scene import stored_settings
 from ..scene.viewport import live, problems
 from ..ui import live_updates
-from ..uw_spectral.errors import DataWarning
+from .runner import markdown, table
 
 _HASTY, _WHOLE = 40.0, 500.0  # ms, aimed at
 _REPETITIONS = 8
@@ -41,7 +40,6 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("blend", type=Path, nargs="?")
     parser.add_argument("--no-lamps", action="store_true")
     options = parser.parse_args(arguments)
-    warnings.simplefilter("ignore", DataWarning)
     if options.blend:
         bpy.ops.wm.open_mainfile(filepath=str(options.blend.absolute()))
     else:
@@ -58,15 +56,16 @@ def main(arguments: Sequence[str]) -> None:
         bpy.ops.underwater.submerge(depth=5.0)
     live.add(scene)
     nodes = sum(len(group.nodes) for group in bpy.data.node_groups)
-    print(f"| change | in haste, ms | worst | at rest, ms | worst | ≤ {_HASTY:g}, {_WHOLE:g} |")
-    print("|---|---|---|---|---|---|")
+    rows = []
     for name, values in _CHANGES.items():
         wanted = [values[i % len(values)] for i in range(-1, _REPETITIONS)]
         hasty, whole = (
             [_milliseconds(scene, name, value, hasty=h) for value in wanted] for h in (True, False)
         )
-        _print_row(name, hasty[1:], whole[1:])
+        rows.append(_row(name, hasty[1:], whole[1:]))
     built = sum(len(group.nodes) for group in bpy.data.node_groups) - nodes
+    heads = ("change", "in haste, ms", "worst", "at rest, ms", "worst", f"≤ {_HASTY:g}, {_WHOLE:g}")
+    print(markdown(table(heads, rows)))
     print(f"\nnodes built: {built}; problem: {problems.problem(scene) or 'none'}")
 
 
@@ -78,7 +77,7 @@ def _milliseconds(scene: bpy.types.Scene, name: str, value: object, *, hasty: bo
         return 1e3 * (time.thread_time() - start)
 
 
-def _print_row(name: str, hasty: list[float], whole: list[float]) -> None:
+def _row(name: str, hasty: list[float], whole: list[float]) -> list[str]:
     (quick, slowest), (rest, longest) = ((statistics.median(t), max(t)) for t in (hasty, whole))
     met = ", ".join("met" if t < aim else "missed" for t, aim in ((quick, _HASTY), (rest, _WHOLE)))
-    print(f"| {name} | {quick:.0f} | {slowest:.0f} | {rest:.0f} | {longest:.0f} | {met} |")
+    return [name, *(f"{t:.0f}" for t in (quick, slowest, rest, longest)), met]

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import tempfile
+import functools
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
-import OpenImageIO as oiio  # noqa: N813
+from PIL import Image
 
 from ..examples.scenes import build_scene
-from ..scene.engines import engines
-from ..scene.water.water_body import water_extent
 from ..settings.render_plan import RenderPlan, make_plan
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.spectra.sensor import list_sensors, parse_sensor
-from ..uw_spectral.spectra.spectral_image import read_exr
 from ..uw_spectral.water.bio_optics import Constituents
 from ..uw_spectral.water.inelastic_processes import RAMAN_LINES, largest_cdom_yield
 from ..uw_spectral.water.named import parse_uniform_water
 from ..validation.colour_errors import srgb_rmse
-from ..validation.monzon import path_radiance_Monzon2024
+from ..validation.monzon import TABLE2, path_radiance_Monzon2024
 from . import baselines, grey_scene
 from ._drawing import drawing
-from ._places import Array, Place, delta_e, depth_of, sheet
+from ._places import Array, Place, delta_e, sheet
+from ._scenery import depth_of, new_file
 from .realtime_accuracy import HEIGHT, OVERSAMPLING, WIDTH
-from .runner import Ask, Page, Target, table
+from .runner import Ask, Page, Target, pyplot, table
 
 _SIZE, _FLOOR, _DETAIL, _SAMPLES = (96, 54), 7.0, "draft", 8
 _DEPTHS = (4.0, 10.0, 20.0)  # of the reef's floor, m
@@ -39,9 +37,6 @@ _SENSORS = ("Canon PowerShot S90", "ARRI D21")
 _SWAPPED = ("I", "IB", "II", "1C", "3C", "5C")
 _TRACED = (("IB", "Canon EOS 600D"), ("II", "Canon Digital Rebel XTi"))
 _BANDS, _COUNTS, _BLOCK = 8, (3, 8, 32), 9
-_PUBLISHED = {("3C", 3.0): 0.059, ("3C", 9.0): 0.041, ("I", 5.0): 0.117,
-              ("IA", 9.0): 0.107, ("IB", 5.0): 0.107, ("II", 3.0): 0.107}  # fmt: skip
-"""Table 2 of Monzon et al. (2024): the RMSE of their method."""
 
 
 def _reef(water: str, floor: float, bands: int = _BANDS) -> Place:
@@ -60,11 +55,7 @@ def _reef(water: str, floor: float, bands: int = _BANDS) -> Place:
 
 def _coefficients(path: Path) -> None:
     """Draw a, b, c and Kd of the ten types."""
-    import matplotlib as mpl
-
-    mpl.use("agg")
-    import matplotlib.pyplot as plt
-
+    plt = pyplot()
     figure, axes = plt.subplots(2, 5, figsize=(7.5, 3.2), sharex=True, sharey="row")
     for axis, name in zip(axes.flat, _TYPES, strict=True):
         water = parse_uniform_water(f"jerlov:{name}")
@@ -91,12 +82,10 @@ def _types(floor: float) -> Array:
         return replace(_reef(water, floor).plan(_SAMPLES).settings, exposure=_STOPS)
 
     found = []
-    with tempfile.TemporaryDirectory() as folder, drawing(settings("I")) as drawn:
-        path = Path(folder, "picture.exr")
+    with drawing(settings("I")) as drawn:
         for water in _TYPES:
             drawn.change(settings(water))
-            drawn.picture(path, _SAMPLES)
-            found.append(srgb_encode(np.clip(read_exr(path)[0], 0.0, 1.0)))
+            found.append(srgb_encode(np.clip(drawn.image(_SAMPLES), 0.0, 1.0)))
     return np.stack(found)
 
 
@@ -125,16 +114,8 @@ def _film(path: Path, pictures: Sequence[Array]) -> None:
         for one, other in zip(pictures, [*pictures[1:], pictures[0]], strict=True)
         for part in (0.0, 0.0, 0.0, 0.5)
     ]
-    height, width = frames[0].shape[:2]
-    spec = oiio.ImageSpec(width, height, 3, "uint8")
-    spec.attribute("FramesPerSecond", "rational", (4, 1))
-    output = oiio.ImageOutput.create(str(path))
-    output.open(str(path), [spec] * len(frames))
-    for number, frame in enumerate(frames):
-        if number:
-            output.open(str(path), spec, "AppendSubimage")
-        output.write_image(np.round(255 * frame).astype(np.uint8))
-    output.close()
+    first, *others = (Image.fromarray(np.round(255 * x).astype(np.uint8)) for x in frames)
+    first.save(path, save_all=True, append_images=others, duration=250, loop=0)
 
 
 def _three(sensor: str) -> list[float]:
@@ -162,13 +143,10 @@ def _traced(ask: Ask) -> dict[str, list[Array]]:
         depth, plan = depth_of(camera), place.plan(1)
         words = ",".join(map(str, _peaks([sensor])))
         few = place.plan(1, wavelengths=words)
-
-        def kept(name: str, make: Callable[[], Array], place: Place = place) -> Array:
-            return ask.kept(f"{place.name} {name}", make)
-
-        traced = kept("cycles", lambda p=place, c=camera: p.by_cycles(c))
-        bands = kept("bands", lambda p=place, c=camera: p.by_eevee(c))
-        three = kept("three", lambda p=place, c=camera, w=words: p.by_eevee(c, wavelengths=w))
+        traced = ask.kept(f"{place.name} cycles", functools.partial(place.by_cycles, camera))
+        by_eevee = functools.partial(place.by_eevee, camera)
+        bands = ask.kept(f"{place.name} bands", by_eevee)
+        three = ask.kept(f"{place.name} three", functools.partial(by_eevee, wavelengths=words))
         found[f"{water}, {sensor}"] = [
             _sensed(plan, depth, sensor, traced.mean(axis=0)),
             _sensed(plan, depth, sensor, bands),
@@ -185,20 +163,18 @@ def _errors(ask: Ask, sensors: Sequence[str]) -> Iterator[tuple[tuple[str, float
     """
     words = ",".join(map(str, _peaks(sensors)))
     for water, depth in grey_scene.COMBINATIONS[: ask.cases]:
-        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+        new_file()
         camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
         plan = grey_scene.plan_for(water, depth, _BANDS)
         many = make_plan(replace(plan.settings, wavelengths=words))
-        halves = ask.kept(f"grey {water} {depth:g} cycles", lambda p=plan, c=camera: [
-            grey_scene.cycles_image(p, c, ask.samples, seed) for seed in (1, 2)
-        ])  # fmt: skip
+        name = f"grey {water} {depth:g}"
+        traced = functools.partial(grey_scene.cycles_images, plan, camera, ask.samples)
+        halves = ask.kept(f"{name} cycles", traced)
         ours, three = (
-            ask.kept(
-                f"grey {water} {depth:g} {len(p.bands.centres)}",
-                lambda p=p, c=camera, d=depth: grey_scene.eevee_image(p, c, d),
-            )
+            ask.kept(f"{name} {len(p.bands.centres)}",
+                     functools.partial(grey_scene.eevee_image, p, camera))
             for p in (plan, many)
-        )
+        )  # fmt: skip
         hits = grey_scene.trace(plan.column.sun_direction, WIDTH, HEIGHT, OVERSAMPLING)
         printed = grey_scene.blocks(
             baselines.paper_image(plan, hits, depth, path_radiance_Monzon2024), OVERSAMPLING
@@ -226,19 +202,9 @@ def _costs() -> list[list[str]]:
     seconds: dict[int, tuple[float, float]] = {}
     for count in _COUNTS:
         place = _reef("IB", 10.0, count)
-        plan = place.plan(_SAMPLES)
-        camera = place.open()
-        depth = depth_of(camera)
-        extent = water_extent(bpy.context.scene, plan.column, depth)
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            engines.eevee_realtime(bpy.context.scene, camera, plan, extent, depth) as engine,
-        ):
-            draw, path = engine.frame(plan, depth), Path(folder, "picture.exr")
-            for _ in range(2):
-                start = time.process_time()
-                draw(engine.passes[0], path)
-                frame = time.process_time() - start
+        place.open()
+        with drawing(place.plan(_SAMPLES).settings) as drawn:
+            _, frame = (drawn.seconds(_SAMPLES) for _ in range(2))  # the first compiles
         bands = place.timed(place.open(), time.process_time)[1]
         seconds[count] = frame, bands
     least = seconds[_COUNTS[0]][0]
@@ -290,10 +256,10 @@ def measure(ask: Ask) -> Mapping[str, object]:
         rmse, off = errors.mean(axis=-1).T
         worst = errors[:2, 1].max(axis=-1)
         rows.append([f"{water} {depth:g} m", *(f"{x:.3f}" for x in rmse),
-                     f"{_PUBLISHED[water, depth]:.3f}", *(f"{x:.2f}" for x in off),
+                     f"{TABLE2[water, depth]:.3f}", *(f"{x:.2f}" for x in off),
                      *(f"{x:.2f}" for x in worst)])  # fmt: skip
         ours.append(rmse[0])
-        theirs.append(_PUBLISHED[water, depth])
+        theirs.append(TABLE2[water, depth])
     pairs = {
         name: [delta_e(images[0], x, 6).mean() for x in images[1:]]
         for name, images in traced.items()
@@ -372,12 +338,6 @@ with an isotropic phase function ([physics](../physics.md)).
 A0 to B2 of CDOM's fluorescence are those of sample FA7 (Hawes 1992) by excitation, not two numbers.
 """,
     (Target("RMSE over that of Table 2, mean", "over", 1.0),),
-    {
-        "samples": 64,
-        "cases": 99,
-        "width": _SIZE[0],
-        "height": _SIZE[1],
-        "bands": _BANDS,
-        "stops": _STOPS,
-    },
-)
+    {"samples": 64, "cases": 99, "width": _SIZE[0], "height": _SIZE[1], "bands": _BANDS,
+     "stops": _STOPS},
+)  # fmt: skip

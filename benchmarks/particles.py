@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import tempfile
 import time
@@ -32,7 +33,8 @@ from ..uw_spectral.water.particles import (
     scattering_fraction,
 )
 from ._denoised import denoised
-from ._places import ball, camera_at, sheet
+from ._places import sheet
+from ._scenery import ball, camera_at, new_file
 from .runner import Ask, Page, table
 
 DEPTH, _FLOOR = 8.0, 9.4
@@ -55,15 +57,11 @@ class Look:
     def plan(self, samples: int) -> render_plan.RenderPlan:
         """Return what is rendered."""
         typical: dict[str, Any] = {
-            "water": "jerlov:II",
-            "bands": 3 if self.night else 6,
-            "phase": "hg:0.9",
-            "surface": "flat",
-            "floor_depth": _FLOOR,
-            "diffuse_shadows": False,
+            "water": "jerlov:II", "bands": 3 if self.night else 6, "phase": "hg:0.9",
+            "surface": "flat", "floor_depth": _FLOOR, "diffuse_shadows": False,
             "particle_slope": 4.0,
             "samples": samples * (1 if self.engine == "realtime" else _CYCLES),
-        }
+        }  # fmt: skip
         return render_plan.make_plan(SceneSettings(**{**typical, **self.changes}))
 
 
@@ -78,8 +76,7 @@ LOOKS = (
 
 def build(*, night: bool, width: int) -> bpy.types.Object:
     """Fill an empty file with boulders on the sea's floor, a torch at night; return the camera."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    scene = bpy.context.scene
+    scene = new_file()
     scene.render.resolution_x, scene.render.resolution_y = width, round(width / _ASPECT)
     scene.render.resolution_percentage = 100
     paint = (0.5, 0.45, 0.35) if night else (0.02, 0.02, 0.02)
@@ -91,7 +88,6 @@ def build(*, night: bool, width: int) -> bpy.types.Object:
     camera.data.dof.use_dof = True
     camera.data.dof.focus_distance = 2.0 if night else 0.7
     camera.data.dof.aperture_fstop = 4.0 if night else 8.0
-    scene.camera = camera
     if night:
         for item in lamp_rigs.add_rig(scene, "torch", camera):
             item.data.spot_size = math.radians(50.0)
@@ -99,9 +95,7 @@ def build(*, night: bool, width: int) -> bpy.types.Object:
     return camera
 
 
-def _looked(
-    look: Look, samples: int, width: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _looked(look: Look, samples: int, width: int) -> NDArray[np.float64]:
     """Picture of a look; how many particles, and CPU seconds of a sample without and with them."""
     camera = build(night=look.night, width=width)
     scene, plan = bpy.context.scene, look.plan(samples)
@@ -137,17 +131,13 @@ def _looked(
                     times[full, count] = min(taken, times.get((full, count), math.inf))
         plain, full = ((times[full, 1 + _MORE] - times[full, 1]) / _MORE for full in (False, True))
         count = sum(cloud.count for cloud in particles_of(plan.settings, plan.column).clouds)
-        return picture, np.array([count, plain, full])
+        return np.array([*picture.ravel(), count, plain, full])
 
 
 def _picture(
-    engine: BandEngine,
-    plan: render_plan.RenderPlan,
-    weights: NDArray[np.float64],
-    path: Path,
-    *,
-    realtime: bool,
-) -> NDArray[np.float64]:
+    engine: BandEngine, plan: render_plan.RenderPlan, weights: NDArray[np.float64], path: Path,
+    *, realtime: bool,
+) -> NDArray[np.float64]:  # fmt: skip
     """Return the display values of a frame, exposed by what is in it."""
     if realtime:
         render = engine.frame(plan, DEPTH, weights)
@@ -177,12 +167,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
     """Render and time the looks."""
     pictures, costs = {}, []
     for number, look in list(enumerate(LOOKS))[: ask.looks]:
-
-        def both(look: Look = look) -> NDArray[np.float64]:
-            picture, numbers = _looked(look, ask.samples, ask.width)
-            return np.concatenate([picture.ravel(), numbers])
-
-        kept = ask.kept(str(number), both)
+        kept = ask.kept(str(number), functools.partial(_looked, look, ask.samples, ask.width))
         count, plain, full = kept[-3:].tolist()
         pictures[look.title] = [kept[:-3].reshape(-1, ask.width, 3)]
         costs.append([look.title, int(count), f"{full / plain:.2f}"])

@@ -6,40 +6,34 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..validation.discrete_ordinates_reference import (
-    FORMS,
-    VIEWS,
-    WATERS,
-    compare,
-    compare_irradiance,
-    errors,
-)
+from ..validation import discrete_ordinates_reference as cases
 from .runner import Ask, Page, spread, table
 
 
 def measure(_: Ask) -> Mapping[str, object]:
     """Compare rays of all waters, of particles, and irradiances."""
-    rows = [row for water in WATERS for row in compare(water)]
+    rows = [row for water in cases.WATERS for row in cases.compare(water)]
     groups = {"**all**": rows}
-    for of, names, label in (("view", VIEWS, "{}"), ("water", WATERS, "water {}")):
+    for of, names, label in (("view", cases.VIEWS, "{}"), ("water", cases.WATERS, "water {}")):
         groups |= {label.format(x): [row for row in rows if row[of] == x] for x in names}
     medians = []
     for name, some in groups.items():
-        off = 100 * errors(some)
+        off = 100 * cases.errors(some)
         cells = [f"{x:.1f}" for x in (*np.median(off, axis=0), np.percentile(off[:, -1], 90))]
         medians.append([name, *cells])
     particles = []
     for name, phase in (("Fournier-Forand 1.10, 0.0183", "fournier-forand:1.10,0.0183"),
                         ("HG 0.95", "hg:0.95")):  # fmt: skip
-        some = [row for w in WATERS for row in compare(w, (450.0, 550.0), (5.0,), phase)]
-        particles.append([name, *(f"{x:.1f}" for x in 100 * np.median(errors(some), axis=0))])
+        some = [row for w in cases.WATERS
+                for row in cases.compare(w, (450.0, 550.0), (5.0,), phase)]  # fmt: skip
+        particles.append([name, *(f"{x:.1f}" for x in 100 * np.median(cases.errors(some), axis=0))])
     irradiance = [
         [name, *(spread(100 * x, ".1f", (0.5, 0.9, 1.0)) for x in values)]
-        for name, values in compare_irradiance().items()
+        for name, values in cases.compare_irradiance().items()
     ]
     return {
-        "rays": table(("rays", *FORMS, "closed form, 90 %"), medians),
-        "particles": table(("phase function", *FORMS), particles),
+        "rays": table(("rays", *cases.FORMS, "closed form, 90 %"), medians),
+        "particles": table(("phase function", *cases.FORMS), particles),
         "irradiance": table(("median/90 %/worst", "floor 0", "floor 0.2"), irradiance),
     }
 

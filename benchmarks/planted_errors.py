@@ -49,66 +49,41 @@ class Error:
 
 
 ERRORS = (
-    Error(
-        "b of a Jerlov type × 1.1", "water/optical_properties.py",
-        "return self.scattering.at(wavelengths)", "return 1.1 * self.scattering.at(wavelengths)",
-    ),
-    Error(
-        "Kd of a Jerlov type × 1.1", "water/optical_properties.py",
-        "return self.diffuse_attenuation.at(wavelengths)",
-        "return 1.1 * self.diffuse_attenuation.at(wavelengths)",
-    ),
-    Error(
-        "Kd of Lee et al. (2005) × 1.1", "../validation/kd.py",
-        "return (1 + 0.005 * sun_zenith) * a + 4.18",
-        "return (1.1 + 0.0055 * sun_zenith) * a + 4.6",
-    ),
-    Error(
-        "bb/b of the default particles × 1.1", "water/phase_functions.py",
-        "backscatter: float = 0.0183", "backscatter: float = 0.0201",
-    ),
-    Error(
-        "1 - χ of the phase moments × 1.1", "water/phase.py",
-        "moments[order - 1] = 1 - np.sum(", "moments[order - 1] = 1 - 1.1 * np.sum(",
-    ),
-    Error(
-        "molecular scattering × 1.1", "water/pure_water.py",
-        'f"molecular scattering {model}").at(\n        wavelengths\n    )',
-        'f"molecular scattering {model}").at(\n        wavelengths\n    ) * 1.1',
-    ),
-    Error(
-        "absorption of pure water × 1.1", "water/pure_water.py",
-        'f"absorption of pure water ({source})").at(\n        wavelengths\n    )',
-        'f"absorption of pure water ({source})").at(\n        wavelengths\n    ) * 1.1',
-    ),
-    Error(
-        "Raman coefficient × 1.1", "water/inelastic_processes.py",
-        "_RAMAN_488, _RAMAN_EXPONENT = 2.6e-4, 5.5", "_RAMAN_488, _RAMAN_EXPONENT = 2.86e-4, 5.5",
-    ),
-    Error(
-        "Fresnel reflectance × 1.1", "surface/refraction.py",
-        "return 0.5 * (perpendicular * perpendicular + parallel * parallel)",
-        "return m.minimum(0.55 * (perpendicular * perpendicular + parallel * parallel), 1.0)",
-    ),
-    Error(
-        "refractive index × 1.1", "surface/refraction.py",
-        "return np.sqrt(cosine**2 + (refractive_index**2 - 1)) / refractive_index",
-        "return np.sqrt(cosine**2 + (1.21 * refractive_index**2 - 1)) / (1.1 * refractive_index)",
-    ),
-    Error(
-        "n² of the sky's radiance × 1.1", "transfer/sky.py",
-        "(1.0 - reflected) * refractive_index**2, 0.0)",
-        "(1.0 - reflected) * 1.1 * refractive_index**2, 0.0)",
-    ),
-    Error(
-        "single scattering × 1.1", "transfer/solved_field.py",
-        "source = layer.b * phase(layer, rays) * light.E / light.mu_s",
-        "source = 1.1 * layer.b * phase(layer, rays) * light.E / light.mu_s",
-    ),
-    Error(
-        "forward peak of delta-M × 0.9", "transfer/discrete_ordinates.py",
-        "f = chi[count]\n", "f = 0.9 * chi[count]\n",
-    ),
+    Error("b of a Jerlov type × 1.1", "water/optical_properties.py",
+          "return self.scattering.at(wavelengths)", "return 1.1 * self.scattering.at(wavelengths)"),
+    Error("Kd of a Jerlov type × 1.1", "water/optical_properties.py",
+          "return self.diffuse_attenuation.at(wavelengths)",
+          "return 1.1 * self.diffuse_attenuation.at(wavelengths)"),
+    Error("Kd of Lee et al. (2005) × 1.1", "../validation/kd.py",
+          "return (1 + 0.005 * sun_zenith) * a + 4.18",
+          "return (1.1 + 0.0055 * sun_zenith) * a + 4.6"),
+    Error("bb/b of the default particles × 1.1", "water/phase_functions.py",
+          "backscatter: float = 0.0183", "backscatter: float = 0.0201"),
+    Error("1 - χ of the phase moments × 1.1", "water/phase.py",
+          "moments[order - 1] = 1 - np.sum(", "moments[order - 1] = 1 - 1.1 * np.sum("),
+    Error("molecular scattering × 1.1", "water/pure_water.py",
+          'f"molecular scattering {model}").at(\n        wavelengths\n    )',
+          'f"molecular scattering {model}").at(\n        wavelengths\n    ) * 1.1'),
+    Error("absorption of pure water × 1.1", "water/pure_water.py",
+          'f"absorption of pure water ({source})").at(\n        wavelengths\n    )',
+          'f"absorption of pure water ({source})").at(\n        wavelengths\n    ) * 1.1'),
+    Error("Raman coefficient × 1.1", "water/inelastic_processes.py",
+          "_RAMAN_488, _RAMAN_EXPONENT = 2.6e-4, 5.5",
+          "_RAMAN_488, _RAMAN_EXPONENT = 2.86e-4, 5.5"),
+    Error("Fresnel reflectance × 1.1", "surface/refraction.py",
+          "return 0.5 * (perpendicular * perpendicular + parallel * parallel)",
+          "return m.minimum(0.55 * (perpendicular * perpendicular + parallel * parallel), 1.0)"),
+    Error("refractive index × 1.1", "surface/refraction.py",
+          "np.sqrt(cosine**2 + (refractive_index**2 - 1)) / refractive_index",
+          "np.sqrt(cosine**2 + (1.21 * refractive_index**2 - 1)) / (1.1 * refractive_index)"),
+    Error("n² of the sky's radiance × 1.1", "transfer/sky.py",
+          "(1.0 - reflected) * refractive_index**2, 0.0)",
+          "(1.0 - reflected) * 1.1 * refractive_index**2, 0.0)"),
+    Error("single scattering × 1.1", "transfer/solved_field.py",
+          "source = layer.b * phase(layer, rays) * light.E / light.mu_s",
+          "source = 1.1 * layer.b * phase(layer, rays) * light.E / light.mu_s"),
+    Error("forward peak of delta-M × 0.9", "transfer/discrete_ordinates.py",
+          "f = chi[count]\n", "f = 0.9 * chi[count]\n"),
 )  # fmt: skip
 
 

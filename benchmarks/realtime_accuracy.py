@@ -15,8 +15,9 @@ from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..validation.colour_errors import srgb_rmse
 from ..validation.monzon import path_radiance_Monzon2024_corrected
 from . import baselines, grey_scene
-from ._places import delta_e, realtime, sheet
-from .runner import Ask, Page, Target, table
+from ._places import Compared, realtime, sheet
+from ._scenery import new_file
+from .runner import Ask, Page, Target, spread, table
 
 WIDTH, HEIGHT, OVERSAMPLING = 90, 54, 3
 _SQUARE, _BLOCK = 3, 9
@@ -26,87 +27,56 @@ _SEEN = 0.8  # ΔE2000 that half of all observers see, ISO/TR 28642:2016
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Compared):
     """Pictures of one combination by method, as scene-linear RGB.
 
-    ``halves`` are two references of independent noise, shape (2, h, w, 3).
-    Squares of pixels are averaged before they are clipped to the display's range and
-    encoded: clipping and the display's curve move the mean of noise.
+    Squares of pixels are averaged before they are clipped to the display's range and encoded:
+    clipping and the display's curve move the mean of noise.
     """
 
-    water: str
-    depth: float
-    halves: NDArray[np.float64]
-    pictures: dict[str, NDArray[np.float64]]
-
-    @property
-    def reference(self) -> NDArray[np.float64]:
-        """Mean of the halves, shape (h, w, 3)."""
-        return self.halves.mean(axis=0)
-
-    @property
-    def title(self) -> str:
-        """Water and depth."""
-        return f"{self.water} {self.depth:g} m"
+    title: str = ""
 
     def rmse(self, method: str) -> float:
         """RMSE in sRGB of squares of pixels, with the variance of the reference taken off."""
-        found = srgb_rmse(*(_squares(x) for x in (self.pictures[method], self.reference)))
-        return _without(found, self.rmse_noise())
+        found, noise = (
+            srgb_rmse(*(grey_scene.blocks(x, _SQUARE) for x in pair))
+            for pair in ((self.pictures[method], self.reference), self.halves)
+        )
+        return _without(found, noise / 2)
 
-    def rmse_noise(self) -> float:
-        """RMSE in sRGB that the reference's noise makes."""
-        return srgb_rmse(*(_squares(half) for half in self.halves)) / 2
-
-    def delta_e(self, method: str) -> float:
+    def rms_delta_e(self, method: str) -> float:
         """Root mean square ΔE2000 of blocks, with that of the reference's noise taken off."""
-        return _without(_rms(self.delta_e_blocks(method)), self.delta_e_noise())
-
-    def delta_e_noise(self) -> float:
-        """Root mean square ΔE2000 of blocks that the reference's noise makes."""
-        return _rms(self.delta_e_noise_blocks())
-
-    def delta_e_blocks(self, method: str) -> NDArray[np.float64]:
-        """ΔE2000 of blocks of pixels; the noise of the reference is in it."""
-        return delta_e(self.pictures[method], self.reference, _BLOCK)
-
-    def delta_e_noise_blocks(self) -> NDArray[np.float64]:
-        """ΔE2000 of blocks that the reference's noise makes."""
-        return delta_e(*self.halves, _BLOCK) / 2
+        return _without(_rms(self.delta_e(method)), _rms(self.noise))
 
 
 def drawn(water: str, depth: float, ask: Ask) -> Result:
     """Render one combination by every method."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    new_file()
     camera = grey_scene.build_scene(depth, WIDTH, HEIGHT)
     plan = grey_scene.plan_for(water, depth, ask.bands)
     develop = plan.reduction(depth).apply
-
-    def traced() -> list[NDArray[np.float64]]:
-        return [grey_scene.cycles_image(plan, camera, ask.samples, seed) for seed in (1, 2)]
-
-    halves = [develop(image) for image in ask.kept(f"{water} {depth:g}", traced)]
+    title = f"{water} {depth:g} m"
+    halves = ask.kept(title, lambda: grey_scene.cycles_images(plan, camera, ask.samples))
     hits = grey_scene.trace(plan.column.sun_direction, WIDTH, HEIGHT, OVERSAMPLING)
-    numpy = (plan.column, plan.phase, depth, WIDTH, HEIGHT, OVERSAMPLING)
+    numpy = (plan.column, plan.phase, depth, (WIDTH, HEIGHT), OVERSAMPLING)
     three = baselines.rgb_plan(plan.settings)
+    by_formula = {
+        name: develop(_pixels(baselines.paper_image(plan, hits, depth, form)))
+        for name, form in baselines.PAPER_FORMS.items()
+    }
+    in_rgb = {
+        "paper, corrected, RGB":
+            baselines.paper_image(three, hits, depth, path_radiance_Monzon2024_corrected),
+        "fog, RGB": baselines.fog_image(three, hits, depth),
+    }  # fmt: skip
     pictures = {
         **_eevee(plan, camera, depth),
         "solved, numpy": develop(grey_scene.solved_image(*numpy)),
         "closed form, numpy": develop(grey_scene.closed_form_image(*numpy)),
-        **{
-            name: develop(_pixels(baselines.paper_image(plan, hits, depth, form)))
-            for name, form in baselines.PAPER_FORMS.items()
-        },
-        "paper, corrected, RGB": baselines.as_rgb(
-            three,
-            depth,
-            _pixels(baselines.paper_image(three, hits, depth, path_radiance_Monzon2024_corrected)),
-        ),
-        "fog, RGB": baselines.as_rgb(
-            three, depth, _pixels(baselines.fog_image(three, hits, depth))
-        ),
+        **by_formula,
+        **{name: baselines.as_rgb(three, depth, _pixels(x)) for name, x in in_rgb.items()},
     }
-    return Result(water, depth, np.stack(halves), pictures)
+    return Result(np.stack([develop(x) for x in halves]), pictures, _BLOCK, title=title)
 
 
 def _eevee(
@@ -118,19 +88,15 @@ def _eevee(
         for change in ({"shafts": True}, {"diffuse_shadows": False})
     )
     return {
-        _SHIPPED: realtime(camera, plan),
-        "EEVEE, real time, shafts": realtime(camera, shafts),
-        "EEVEE, real time, no diffuse shadows": realtime(camera, bare),
-        "EEVEE, bands": plan.reduction(depth).apply(grey_scene.eevee_image(plan, camera, depth)),
+        _SHIPPED: realtime(plan),
+        "EEVEE, real time, shafts": realtime(shafts),
+        "EEVEE, real time, no diffuse shadows": realtime(bare),
+        "EEVEE, bands": plan.reduction(depth).apply(grey_scene.eevee_image(plan, camera)),
     }
 
 
 def _pixels(rays: NDArray[np.float64]) -> NDArray[np.float64]:
     return grey_scene.blocks(rays, OVERSAMPLING)
-
-
-def _squares(picture: NDArray[np.float64]) -> NDArray[np.float64]:
-    return grey_scene.blocks(picture, _SQUARE)
 
 
 def _rms(values: NDArray[np.float64]) -> float:
@@ -149,17 +115,15 @@ def measure(ask: Ask) -> Mapping[str, object]:
     }
     titles = ["Cycles", *results[0].pictures]
     sheet(ask.shown("realtime_accuracy.jpg"), pictures, [t.replace(", ", ",\n") for t in titles])
-    still = [r for r in results if np.quantile(r.delta_e_noise_blocks(), 0.95) <= _SEEN]
+    still = [r for r in results if np.quantile(r.noise, 0.95) <= _SEEN]
     rows = []
     for method in results[0].pictures:
-        rmse, off = ([of(r, method) for r in results] for of in (Result.rmse, Result.delta_e))
-        blocks = np.stack([r.delta_e_blocks(method) for r in still or results])
+        rmse, off = ([of(r, method) for r in results] for of in (Result.rmse, Result.rms_delta_e))
+        blocks = np.stack([r.delta_e(method) for r in still or results])
         numbers = (np.mean(rmse), max(rmse), np.mean(off), max(off))
-        tail = np.quantile(blocks, (0.5, 0.95, 1.0))
-        rows.append([method, *(f"{x:.3f}" for x in numbers), *(f"{x:.2f}" for x in tail),
+        rows.append([method, *(f"{x:.3f}" for x in numbers), *spread(blocks).split("/"),
                      f"{100 * np.mean(blocks <= _SEEN):.0f} %"])  # fmt: skip
-    noise = np.quantile([r.delta_e_noise_blocks() for r in still or results], (0.5, 0.95, 1.0))
-    off = {r.title: r.delta_e(_SHIPPED) for r in results}
+    off = {r.title: r.rms_delta_e(_SHIPPED) for r in results}
     worst = max(off, key=off.__getitem__)
     heads = ("method", "sRGB RMSE, mean", "worst", "ΔE2000, mean", "worst", "blocks: median",
              "95 %", "worst", "up to 0.8")  # fmt: skip
@@ -169,7 +133,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         "worst": off[worst],
         "where": worst,
         "still": ", ".join(r.title for r in still),
-        "noise": ", ".join(f"{x:.2f}" for x in noise),
+        "noise": spread([r.noise for r in still or results]).replace("/", ", "),
     }
 
 

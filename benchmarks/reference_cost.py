@@ -6,14 +6,12 @@ with the default settings.
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import json
 import math
 import tempfile
 import time
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,12 +25,12 @@ from ..quality.light_reach import lost_beyond
 from ..scene.engines import engines
 from ..scene.water import water_body
 from ..settings.scene_settings import EXACT
-from ..uw_spectral.errors import DataWarning
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, luminance
 from ..validation.solved_cases import FROM_SUN
-from . import _solved_scenes, grey_scene
-from ._solved_scenes import Scene
-from .runner import ROOT, Ask, Page, table
+from . import grey_scene
+from ._scenery import view_rays
+from ._solved_scenes import SIZE, Scene
+from .runner import ROOT, Ask, Page, ranged, table
 
 Array = NDArray[np.float64]
 
@@ -93,22 +91,8 @@ def _scene(water: str, setting: _Setting = _PLAIN, sun: float = _SUN) -> Scene:
     return Scene(water, WATERS[water], sun=sun, bands=_BANDS, **setting.scene)
 
 
-@contextlib.contextmanager
-def _changed(values: dict[str, Any]) -> Iterator[None]:
-    values = {"use_light_tree": True, **values}
-    cycles = bpy.context.scene.cycles
-    before = {name: getattr(cycles, name) for name in values}
-    try:
-        for name, value in values.items():
-            setattr(cycles, name, value)
-        yield
-    finally:
-        for name, value in before.items():
-            setattr(cycles, name, value)
-
-
 def _render(
-    scene: Scene, camera: bpy.types.Object, setting: _Setting, samples: int, *, all_bands: bool
+    scene: Scene, setting: _Setting, samples: int, *, all_bands: bool
 ) -> tuple[Array, float, int]:
     """Render seeds of a scene; return images, seconds and passes.
 
@@ -116,18 +100,19 @@ def _render(
     that is compared. Seconds are CPU time of a sample of a megapixel, all of these passes; what a
     render takes before its first sample is left out.
     """
-    _solved_scenes.place(scene)
-    plan = scene.plan(samples)
-    blender = bpy.context.scene
+    place = scene.place(samples)
+    camera, plan, blender = place.open(), place.plan(samples), bpy.context.scene
+    blender.render.threads_mode, blender.render.threads = "FIXED", 1
     extent = water_body.water_extent(blender, plan.column, scene.depth)
     images, seconds = [], 0.0
     passes = [shared for shared in plan.passes if all_bands or _BAND in shared]
     for seed in _SEEDS:
         with (
             engines.cycles_bands(blender, camera, plan, extent, seed=seed) as engine,
-            _changed(setting.cycles),
             tempfile.TemporaryDirectory() as folder,
         ):
+            for name, value in {"use_light_tree": True, **setting.cycles}.items():
+                setattr(blender.cycles, name, value)
             render, parts = engine.frame(plan, scene.depth), []
             for number, bands in enumerate(passes):
                 for count, sign in ((1, -1), (samples, 1)):
@@ -138,23 +123,19 @@ def _render(
                     seconds += sign * (time.process_time() - start)
                 parts.append(band_passes.RenderedPass(path, bands, None))
             images.append(band_passes.gather(parts).astype(np.float64))
-    pixels = _solved_scenes.WIDTH * _solved_scenes.HEIGHT / 1e6
+    pixels = SIZE[0] * SIZE[1] / 1e6
     return np.stack(images), seconds / ((samples - 1) * pixels * len(_SEEDS)), len(passes)
 
 
 def _measured(
-    water: str,
-    setting: _Setting,
-    camera: bpy.types.Object,
-    truth: tuple[Array, NDArray[np.bool_]],
-    plain: Array | None,
+    water: str, setting: _Setting, truth: tuple[Array, NDArray[np.bool_]], plain: Array | None
 ) -> tuple[dict[str, float], Array]:
     """Measure one setting; ``plain`` are the images without it, of the same seeds."""
     scene = _scene(water, setting)
-    images, seconds, _ = _render(scene, camera, setting, _SAMPLES, all_bands=False)
+    images, seconds, _ = _render(scene, setting, _SAMPLES, all_bands=False)
     wanted, far = truth
     shared = images.shape[-1]
-    where = next(group.index(_BAND) for group in scene.plan(1).passes if _BAND in group)
+    where = next(group.index(_BAND) for group in scene.place().plan(1).passes if _BAND in group)
     chosen = images[..., where][:, far]
     mean, count = chosen.mean(), far.sum() * len(_SEEDS)
     variance = ((chosen[0] - chosen[1]) ** 2).mean() / 2.0
@@ -166,19 +147,16 @@ def _measured(
     found = {
         "noise": math.sqrt(variance * _SAMPLES) / mean,
         "rms": math.sqrt(((chosen - wanted[far]) ** 2).mean()) / wanted[far].mean(),
-        "seconds": seconds / shared,
-        "bands": shared,
-        "bias": float(bias),
-        "error": float(error),
-    }
+        "seconds": seconds / shared, "bands": shared, "bias": bias, "error": error,
+    }  # fmt: skip
     return {name: float(value) for name, value in found.items()}, chosen
 
 
-def picture_noise(water: str, sun: float, camera: bpy.types.Object) -> dict[str, float]:
+def picture_noise(water: str, sun: float) -> dict[str, float]:
     """Noise in ΔE2000 and time of a whole picture with the default settings."""
     scene = _scene(water, _SHARED, sun=sun)
-    images, seconds, passes = _render(scene, camera, _SHARED, _TABLE_SAMPLES, all_bands=True)
-    plan = scene.plan(1)
+    images, seconds, passes = _render(scene, _SHARED, _TABLE_SAMPLES, all_bands=True)
+    plan = scene.place().plan(1)
     reduction = plan.reduction(scene.depth)
     weights = np.maximum(luminance(reduction.weights.T), 0.0) * plan.column.sun_irradiance
     b = float(plan.column.scattering @ weights / weights.sum())
@@ -197,10 +175,6 @@ def picture_noise(water: str, sun: float, camera: bpy.types.Object) -> dict[str,
 def _cost(found: dict[str, float]) -> float:
     """CPU seconds of a megapixel and band at the noise that is compared at."""
     return found["seconds"] * (found["noise"] / _NOISE) ** 2
-
-
-def _range(values: Sequence[float], form: str) -> str:
-    return f"{min(values):{form}}…{max(values):{form}}"
 
 
 def _table(found: Mapping[str, Mapping[str, dict[str, float]]]) -> str:
@@ -227,38 +201,31 @@ scatterings,delta_e,seconds
 """
 
 
-def _solved(scene: Scene, camera: bpy.types.Object) -> tuple[Array, NDArray[np.bool_]]:
+def _solved(scene: Scene) -> tuple[Array, NDArray[np.bool_]]:
     """Radiance by pixel of the compared band, exact peak, and which pixels are off the sun."""
-    _solved_scenes.place(scene)
-    plan = scene.plan(1)
-    height, width = _solved_scenes.HEIGHT, _solved_scenes.WIDTH
-    _, w = _solved_scenes.camera_rays(camera, width * _RAYS, height * _RAYS)
-    sun = np.asarray(plan.column.sun_direction)
-    far = (w @ -sun < math.cos(math.radians(FROM_SUN))).reshape(height, _RAYS, width, _RAYS)
+    place = scene.place()
+    w, plan = view_rays(place.open(), _RAYS), place.plan(1)
+    far = w @ -np.asarray(plan.column.sun_direction) < math.cos(math.radians(FROM_SUN))
+    shape = (SIZE[1], _RAYS, SIZE[0], _RAYS)
     image = plan.solved_field(_STREAMS).radiance(scene.depth, tuple(w.reshape(-1, 3).T))[:, _BAND]
-    return image.reshape(height, _RAYS, width, _RAYS).mean(axis=(1, 3)), far.all(axis=(1, 3))
+    return image.reshape(shape).mean(axis=(1, 3)), far.reshape(shape).all(axis=(1, 3))
 
 
-def _water(water: str, camera: bpy.types.Object) -> dict[str, dict[str, float]]:
+def _water(water: str) -> dict[str, dict[str, float]]:
     """Measure all settings in a water; what uses the same random numbers against the plain one."""
-    truth, plain, found = _solved(_scene(water), camera), None, {}
+    truth, plain, found = _solved(_scene(water)), None, {}
     for setting in _SETTINGS:
-        found[setting.name], chosen = _measured(water, setting, camera, truth, plain)
+        found[setting.name], chosen = _measured(water, setting, truth, plain)
         plain = chosen if plain is None else plain
-    return found | {f"{sun:g}°": picture_noise(water, sun, camera) for sun in _SUNS}
+    return found | {f"{sun:g}°": picture_noise(water, sun) for sun in _SUNS}
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
     """Measure each setting in each water, and write the table that Auto reads."""
-    camera = _solved_scenes.build()
-    render = bpy.context.scene.render
-    render.threads_mode, render.threads = "FIXED", 1
     found = {}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DataWarning)
-        for water in list(WATERS)[: ask.waters]:
-            kept = ask.kept(water, lambda water=water: json.dumps(_water(water, camera)))
-            found[water] = json.loads(str(kept))
+    for water in list(WATERS)[: ask.waters]:
+        kept = ask.kept(water, lambda water=water: json.dumps(_water(water)))
+        found[water] = json.loads(str(kept))
     if not ask.trial:
         (ROOT / "data" / "cycles_noise.csv").write_text(_table(found), encoding="utf-8")
     return _values(found)
@@ -271,11 +238,11 @@ def _values(found: Mapping[str, Mapping[str, dict[str, float]]]) -> Mapping[str,
     for setting in _SETTINGS[:-1]:
         every = [by[setting.name] for by in found.values()]
         gains = [_cost(x) / before for x, before in zip(every, plain, strict=True)]
-        bias = _range([100 * x["bias"] for x in every], "+.1f")
+        bias = ranged([100 * x["bias"] for x in every], "+.1f")
         error = f"{bias} ± {100 * max(x['error'] for x in every):.1f}"
         hg = setting.name == "HG 0.9"
-        settings.append([setting.name, _range(gains, ".2g"), "–" if hg else error])
-    views = [_scene(water).plan(1).viewpoint(WATERS[water]) for water in found]
+        settings.append([setting.name, ranged(gains, ".2g"), "–" if hg else error])
+    views = [_scene(water).place().plan(1).viewpoint(WATERS[water]) for water in found]
     bounds = 100 * np.max([lost_beyond(view, (32, 16)) for view in views], axis=0)
     lost = [max(-100 * by[f"{n} bounces"]["bias"] for by in found.values()) for n in (32, 16)]
     last, before = ([by[x] for by in found.values()] for x in ("denoised", _PLAIN.name))
@@ -295,10 +262,10 @@ def _values(found: Mapping[str, Mapping[str, dict[str, float]]]) -> Mapping[str,
         "middle": float(np.median(shared or [1.0])),
         "settings": table(("setting", "cost", "bias, %, ± largest error"), settings),
         "lost32": lost[0], "lost16": lost[1], "bound32": bounds[0], "bound16": bounds[1],
-        "noisy": _range([100 * x["rms"] for x in before], ".0f").replace("…", " … "),
-        "denoised": _range([100 * x["rms"] for x in last], ".0f").replace("…", " … "),
-        "worth": _range(worth, ".0f").replace("…", " … "),
-        "bias": _range([100 * x["bias"] for x in last], "+.1f").replace("…", " … "),
+        "noisy": ranged([100 * x["rms"] for x in before], ".0f", " … "),
+        "denoised": ranged([100 * x["rms"] for x in last], ".0f", " … "),
+        "worth": ranged(worth, ".0f", " … "),
+        "bias": ranged([100 * x["bias"] for x in last], "+.1f", " … "),
     }  # fmt: skip
 
 

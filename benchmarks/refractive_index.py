@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..uw_spectral.surface.refraction import (
-    REFRACTIVE_INDEX,
-    refractive_index_QuanFry1995,
-)
+from ..uw_spectral.surface.refraction import REFRACTIVE_INDEX, refractive_index_QuanFry1995
 from ..validation.one_index import NM, SUNS, WATERS, light, row
 from .runner import Ask, Page, table
 
@@ -30,13 +27,10 @@ def measure(_: Ask) -> Mapping[str, object]:
     ]  # fmt: skip
     heads = ["", "n", *(f"T {z:g}°" for z in constant.transmittance), "refracted", "window", "back"]
     return {
-        "indices": table(heads, cells),
-        "light": table(("water, sun", "Ed", "Eu", "Kd"), lit),
-        "rim": rows[-1].window - rows[0].window,
+        "indices": table(heads, cells), "light": table(("water, sun", "Ed", "Eu", "Kd"), lit),
+        "rim": rows[-1].window - rows[0].window, "window": 2 * constant.window,
         "lower": rows[-1].refracted - rows[0].refracted,
-        "line": rows[-1].window - rows[0].window,
-        "window": 2 * constant.window,
-    }
+    }  # fmt: skip
 
 
 PAGE = Page(
@@ -56,7 +50,7 @@ clear sky:
 
 **Verdict.** Brightness, colour and Kd change by less than a percent. What one index leaves out is a
 rim: the edge of Snell's window lies {rim:.2f}° further out at 700 than at 400 nm, the sun at 60°
-{lower:.2f}° lower; looking up under a flat surface, a reddish line of {line:.1f}° around a window
+{lower:.2f}° lower; looking up under a flat surface, a reddish line of {rim:.1f}° around a window
 of {window:.1f}°. It is left out.
 """,
 )

@@ -14,10 +14,7 @@ from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.surface.waves import WaveSpectrum
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.radiance_table import TABLE_STREAMS, tabulate
-from ..uw_spectral.transfer.rough_surface import (
-    WaterSurface,
-    exchange,
-)
+from ..uw_spectral.transfer.rough_surface import WaterSurface, exchange
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
@@ -25,6 +22,7 @@ from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from ..validation.traced_sea import Below, TracedSea, photons
 from .runner import Ask, Page, table
+from .solved_field import eight_bands
 
 WINDS = (2, 5, 10)
 ZENITHS = (0, 30, 60, 80)
@@ -86,29 +84,26 @@ def _photons() -> list[str]:
     s, rows = variance(10), []
     sea = TracedSea(s, np.random.default_rng(_SEED), _INDEX)
     for zenith in (*ZENITHS, None):
-        cosine = np.full(_PHOTONS, math.cos(math.radians(zenith or 0)))
+        cosine, turn = np.full(_PHOTONS, math.cos(math.radians(zenith or 0))), np.zeros(_PHOTONS)
         if zenith is None:
             cosine = np.sqrt(sea.random.random(_PHOTONS))
-        across, turn = np.sqrt(1.0 - cosine**2), np.zeros(_PHOTONS)
-        if zenith is None:
             turn = sea.random.uniform(0.0, 2.0 * math.pi, _PHOTONS)
+        across = np.sqrt(1.0 - cosine**2)
         w = np.array([across * np.cos(turn), across * np.sin(turn), -cosine])
         entered = sea.trace(w, above=True)
         entered = entered[:, entered[2] < 0]
         spread, fraction = photons(sea, entered, **_WATER), entered.shape[1] / _PHOTONS
         if zenith is None:
-            sun = np.array([0.0, 0.0, -1.0])
-            flat, waves = (_at(_field(each, sun, 0.0, 1.0 / fraction), 1.0) for each in (0.0, s))
-            straight = spread
+            name, straight = "uniform sky", spread
+            suns, light = [np.array([0.0, 0.0, -1.0])] * 2, (0.0, 1.0 / fraction)
         else:
             above = sun_travel_direction(zenith, 0, 1.0)
             suns = [WaterSurface(_INDEX, each).beam_below(above) for each in (0.0, s)]
-            flat, waves = (
-                _at(_field(each, sun, 1.0, 0.0), 1.0)
-                for each, sun in zip((0.0, s), suns, strict=True)
-            )
+            name, light = f"sun at {zenith}°", (1.0, 0.0)
             straight = photons(sea, np.repeat(suns[1][:, None], _PHOTONS, axis=1), **_WATER)
-        name = "uniform sky" if zenith is None else f"sun at {zenith}°"
+        flat, waves = (
+            _at(_field(each, sun, *light), 1.0) for each, sun in zip((0.0, s), suns, strict=True)
+        )
         cells = [
             "/".join(
                 f"{100 * (getattr(model, q) / getattr(truth, q) - 1.0):+.1f}"
@@ -149,10 +144,7 @@ def _changes() -> Iterator[tuple[str, ...]]:
 
 
 def _cost() -> list[str]:
-    nm = np.linspace(410.0, 690.0, 8)
-    water, rows = Water.jerlov("II"), []
-    b = water.b(nm)
-    phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
+    rows = []
     for name, s in (("flat", 0.0), ("waves", variance(5))):
         times = []
         for _ in range(3):
@@ -160,12 +152,7 @@ def _cost() -> list[str]:
             tabulate.cache_clear()
             marks = [time.process_time()]
             for _ in range(2):
-                field = solve_discrete_ordinates(
-                    [OpticalLayer(9.0, water.a(nm), b, phase)], np.ones(8),
-                    sun_travel_direction(30, 0, _INDEX).tolist(),
-                    sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
-                    surface=WaterSurface(_INDEX, s), floor_reflectance=0.2, streams=TABLE_STREAMS,
-                )  # fmt: skip
+                field = eight_bands(WaterSurface(_INDEX, s), TABLE_STREAMS)
                 marks.append(time.process_time())
             tabulate(field)
             times.append(np.diff([*marks, time.process_time()]))

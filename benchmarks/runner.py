@@ -14,9 +14,11 @@ import hashlib
 import json
 import re
 import textwrap
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -61,7 +63,7 @@ class Page:
 
     def written(self, name: str, values: Values) -> str:
         """Return the page with its values."""
-        shown = {k: _markdown(v) if isinstance(v, list) else v for k, v in values.items()}
+        shown = {k: markdown(v) if isinstance(v, list) else v for k, v in values.items()}
         text = f"# {self.title}\n\n{self.text.strip().format(**{**self.settings, **shown})}\n"
         if self.targets:
             rows = [
@@ -69,7 +71,7 @@ class Page:
                  "met" if t.met(values) else "**missed**")
                 for t in self.targets
             ]  # fmt: skip
-            text += f"\n{_markdown(table(('target', 'at most', 'measured', ''), rows))}\n"
+            text += f"\n{markdown(table(('target', 'at most', 'measured', ''), rows))}\n"
         return f"{_wrapped(text)}\n\nMeasured by `python3 dev.py measure {name}`.\n"
 
 
@@ -115,6 +117,19 @@ def plain(values: Mapping[str, Any]) -> Values:
     }
 
 
+def least_seconds(
+    work: Callable[[], object], times: int = 3, clock: Callable[[], float] = time.process_time
+) -> float:
+    """Return the least seconds that work takes, by default of the processors; once before."""
+    work()
+    taken = []
+    for _ in range(times):
+        start = clock()
+        work()
+        taken.append(clock() - start)
+    return min(taken)
+
+
 def table(head: Iterable[object], rows: Iterable[Iterable[object]]) -> list[str]:
     """Return a table: lines of cells, the first its head."""
     return [" | ".join(map(str, row)) for row in (head, *rows)]
@@ -122,10 +137,31 @@ def table(head: Iterable[object], rows: Iterable[Iterable[object]]) -> list[str]
 
 def spread(values: object, form: str = ".2f", at: Sequence[float] = (0.5, 0.95, 1.0)) -> str:
     """Write quantiles of values, by default median, 95 % and worst: 1/2/3."""
-    return "/".join(f"{x:{form}}" for x in np.quantile(np.ravel(np.asarray(values)), at))
+    return joined(np.quantile(np.ravel(np.asarray(values)), at), form)
 
 
-def _markdown(lines: Sequence[str]) -> str:
+def joined(values: object, form: str = ".2f") -> str:
+    """Write values: 1/2/3."""
+    return "/".join(f"{x:{form}}" for x in np.ravel(np.asarray(values)))
+
+
+def ranged(values: object, form: str = ".2f", between: str = "…") -> str:
+    """Write the least and the largest of values: 1…3."""
+    return f"{np.min(values):{form}}{between}{np.max(values):{form}}"
+
+
+def pyplot() -> ModuleType:
+    """Import what draws figures into files."""
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    import matplotlib.pyplot as plt
+
+    return plt
+
+
+def markdown(lines: Sequence[str]) -> str:
+    """Write a table as Markdown."""
     head, *rows = (f"| {line} |".replace("|  |", "| |") for line in lines)
     return "\n".join([head, "|" + "---|" * (lines[0].count(" | ") + 1), *rows])
 

@@ -8,18 +8,15 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.engines import engines
-from ..scene.water import water_body
 from ..settings import render_plan
 from ..settings.scene_settings import SceneSettings
 from . import grey_scene
-from ._places import camera_at
+from ._rays import view_rays
+from ._scenery import camera_at, new_file
 from .runner import Ask, Page, table
 
 DEPTH, FLOOR = 5.0, 12.0
@@ -28,34 +25,16 @@ _UNIFORM_SKY = 0.1  # per steradian of the sunlight, where the light brings no s
 _PIXELS = 72
 _FIELD = math.radians(140.0)
 _RINGS = np.array([0.0, 15.0, 30.0, 40.0, 45.0, 47.0, 49.5, 52.0, 55.0, 60.0, 65.0])
-_EEVEE_SAMPLES = 16
 _STREAMS, _RAYS = 48, 3  # of the solution; rays per pixel and axis
 _FROM_SUN = 8.0  # degrees in the water
 
 
-def directions(oversampling: int = 1) -> NDArray[np.float64]:
-    """Unit directions of the pixels of a camera that looks up, shape (h, w, 3)."""
-    n = _PIXELS * oversampling
-    along = (np.arange(n) + 0.5 - n / 2) * (2.0 * math.tan(_FIELD / 2) / n)
-    right, up = np.meshgrid(along, -along)
-    w = np.stack([right, up, np.ones_like(right)], axis=-1)
-    return w / np.linalg.norm(w, axis=-1, keepdims=True)
-
-
 def solution(plan: render_plan.RenderPlan) -> NDArray[np.float64]:
     """Radiance of every pixel by discrete ordinates, without tables, shape (h, w, n)."""
-    w = directions(_RAYS).reshape(-1, 3)
+    fine = _PIXELS * _RAYS
+    w = view_rays(fine, fine, _FIELD, math.pi / 2).reshape(-1, 3)
     radiance = plan.solved_field(_STREAMS).radiance(DEPTH, tuple(w.T))
-    return grey_scene.blocks(radiance.reshape(_PIXELS * _RAYS, _PIXELS * _RAYS, -1), _RAYS)
-
-
-def _camera() -> bpy.types.Object:
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    scene = bpy.context.scene
-    scene.camera = camera = camera_at((0.0, 0.0, -DEPTH), (math.pi, 0.0, 0.0), _FIELD)
-    scene.render.resolution_x = scene.render.resolution_y = _PIXELS
-    scene.cycles.pixel_filter_type = "BOX"
-    return camera
+    return grey_scene.blocks(radiance.reshape(fine, fine, -1), _RAYS)
 
 
 def _cells(name: str, light: grey_scene.Light, samples: int) -> list[str]:
@@ -63,29 +42,18 @@ def _cells(name: str, light: grey_scene.Light, samples: int) -> list[str]:
     has_sky = light.sky == "clear"
     plan = render_plan.make_plan(
         SceneSettings(
-            water=f"jerlov:{name}",
-            phase=light.phase,
-            illuminant=light.illuminant,
-            sky=light.sky,
-            bands=3,
-            surface="flat",
-            sky_radiance=0.0 if has_sky else _UNIFORM_SKY,
-            floor_depth=FLOOR,
-            floor_reflectance="0.3",
-            sun_zenith=50.0,
+            water=f"jerlov:{name}", phase=light.phase, illuminant=light.illuminant, sky=light.sky,
+            bands=3, surface="flat", sky_radiance=0.0 if has_sky else _UNIFORM_SKY,
+            floor_depth=FLOOR, floor_reflectance="0.3", sun_zenith=50.0,
         )
-    )
-    camera = _camera()
-    wanted = solution(plan)
-    seeds = [grey_scene.cycles_image(plan, camera, samples, seed) for seed in (1, 2)]
-    scene = bpy.context.scene
-    few = replace(plan, settings=replace(plan.settings, samples=_EEVEE_SAMPLES))
-    extent = water_body.water_extent(scene, plan.column, DEPTH)
-    with engines.eevee_bands(scene, camera, few, extent, DEPTH) as engine:
-        eevee = grey_scene.band_image(engine, few, DEPTH)
-    angle = np.degrees(np.arccos(directions()[..., 2]))
-    sun = plan.column.sun_direction
-    away = np.degrees(np.arccos(np.clip(directions() @ -sun, -1.0, 1.0))) > _FROM_SUN
+    )  # fmt: skip
+    new_file((_PIXELS, _PIXELS))
+    camera = camera_at((0.0, 0.0, -DEPTH), (math.pi, 0.0, 0.0), _FIELD)
+    wanted, seeds = solution(plan), grey_scene.cycles_images(plan, camera, samples)
+    eevee = grey_scene.eevee_image(plan, camera)
+    w = view_rays(_PIXELS, _PIXELS, _FIELD, math.pi / 2)
+    angle = np.degrees(np.arccos(w[..., 2]))
+    away = w @ -plan.column.sun_direction < math.cos(math.radians(_FROM_SUN))
     cells = []
     for first, last in itertools.pairwise(_RINGS):
         ring = (angle >= first) & (angle < last) & away

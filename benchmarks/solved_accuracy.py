@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import itertools
 import math
 import tempfile
 from collections.abc import Mapping
@@ -20,7 +18,7 @@ from ..tests.node_groups import realtime_probe as probe
 from ..uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images, srgb_encode
 from ..validation import solved_cases
 from ..validation.solved_cases import KINDS
-from . import _solved_scenes, grey_scene
+from . import grey_scene
 from ._places import sheet
 from ._solved_scenes import Scene
 from .runner import Ask, Page, spread, table
@@ -92,22 +90,15 @@ def _rendered(kinds: int) -> tuple[Errors, Errors]:
 
 def _compared(ask: Ask) -> list[Comparison]:
     """Draw every scene by every method."""
-    camera, drawn = _solved_scenes.build(), {}
-    scenes = SCENES[: ask.scenes]
-    for scene in scenes:
-        count = ask.samples * (1 if scene.water in _CLEAR else _TURBID_SAMPLES)
-        traced = functools.partial(_solved_scenes.by_cycles, scene, camera, count, _SEEDS)
-        drawn[scene] = {"Cycles": ask.kept(scene.title, traced)}
-    ordered = sorted(scenes, key=lambda s: (s.phase, s.sky))
-    for _, group in itertools.groupby(ordered, lambda s: (s.phase, s.sky)):
-        some = list(group)
-        for scene, image in zip(some, _solved_scenes.by_eevee(some, camera), strict=True):
-            drawn[scene]["solved"] = image
     found = []
-    for scene, images in drawn.items():
-        develop = scene.plan(1).reduction(scene.depth).apply
-        pictures = {name: develop(image) for name, image in images.items() if name != "Cycles"}
-        found.append(Comparison(scene, develop(images["Cycles"]), pictures))
+    for scene in SCENES[: ask.scenes]:
+        count = ask.samples * (1 if scene.water in _CLEAR else _TURBID_SAMPLES)
+        place = scene.place(count)
+        camera = place.open()
+        develop = place.develop(camera)
+        traced = ask.kept(scene.title, lambda p=place, c=camera: p.by_cycles(c, _SEEDS))
+        pictures = {"solved": develop(place.by_eevee(camera))}
+        found.append(Comparison(scene, develop(traced), pictures))
     return found
 
 

@@ -14,6 +14,7 @@ from ..uw_spectral.surface.refraction import sun_travel_direction
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import Sky
+from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
@@ -21,15 +22,9 @@ from ..validation.other_solver import cases, errors
 from .runner import Ask, Page, spread, table
 
 CASES = 200
-
-
 STREAMS = (8, 16, 24, 48)
-
-
 RINGS = (0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 12.0, 15.0)
 """Angles to the sun in degrees of the rings on which its aureole is compared."""
-
-
 RING_STREAMS = 128
 
 
@@ -83,11 +78,19 @@ def _aureole() -> list[list[str]]:
     return [[str(n), *(f"{x:.2g}" for x in off)] for n, off in worst.items()]
 
 
+def eight_bands(surface: WaterSurface, streams: int) -> SolvedField:
+    """Solve Jerlov II over a floor at 9 m, under a clear sky, in eight bands."""
+    nm, water, sun = np.linspace(410.0, 690.0, 8), Water.jerlov("II"), sun_travel_direction(30, 0)
+    phase = parse_phase("mixture").for_bands(water.b(nm), molecular_scattering(nm))
+    return solve_discrete_ordinates(
+        [OpticalLayer(9.0, water.a(nm), water.b(nm), phase)], np.ones(8), sun.tolist(),
+        surface=surface, floor_reflectance=0.2, streams=streams,
+        sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
+    )  # fmt: skip
+
+
 def _seconds(streams: int) -> NDArray[np.float64]:
     """Process seconds of a solution, of a grid, and of rays: the least of three."""
-    nm, water = np.linspace(410.0, 690.0, 8), Water.jerlov("II")
-    b = water.b(nm)
-    phase = parse_phase("mixture").for_bands(b, molecular_scattering(nm))
     w = np.random.default_rng(0).normal(size=(3, 1152))
     rays = tuple(w / np.linalg.norm(w, axis=0))
     depths = np.random.default_rng(1).uniform(0.0, 9.0, 1152)
@@ -95,11 +98,7 @@ def _seconds(streams: int) -> NDArray[np.float64]:
     times = []
     for _ in range(3):
         marks = [time.process_time()]
-        field = solve_discrete_ordinates(
-            [OpticalLayer(9.0, water.a(nm), b, phase)], np.ones(8), sun_travel_direction(30, 0),
-            surface=WaterSurface(1.34), floor_reflectance=0.2, streams=streams,
-            sky=Sky.standard("clear", np.ones(8), sun_travel_direction(30, 0, 1.0)),
-        )  # fmt: skip
+        field = eight_bands(WaterSurface(1.34), streams)
         marks.append(time.process_time())
         field.scattered_on_grid(*grid)
         marks.append(time.process_time())

@@ -16,7 +16,6 @@ import subprocess
 import sys
 import tempfile
 import time
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -32,7 +31,7 @@ from ..scene.engines import cycles_settings, engines, exr_output
 from ..scene.water.water_body import WaterExtent
 from ..settings.render_plan import make_plan
 from ..settings.scene_settings import SceneSettings
-from ..uw_spectral.errors import DataWarning
+from ._scenery import sized
 from .runner import ROOT, Ask, Page, table
 
 _FEW = 100
@@ -54,24 +53,20 @@ Seconds = tuple[float, float]
 
 def _shot(moving: Sequence[str], last: int) -> bpy.types.Scene:
     """Blender's own cube, below the water; its camera moves, and what is named."""
-    bpy.ops.wm.read_factory_settings()
-    scene = bpy.context.scene
+    scene = _scene()
     objects = [scene.camera]
-    cube = bpy.data.objects["Cube"]
     if "lamps" in moving:
         for number in range(2):
             light = bpy.data.lights.new("torch", "SPOT")
             lamp = bpy.data.objects.new("torch", light)
             scene.collection.objects.link(lamp)
-            lamp.location = (2.0 * number - 1.0, 0.0, 3.0)
+            lamp.location = (2.0 * number - 1.0, 0.0, -7.0)
             objects.append(lamp)
             for frame, power in ((1, 50.0), (last, 150.0)):
                 light.energy = power
                 light.keyframe_insert("energy", frame=frame)
     bpy.data.objects.remove(bpy.data.objects["Light"])
-    for item in scene.objects:
-        item.location.z -= 10.0
-    objects += [cube] if "cube" in moving else []
+    objects += [bpy.data.objects["Cube"]] if "cube" in moving else []
     for item in objects:
         for frame, shift in ((1, 0.0), (last, 1.0)):
             item.location.x += shift
@@ -111,7 +106,8 @@ def _rendered(kind: str) -> list[Seconds]:
             steps = _dry(scene, chosen, Path(folder, "pass.exr"))
         else:
             manifest = planning.plan_job(scene, lambda: chosen, job)
-            steps = _worker(scene, manifest)
+            tasks = Part().tasks(manifest)
+            steps = work.render(scene, manifest, tasks, FramePlans(manifest), lambda _: None)
             if kind == "water":
                 steps = _wet(scene, chosen, manifest, Path(folder, "pass.exr"))
         return list(_timed(steps))
@@ -120,20 +116,16 @@ def _rendered(kind: str) -> list[Seconds]:
 def _timed(steps: Iterator[object]) -> Iterator[Seconds]:
     before = time.process_time(), time.perf_counter()
     for _ in steps:
-        now = time.process_time(), time.perf_counter()
-        yield now[0] - before[0], now[1] - before[1]
+        yield time.process_time() - before[0], time.perf_counter() - before[1]
         before = time.process_time(), time.perf_counter()
 
 
 def _scene() -> bpy.types.Scene:
     """Blender's own cube, below the water."""
     bpy.ops.wm.read_factory_settings()
-    scene = bpy.context.scene
-    for item in scene.objects:
+    for item in bpy.context.scene.objects:
         item.location.z -= 10.0
-    scene.render.resolution_x, scene.render.resolution_y = _SIZE
-    scene.render.resolution_percentage = 100
-    return scene
+    return sized(_SIZE)
 
 
 def _dry(scene: bpy.types.Scene, chosen: SceneSettings, path: Path) -> Iterator[None]:
@@ -161,12 +153,6 @@ def _wet(
                 yield
 
 
-def _worker(scene: bpy.types.Scene, manifest: Manifest) -> Iterator[object]:
-    return work.render(
-        scene, manifest, Part().tasks(manifest), FramePlans(manifest), lambda _: None
-    )
-
-
 def _start(kind: str) -> Seconds:
     """Return what a process takes besides its passes, of the median each."""
     command = [sys.executable, "-m", "benchmarks", "split_jobs", kind]
@@ -181,13 +167,11 @@ def _start(kind: str) -> Seconds:
 
 def main(arguments: Sequence[str]) -> None:
     """Render one kind in this process, and print what each pass took."""
-    warnings.simplefilter("ignore", DataWarning)
     print(json.dumps(_rendered(arguments[0])))
 
 
 def measure(ask: Ask) -> Mapping[str, object]:
     """Plan and render."""
-    warnings.simplefilter("ignore", DataWarning)
     plans = []
     for name, moving in _CASES.items():
         scene = _shot(moving, ask.frames)

@@ -11,14 +11,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.engines import engines
 from ..scene.readers.ray_casting import Meshes
-from ..scene.water import water_body
 from ..uw_spectral.spectra.colour_rendering import srgb_encode
 from ..uw_spectral.spectra.reflectance import emission_basis
 from ..uw_spectral.surface.refraction import direction_in_air, fresnel_reflectance, is_in_window
 from . import grey_scene
-from ._places import Array, Compared, Place, ball, block, camera_at, material, post, sheet
+from ._places import Array, Compared, Place, sheet
+from ._scenery import ball, block, camera_at, depth_of, material, post, view_rays
 from .runner import Ask, Page, Target, table
 
 _WATER = {"phase": "hg:0.9", "illuminant": "clear-sky", "floor_reflectance": "0.3"}
@@ -134,13 +133,11 @@ WATERLINE = (
 
 def measure(ask: Ask) -> Mapping[str, object]:
     """Render the scenes of a page."""
-    places = {"planar_reflection": MIRRORED, "planar_refraction": WINDOW, "waterline": WATERLINE}[
-        ask.name
-    ]
+    places, of, heads = _OF[ask.name]
     rows, pictures, means, edges = [], {}, [], []
     for place in places[: ask.cases]:
         place = replace(place, samples=ask.samples)
-        found, row, bound, edge = _OF[ask.name](place, ask)
+        found, row, bound, edge = of(place, ask)
         rows.append([place.name, *row])
         means.append(bound)
         edges += edge
@@ -152,7 +149,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         print(*rows[-1], sep=" | ", flush=True)
     sheet(ask.shown(f"{ask.name}.jpg"), pictures, ("Cycles", "EEVEE"), across=2)
     worst = np.mean(means) if ask.name == "waterline" else max(means)
-    return {"rows": table(_HEADS[ask.name], rows), "worst": float(worst),
+    return {"rows": table(heads, rows), "worst": float(worst),
             "edge": max(edges, default=0.0)}  # fmt: skip
 
 
@@ -170,7 +167,7 @@ def window_errors(place: Place, kept: Callable[..., Array]) -> tuple[Compared, A
     """Render objects in the air; ΔE2000 and noise of the blocks in Snell's window."""
     camera = place.open()
     found = place.compared(camera, _BLOCK, kept, fast=False, clock=time.process_time)
-    within = is_in_window(_directions(place, camera)[..., 2:], _index(place))
+    within = is_in_window(view_rays(camera)[..., 2:], _index(place))
     window = grey_scene.blocks(within, _BLOCK)[..., 0] > 0.5
     return found, found.delta_e("bands")[window], found.noise[window]
 
@@ -194,36 +191,23 @@ def _index(place: Place) -> float:
     return place.plan(1).column.refractive_index
 
 
-def _directions(place: Place, camera: bpy.types.Object, finer: int = 1) -> Array:
-    """Unit directions over the picture, shape (h, w, 3)."""
-    width, height = (finer * n for n in place.size)
-    step = 2.0 * math.tan(_WIDE / 2) / width
-    x = (np.arange(width) + 0.5 - width / 2) * step
-    y = (height / 2 - np.arange(height) - 0.5) * step
-    right, up = np.meshgrid(x, y)
-    v = np.stack([right, up, -np.ones_like(up)], axis=-1) @ np.array(camera.matrix_world.to_3x3()).T
-    return np.asarray(v / np.linalg.norm(v, axis=-1, keepdims=True), dtype=np.float64)
-
-
 def edge_errors(place: Place) -> tuple[float, float]:
     """Mean and 95 % of how far edges of objects in the air are off under a flat surface, degrees.
 
     The objects glow; what a pixel has of them is compared with rays that are refracted one by one.
     """
-    fine = replace(place, size=tuple(_FINE * n for n in place.size), drawn=32)
-    camera = fine.open()
-    scene, plan, depth = bpy.context.scene, fine.plan(32), -camera.location.z
+    fine = replace(place, size=tuple(_FINE * n for n in place.size))
+    camera, plan = fine.open(), fine.plan(1)
+    scene, depth = bpy.context.scene, depth_of(camera)
     scene.render.filter_size = 0.01
-    covered, dry = _traced(fine, camera, depth)
+    covered, dry = _traced(camera, depth, _index(place))
     pictures = []
     for glow in (0.0, _GLOW):
         for item in scene.objects:
             if item.type == "MESH":
                 item.data.materials[0] = material("Emission", Strength=glow)
-        extent = water_body.water_extent(scene, plan.column, depth)
-        with engines.eevee_bands(scene, camera, plan, extent, depth) as engine:
-            pictures.append(grey_scene.band_image(engine, plan, depth))
-    up = np.maximum(_directions(fine, camera)[..., 2:], 1e-3)
+        pictures.append(grey_scene.eevee_image(plan, camera, 32))
+    up = np.maximum(view_rays(camera)[..., 2:], 1e-3)
     n, column = plan.column.refractive_index, plan.column
     c = column.absorption + column.scattering
     left = (1.0 - fresnel_reflectance(up, 1.0 / n)) * n**2 * np.exp(-c * depth / up)
@@ -236,11 +220,11 @@ def edge_errors(place: Place) -> tuple[float, float]:
 
 
 def _traced(
-    place: Place, camera: bpy.types.Object, depth: float
+    camera: bpy.types.Object, depth: float, index: float
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Fraction of each pixel that objects in the air cover, and whether nothing in it is wet."""
-    w = _directions(place, camera, _RAYS)
-    shape, index = w.shape[:2], _index(place)
+    w = view_rays(camera, _RAYS)
+    shape = w.shape[:2]
     w = w.reshape(-1, 3)
     meshes = Meshes(bpy.context.evaluated_depsgraph_get())
     inside = np.flatnonzero(is_in_window(w[:, 2], index) > 0.0)
@@ -259,20 +243,19 @@ def _traced(
     return covered, in_water == 0.0
 
 
-_OF = {"planar_reflection": _mirrored, "planar_refraction": _in_window, "waterline": _above_water}
-_HEADS = {
+_OF = {
     "planar_reflection": (
-        "scene",
-        "without",
-        "bands",
-        "real time",
-        "bands, 95 %",
-        "noise",
-        "seconds",
+        MIRRORED, _mirrored,
+        ("scene", "without", "bands", "real time", "bands, 95 %", "noise", "seconds"),
     ),
-    "planar_refraction": ("scene", "ΔE mean", "95 %", "noise", "edges, 95 %", "CPU s"),
-    "waterline": ("view", "EEVEE, bands: ΔE mean", "real time", "bands, 95 %", "Cycles' noise"),
-}
+    "planar_refraction": (
+        WINDOW, _in_window, ("scene", "ΔE mean", "95 %", "noise", "edges, 95 %", "CPU s"),
+    ),
+    "waterline": (
+        WATERLINE, _above_water,
+        ("view", "EEVEE, bands: ΔE mean", "real time", "bands, 95 %", "Cycles' noise"),
+    ),
+}  # fmt: skip
 PAGES = {
     "planar_reflection": Page(
         "Objects mirrored in the surface",

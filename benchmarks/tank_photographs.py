@@ -7,18 +7,17 @@ JOU-UIP/TankImage-I: its terms are for education and research, nothing of it is 
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from ..datasets.applied_pictures import AppliedSettings, PictureFilter
 from ..datasets.camera import PinholeCamera
 from ..datasets.picture_codes import read_rgb
-from ..uw_spectral.errors import DataWarning
-from ..uw_spectral.imaging.description import (
+from ..uw_spectral.imaging import (
     Description,
     FloorDescription,
     SurfaceDescription,
@@ -95,13 +94,14 @@ def _attenuation(veils: Sequence[float], P: Array) -> float:
 
 def _ours(c: float, kind: str, P: Array, *, blur: bool) -> float:
     """The same of pictures of a filter, in a water that attenuates so much."""
-    low, high = 1e-3, 100.0
-    for _ in range(60):
-        middle = np.sqrt(low * high)
-        water = parse_uniform_water(_WATERS[kind].format(middle))
-        low, high = (middle, high) if water.a([_NM])[0] + water.b([_NM])[0] < c else (low, middle)
+
+    def attenuation(amount: float) -> float:
+        water = parse_uniform_water(_WATERS[kind].format(amount))
+        return float((water.a([_NM]) + water.b([_NM]))[0])
+
+    amount = brentq(lambda x: attenuation(x) - c, 1e-3, 100.0)
     sea = Description(
-        WaterDescription(_WATERS[kind].format(low)), surface=SurfaceDescription("flat"),
+        WaterDescription(_WATERS[kind].format(amount)), surface=SurfaceDescription("flat"),
         floor=FloorDescription(_FLOOR, _SAND),
     )  # fmt: skip
     water = PictureFilter(AppliedSettings(sea, depth=_DEPTH, blur=blur))
@@ -113,9 +113,8 @@ def _ours(c: float, kind: str, P: Array, *, blur: bool) -> float:
         inside = (place >= 0) & (place < 6) & (abs(Y) < _HEIGHT)
         dry = np.where(inside, reflectances[place.clip(0, 5)], _FRAME)
         wet = water.picture(np.repeat(dry[..., None], 3, axis=2), np.full(dry.shape, z), _CAMERA)
-        near = (abs(Y) < 0.3 * _HEIGHT) & (
-            abs(X / _PITCH + 2.5 - np.round(X / _PITCH + 2.5)) < 0.15
-        )
+        along = X / _PITCH + 2.5
+        near = (abs(Y) < 0.3 * _HEIGHT) & (abs(along - np.round(along)) < 0.15)
         seen = [wet[near & (place == k), _GREEN].mean() for k in range(6)]
         veils.append(_veil(np.array(seen) * (0.5 / max(seen)), reflectances))
     return _attenuation(veils, P)
@@ -123,28 +122,20 @@ def _ours(c: float, kind: str, P: Array, *, blur: bool) -> float:
 
 def measure(_: Ask) -> Mapping[str, object]:
     """Read the photographs, and make ours."""
-    warnings.simplefilter("ignore", DataWarning)
     folder = Path(os.environ.get("UW_PHOTOGRAPHS", ""))
     if not (folder / "Clear").is_dir():
         raise SystemExit("set UW_PHOTOGRAPHS to a copy of github.com/JOU-UIP/TankImage-I")
     sets = {key: _codes(folder, *key) for key in _PLACES}
     distances = {key: np.array(list(places)) / 100.0 for key, places in _PLACES.items()}
     # The chart's size tells where distances begin: behind the port.
-    slope, begin = np.polyfit(
-        np.concatenate(list(distances.values())),
-        1.0 / np.concatenate([each[1] for each in sets.values()]), 1,
-    )  # fmt: skip
+    apart = np.concatenate([each for _, each in sets.values()])
+    slope, begin = np.polyfit(np.concatenate(list(distances.values())), 1.0 / apart, 1)
     before = -begin / slope
     reflectances, rows, off = _reflectances(), [], []
-    for key, each in sets.items():
-        codes = each[0]
+    for key, (codes, _) in sets.items():
         P, c = distances[key] - before, _BLACK_DISK / (key[1] / 100.0)
-        seen = [
-            _attenuation(
-                [_veil(np.where(row < _CLIPPED, row**g, 1.0), reflectances) for row in codes], P
-            )
-            for g in _GAMMAS
-        ]
+        linear = [np.where(codes < _CLIPPED, codes**g, 1.0) for g in _GAMMAS]
+        seen = [_attenuation([_veil(row, reflectances) for row in x], P) for x in linear]
         ours = {
             (kind, blur): _ours(c, kind, P, blur=blur) for kind in _WATERS for blur in (False, True)
         }
@@ -153,9 +144,7 @@ def measure(_: Ask) -> Mapping[str, object]:
         off.append(abs(ours["minerals", True] / seen[1] - 1.0))
     heads = [f"{kind}{', F' * blur}" for kind in _WATERS for blur in (False, True)]
     return {
-        "rows": table(
-            ("", "visibility", "c", *(f"γ {g:g}" for g in _GAMMAS), *heads), rows
-        ),
+        "rows": table(("", "visibility", "c", *(f"γ {g:g}" for g in _GAMMAS), *heads), rows),
         "before": 100.0 * before, "middle": float(np.median(off)), "worst": max(off),
     }  # fmt: skip
 

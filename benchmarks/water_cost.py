@@ -23,9 +23,7 @@ from __future__ import annotations
 import argparse
 import json
 import resource
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -34,9 +32,12 @@ from pathlib import Path
 import bpy
 
 from ..settings.scene_settings import SceneSettings
+from ..uw_spectral.errors import InputError
 from . import _many_materials
-from ._drawing import Drawing, drawing, empty_shader_cache, hang_lamps
+from ._drawing import drawing, hang_lamps, said_by_process
 from ._fog import add_fog, add_kept_fog
+from ._scenery import new_file, sized
+from .runner import markdown, table
 
 _MATERIALS = "materials"
 _FOG, _FOG_KEPT = "fog", "fog kept"
@@ -132,24 +133,18 @@ def _cases(options: argparse.Namespace) -> list[_Case]:
 
 def _costs(scene: str, options: argparse.Namespace) -> dict[_Case, _Cost]:
     found: dict[_Case, _Cost] = {}
-    root = Path(__file__).resolve().parent.parent
+    arguments = ["--scene", scene if scene == _MATERIALS else str(Path(scene).resolve())]
+    arguments += ["--samples", str(options.samples)]
+    arguments += ["--resolution", *map(str, options.resolution), "--case"]
     for case in _cases(options) * options.repeats:
-        command = [sys.executable, "-m", "benchmarks", Path(__file__).stem]
-        command += ["--scene", scene if scene == _MATERIALS else str(Path(scene).resolve())]
-        command += ["--samples", str(options.samples)]
-        command += ["--resolution", *map(str, options.resolution)]
-        command += ["--case", json.dumps(asdict(case))]
         try:
-            with empty_shader_cache() as environment:
-                done = subprocess.run(
-                    command, cwd=root, capture_output=True, text=True, env=environment
-                )
+            said = said_by_process(Path(__file__).stem, *arguments, json.dumps(asdict(case)))
         except KeyboardInterrupt:  # the table of what is known already
             break
-        if done.returncode:
-            print(f"{scene}, {case.name}: {done.stderr.strip()[-300:]}", file=sys.stderr)
+        except InputError as error:
+            print(f"{scene}, {case.name}: {error}", file=sys.stderr)
             continue
-        cost = _Cost(**json.loads(done.stdout.splitlines()[-1]))
+        cost = _Cost(**json.loads(said))
         print(f"{scene}, {case.name}: {cost}", file=sys.stderr, flush=True)
         found[case] = cost.least(found.get(case, cost))
     return found
@@ -161,22 +156,22 @@ def _report(scene: str, found: dict[_Case, _Cost], options: argparse.Namespace) 
     if options.against not in by_name:
         sys.exit(f"{scene}: {options.against} could not be measured")
     fog, other = by_name[options.against], _FOG if options.against == _FOG_KEPT else _FOG_KEPT
-    print(
-        f"\n## {Path(scene).stem}\n\nRatios to *{options.against}*; CPU seconds.\n\n"
-        f"| case | sample | ratio | to {other} | first frame | ratio | before it | other values "
-        "| peak MB | ratio |\n|---|---|---|---|---|---|---|---|---|---|"
-    )
-    for name, cost in by_name.items():
-        beside = f"{cost.sample / by_name[other].sample:.2f}" if other in by_name else "-"
-        print(
-            f"| {name} | {cost.sample:.3f} | {cost.sample / fog.sample:.2f} | {beside} "
-            f"| {cost.first:.1f} | {cost.first / fog.first:.2f} | {cost.before:.1f} "
-            f"| {cost.change:.2f} | {cost.memory:.0f} | {cost.memory / fog.memory:.2f} |"
-        )
-    print("\n| target | case | measured | met |\n|---|---|---|---|")
-    for words, name, ratio, limit in _targets(found, fog):
-        met = "yes" if ratio <= limit else "**no**"
-        print(f"| {words} ≤ {limit:g} | {name} | {ratio:.2f} | {met} |")
+    print(f"\n## {Path(scene).stem}\n\nRatios to *{options.against}*; CPU seconds.\n")
+    heads = ("case", "sample", "ratio", f"to {other}", "first frame", "ratio", "before it",
+             "other values", "peak MB", "ratio")  # fmt: skip
+    rows = [
+        (name, f"{cost.sample:.3f}", f"{cost.sample / fog.sample:.2f}",
+         f"{cost.sample / by_name[other].sample:.2f}" if other in by_name else "-",
+         f"{cost.first:.1f}", f"{cost.first / fog.first:.2f}", f"{cost.before:.1f}",
+         f"{cost.change:.2f}", f"{cost.memory:.0f}", f"{cost.memory / fog.memory:.2f}")
+        for name, cost in by_name.items()
+    ]  # fmt: skip
+    targets = [
+        (f"{words} ≤ {limit:g}", name, f"{ratio:.2f}", "yes" if ratio <= limit else "**no**")
+        for words, name, ratio, limit in _targets(found, fog)
+    ]
+    print(markdown(table(heads, rows)))
+    print(f"\n{markdown(table(('target', 'case', 'measured', 'met'), targets))}")
 
 
 def _targets(found: dict[_Case, _Cost], fog: _Cost) -> list[tuple[str, str, float, float]]:
@@ -201,17 +196,14 @@ def _targets(found: dict[_Case, _Cost], fog: _Cost) -> list[tuple[str, str, floa
 def _measure(case: _Case, options: argparse.Namespace) -> _Cost:
     """Measure a case in this process."""
     path = options.scene[0]
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_file()
     if path == _MATERIALS:
         _many_materials.build()
     else:
         bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=False)
-    scene = bpy.context.scene
+    scene = sized(options.resolution)
     if scene.camera is None:
         sys.exit(f"{path} has no camera")
-    render = scene.render
-    render.resolution_x, render.resolution_y = options.resolution
-    render.resolution_percentage = 100
     if "lamps" in case.terms:
         hang_lamps(_LAMPS)
     if not case.bands:
@@ -232,14 +224,11 @@ def _times(case: _Case, samples: int) -> tuple[float, float, float, float]:
         rendering.append(time.process_time())
 
     bpy.app.handlers.render_pre.append(note)
-    with tempfile.TemporaryDirectory() as folder, drawing(case.settings) as drawn:
-        picture = Path(folder, "a.exr")
-        drawn.picture(picture, 1)
+    with drawing(case.settings) as drawn:
+        drawn.picture(1)
         # Shafts are rendered once, small, before the first picture.
         before, first = rendering[0] - began, time.process_time() - rendering[0]
-        few, many = (
-            min(_time(drawn, picture, count) for _ in range(2)) for count in (1, 1 + samples)
-        )
+        few, many = (min(drawn.seconds(count) for _ in range(2)) for count in (1, 1 + samples))
         change = 0.0
         settings = case.settings
         if settings is not None:
@@ -247,12 +236,6 @@ def _times(case: _Case, samples: int) -> tuple[float, float, float, float]:
             drawn.change(replace(settings, scattering_factor=2.0))
             change = time.process_time() - start
     return (many - few) / samples, first, before, change
-
-
-def _time(drawn: Drawing, path: Path, samples: int) -> float:
-    start = time.process_time()
-    drawn.picture(path, samples)
-    return time.process_time() - start
 
 
 def _sun(scene: bpy.types.Scene) -> None:

@@ -19,6 +19,6 @@ def test_a_dry_picture_gets_the_water_that_eevee_draws(place):
     dry = applied_pictures.dry(place.plan(1).description.light.azimuth, 16)
     camera = place.open()
     found = applied_pictures.applied(place, camera, dry)
-    off = delta_e(found, place.in_real_time(camera), 3)
+    off = delta_e(found, place.in_real_time(), 3)
     assert off.mean() < 1.5
     assert np.mean(delta_e(found, dry, 3)) > 10.0

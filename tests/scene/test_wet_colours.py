@@ -5,7 +5,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks._places import HEIGHT, WIDTH, Place, look_at, matt
+from underwater_spectral.benchmarks._places import HEIGHT, WIDTH, Place
+from underwater_spectral.benchmarks._scenery import look_at, matt
 from underwater_spectral.node_groups import uplift
 from underwater_spectral.scene.materials import band_colors, wet_colours
 from underwater_spectral.scene.materials.inserted import own_input

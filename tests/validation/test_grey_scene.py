@@ -31,7 +31,7 @@ def _compared(water, depth, light):
     truth = grey_scene.blocks(np.mean(halves, axis=0), BLOCK)
     found = []
     for drawn in (grey_scene.solved_image, grey_scene.closed_form_image):
-        image = drawn(plan.column, plan.phase, depth, *SIZE)
+        image = drawn(plan.column, plan.phase, depth, SIZE)
         rmse = srgb_rmse(develop(image), reference)
         # Blocks beat the noise down before a relative error is taken.
         radiance = np.median(np.abs(grey_scene.blocks(image, BLOCK) / truth - 1), axis=(0, 1))

@@ -16,14 +16,14 @@ from underwater_spectral.benchmarks.mitsuba_materials import (
     STRAIGHT,
     Measured,
 )
-from underwater_spectral.benchmarks.mitsuba_reference import sky_picture
+from underwater_spectral.benchmarks.mitsuba_reference import sky_picture, sky_pixels
 
 
 def test_the_disc_in_mitsubas_sky_brings_the_sun():
     column = mitsuba_materials.plan_for(1).column
     band = 1
     disc = mitsuba_materials.sky_with_sun(column, band) - sky_picture(column.skylight, band)
-    directions, solid_angles = mitsuba_materials.sky_pixels(*disc.shape[:2])
+    directions, solid_angles = sky_pixels(*disc.shape[:2])
     brought = np.einsum("hw,hwi->i", disc[..., 0] * solid_angles, directions)
     normal = column.sun_irradiance[band] / column.sun_cosine
     # Light of a disc 10° wide sums to 0.2 % less than a point's.
@@ -51,7 +51,7 @@ def test_ratios_of_bands_that_share_their_paths_are_no_more_certain_than_one():
 
 @pytest.mark.slow
 def test_materials_agree_with_mitsuba():
-    found = mitsuba_materials.measure(6, 32, "scalar_rgb")
+    found = mitsuba_materials.measured(6, 32, "scalar_rgb")
     # Not EEVEE: the occlusion of tests is coarse.
     for name in (CYCLES, STRAIGHT):
         ratio, error = found.of_all_bands(name, MITSUBA)
