@@ -16,7 +16,23 @@ SKY_BASIS = ("uw_sky_red", "uw_sky_green", "uw_sky_blue")
 FLOOR_REFLECTANCE = "uw_floor_reflectance"
 FOAM_REFLECTANCE, FOAM_BELOW = "uw_foam_reflectance", "uw_foam_below"
 REFLECTANCE_BASIS = ("uw_reflectance_red", "uw_reflectance_green", "uw_reflectance_blue")
+EXCITED_TILE = "uw_excited_tile"
+EXCITED_CHANNELS = ("uw_excited_first", "uw_excited_second", "uw_excited_third")
+"""Tile of a band in the images of what lamps excite, and whether it is a channel of its texels."""
 EMISSION_BASIS = ("uw_emission_red", "uw_emission_green", "uw_emission_blue")
+
+_INELASTIC, _LAMP = "uw_inelastic_", "uw_lamp_"
+_LIGHT = {SUN_IRRADIANCE, SUN_IN_AIR, SKY_RADIANCE, *SKY_BASIS, *EMISSION_BASIS}
+
+
+def inelastic(layer: int) -> str:
+    """Name of the radiance per metre that a layer of the water emits."""
+    return f"{_INELASTIC}{layer}"
+
+
+def is_light(name: str) -> bool:
+    """Whether a value is that of a source of light, without which it is dark."""
+    return name in _LIGHT or name.startswith((_INELASTIC, _LAMP))
 
 
 def cloud(index: int) -> str:
@@ -46,7 +62,7 @@ def alpha(layer: int | str, component: int) -> str:
 
 def lamp(index: int) -> str:
     """Name of the radiant intensity of one lamp."""
-    return f"uw_lamp_{index}"
+    return f"{_LAMP}{index}"
 
 
 def measured(index: int) -> str:

@@ -16,6 +16,7 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ..readers import moving_surface, waterline
 from ..terms.cycles_frames import CyclesFrames
+from ..water import excited_water
 from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent
 from . import cycles_layers, cycles_settings, denoising_guides
@@ -71,16 +72,24 @@ def _opened(
                     return waterline.joined(scene, camera, both, both, index, raised)
 
                 def draw_bands(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
+                    excited: NDArray[np.float32] | float = 0.0
+                    if excited_water.volumes(scene):
+                        with excited_water.alone(scene, layer, values, now, indices):
+                            write_float_exr(scene, path)
+                        excited = read_exr(path)[0]
                     values.apply(layer, indices)
                     values.refresh(scene)
                     found = None
                     if wanted or guides:
                         image, found = cycles_layers.CyclesLayers(wanted, now, guides).render(
-                            scene, camera, path, indices, is_first=indices[0] == plan.passes[0][0]
-                        )
+                            scene, camera, path, indices, excited,
+                            is_first=indices[0] == plan.passes[0][0],
+                        )  # fmt: skip
                         write_rgb_exr(path, image)
                     else:
                         write_float_exr(scene, path)
+                        if excited_water.volumes(scene):
+                            write_rgb_exr(path, read_exr(path)[0] + excited)
                     if split:
                         write_rgb_exr(path, bend(read_exr(path)[0]))
                         found = denoising_guides.bent(found, bend) if found else None

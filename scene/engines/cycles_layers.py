@@ -70,11 +70,12 @@ class CyclesLayers:
         camera: bpy.types.Object,
         path: Path,
         indices: Sequence[int],
+        more: NDArray[np.float32] | float = 0.0,
         *,
         is_first: bool,
     ) -> tuple[NDArray[np.float32], FrameLayers]:
         """Render a pass of bands, what all passes of a frame share with the first; files lie beside
-        a path.
+        a path. ``more`` is light that was rendered already.
 
         Returns the image, shape (height, width, 3), and layers.
         """
@@ -87,8 +88,8 @@ class CyclesLayers:
         channels = tuple(labels[i] for i in indices)
         found = [denoising_guides.guides_of(passes, channels)] if self.guides else []
         if not self.wanted:
-            return image, joined(found)
-        light = {"I": image} | {name: passes[_LIGHT[name]] for name in self.drawn}
+            return image + more, joined(found)
+        light = {"I": image + more} | {name: passes[_LIGHT[name]] for name in self.drawn}
         if {"B_single", "B_multiple"} <= set(self.drawn):
             light[UNTOUCHED] = image - light["B_single"] - light["B_multiple"]
         ranks = is_first and "cryptomatte" in self.wanted
@@ -113,7 +114,7 @@ class CyclesLayers:
                     scene, camera, self.plan, self.wanted, lambda: _one_sample(scene), path
                 )
             )
-        return image, joined(found)
+        return image + more, joined(found)
 
     def _dry(self, scene: bpy.types.Scene, path: Path, *, ranks: bool) -> Passes:
         """Render objects without water, which would keep rays from them, if that is needed."""

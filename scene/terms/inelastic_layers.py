@@ -41,10 +41,6 @@ _DARKEST = 1e-4
 _APART = 1e-3  # gap in m between layers, or Cycles would count their faces as one
 
 
-def _attribute(layer: int) -> str:
-    return f"{attributes.PREFIX}inelastic_{layer}"
-
-
 def boundaries(
     light: Emission, floor_depth: float, bottom: float, depth: float
 ) -> NDArray[np.float64]:
@@ -132,13 +128,13 @@ def emission(
     thickness = np.diff(edges)
     source = light.mean(edges[:-1], edges[1:], floor_depth) / (4.0 * math.pi)
     source = source * (thickness / (thickness - 2.0 * _APART))[:, None]
-    return {_attribute(layer): values for layer, values in enumerate(source)}
+    return {attributes.inelastic(layer): values for layer, values in enumerate(source)}
 
 
 def _material(layer: int) -> bpy.types.Material:
     material, graph, output = new_material(f"{NAME} {layer}")
     node = volume_coefficients(graph)
-    emission = vector_of_view_layer(graph, _attribute(layer))
+    emission = vector_of_view_layer(graph, attributes.inelastic(layer))
     graph.assign(emission, node.inputs["Emission Coefficients"])
     graph.tree.links.new(node.outputs[0], output.inputs["Volume"])
     return material

@@ -21,7 +21,7 @@ from ...uw_spectral.spectra.bands import Bands
 from .. import marks
 from ..readers.lamps import lamp_excitations, plan_lamps
 from ..readers.scene_lamps import SceneLamps
-from ..water import cycles_lamps, scene_water
+from ..water import cycles_lamps, excited_water, scene_water
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
 from ..water.term import Follower, Term
@@ -54,14 +54,20 @@ class LampTerm(Term):
     @classmethod
     @override
     def add_to_cycles(cls, frame: SceneFrame) -> list[str]:
-        if frame.plan.excitation is None or not plan_lamps(frame.scene, frame.plan).lamps:
+        if frame.plan.excitation is None or not plan_lamps(frame.scene, frame.plan).from_air:
             return []
-        return ["inelastic light of lamps is left out by Cycles; EEVEE draws it"]
+        return ["inelastic light of lamps in the air is left out by Cycles; EEVEE draws it"]
 
     @classmethod
     @override
     def bring_to_cycles(cls, frame: SceneFrame) -> Mapping[str, NDArray[np.float64]]:
-        return cycles_lamps.shape(frame.scene, plan_lamps(frame.scene, frame.plan))
+        lamps = plan_lamps(frame.scene, frame.plan)
+        found = cycles_lamps.shape(frame.scene, lamps)
+        if frame.plan.excitation is None or not lamps.lamps:
+            return found
+        cache = frame.cache.lamp_shadows
+        shadowed = cache.of(frame.scene, lamps, unchanged=frame.unchanged)
+        return found | excited_water.bring(frame, shadowed.lamps)
 
     def changed_light(self, bands: Bands) -> NDArray[np.float64]:
         """Irradiance, about, of what they excite in a metre of the water, a metre away, (n,)."""

@@ -59,6 +59,11 @@ class PassValues:
         """Return these values and more."""
         return PassValues({**self.values, **values})
 
+    def dark(self) -> PassValues:
+        """Return these values with no light from anything."""
+        values = self.values.items()
+        return PassValues({k: 0.0 * v if attributes.is_light(k) else v for k, v in values})
+
     def apply(self, layer: bpy.types.ViewLayer, indices: tuple[int, ...]) -> None:
         """Give a view layer the values of the pass that carries these bands.
 

@@ -94,7 +94,7 @@ def inelastic_light(
     ``excited`` is that of its intensity; ``seen`` the water in the n bands that are seen; ``scale``
     that of the rows, 1/m.
     """
-    decay = _decay(excited, scale)
+    decay = power_decay(excited, scale)
     r, half = (axis.values() for axis in NARROW_SCALES)
     left = np.exp(-r[:, None] * excited.water.extinction)
     even, raman = left @ excited.matrices
@@ -104,7 +104,7 @@ def inelastic_light(
     return InelasticLight(Table(onward, NARROW), _source(excited, profile, seen, scale), decay)
 
 
-def _decay(excited: LampExcitation, scale: float) -> Array:
+def power_decay(excited: LampExcitation, scale: float) -> Array:
     """How fast absorption before lets the power of each band fade where rows end, 1/m, (n,)."""
     a = excited.water.a
     left = np.exp((a.min() - a) * lamp_distances(scale).last / scale)[:, None]
@@ -118,7 +118,7 @@ def _source(excited: LampExcitation, profile: LampProfile, seen: Harmonics, scal
     for band, (c, b) in enumerate(zip(seen.extinction, seen.scattering.T, strict=True)):
         found = []
         for m in orders:
-            exciting = _exciting(excited.water, scale, m)
+            exciting = exciting_waves(excited.water, scale, m)
             q = np.zeros((2, len(waves), len(b), len(b)))
             q[:, :, _EMITTED] = np.einsum("li,siklj->sklj", emitted[..., band], exciting)
             radiance = radiance_of(m, float(c), b, waves, q.sum(axis=0))
@@ -126,12 +126,12 @@ def _source(excited: LampExcitation, profile: LampProfile, seen: Harmonics, scal
         rows.append(at_distances(np.stack(found), scale))
     by_turn = round_axis(np.stack(rows, axis=-1), profile, TURNED.values())
     r = lamp_distances(scale).values()
-    scaled = (r[:, None] * np.exp(_decay(excited, scale) * r[:, None]))[:, None, None, None]
+    scaled = (r[:, None] * np.exp(power_decay(excited, scale) * r[:, None]))[:, None, None, None]
     return tabulated(in_directions(by_turn) * scaled, scale)
 
 
 @functools.lru_cache(maxsize=12)
-def _exciting(water: Harmonics, scale: float, m: int) -> Array:
+def exciting_waves(water: Harmonics, scale: float, m: int) -> Array:
     """Waves of the light that excites: unscattered and scattered, of an order, (2, i, k, l, j)."""
     waves, one, found = wave_numbers(scale), np.eye(water.degrees + 1), []
     for c, b in zip(water.extinction, water.scattering.T, strict=True):

@@ -157,11 +157,11 @@ def at_distances(waves: Array, scale: float) -> Array:
     """Coefficients at the distances of a scale, shape (ROWS, m, l, j).
 
     Of amplitudes of waves of :func:`wave_numbers`, shape (m', k, l, j); orders that are not given
-    are none.
+    are none, and degrees l after the last that is given are left out.
     """
-    orders, count = len(waves), waves.shape[-1]
+    orders, count, degrees = len(waves), waves.shape[-1], waves.shape[-2]
     hankel, rows = _hankel(count - 1), []
-    for degree, turn in enumerate(_turned(count - 1)):
+    for degree, turn in enumerate(_turned(count - 1)[:degrees]):
         # (j, m λ, m') by (j, m', k), then (j, m, λ k) by (λ k, r).
         by_wave = turn[..., :orders].astype(np.float64) @ np.moveaxis(waves[:, :, degree], 2, 0)
         by_wave = by_wave.reshape(count, AROUND, -1)

@@ -23,7 +23,8 @@ AZIMUTHS, TURNS, BENDS = 8, 32, 48
 """Of the table: azimuths about the radius between the lamp's axis and the way of the light, angles
 of the radius from the axis, and of that way from the radius."""
 _DARKEST = 1e-9
-_BEYOND = 5.0  # times the last row, up to which the table goes on as it ends
+BEYOND_ROWS = 5.0
+"""Times the last row, up to which the table goes on as it ends."""
 _NONE = 1e-30
 _SMALLEST = 1e-12
 
@@ -38,7 +39,7 @@ AZIMUTH, TURNED, BENT = (
 def source_axes(scale: Operand) -> tuple[Axis, ...]:
     """Return the axes of the table, as of :func:`.lamp_distances`."""
     angles = AZIMUTH.axis("azimuth"), TURNED.axis("turned"), BENT.axis("bent")
-    return lamp_distances(scale, _BEYOND).axis("distance"), *angles
+    return lamp_distances(scale, BEYOND_ROWS).axis("distance"), *angles
 
 
 def source_seen(
