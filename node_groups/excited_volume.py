@@ -16,7 +16,7 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.table import Axis, Lookup, Table
 from . import attributes
 from .data_blocks import new_material, vector_of_view_layer, write_pixels
-from .image_table import MARGIN, ImageTable, Tiles, write_tiles
+from .image_table import MARGIN, Tiles, write_tiles
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import number_image
 from .water_volume import volume_coefficients
@@ -25,21 +25,37 @@ NAME = "UW Excited Water"
 
 
 @dataclass(frozen=True, eq=False)
-class _OfPass:
-    """A table of two axes of the bands of a pass, in a tile of an image.
+class _Filtered:
+    """A table in an image, the first of three axes in tiles above one another.
 
-    Cycles filters images with all digits, in one node.
+    Cycles filters images with all digits, in one node: :class:`.ImageTable` takes several times as
+    long there.
     """
 
     graph: Graph
     image: bpy.types.Image
     axes: Sequence[Axis]
-    first: NodeValue | float  #: Row of the tile, its margin included.
+    first: NodeValue | float = 0.0  #: Row that it begins at.
+    numbers: int = 0  #: Entries are so many numbers; else channels.
 
     def at(self, **coordinates: Operand) -> Operand:
         """Return what :class:`.Lookup` says."""
+        *before, row, column = (axis.place(coordinates[axis.name], NODES) for axis in self.axes)
+        if before:
+            low = NODES.minimum(NODES.floor(before[0]), self.axes[0].count - 2.0)
+            height = float(self.axes[1].count + 2 * MARGIN)
+            found = self._filtered(row + low * height, column)
+            other = self._filtered(row + (low * height + height), column)
+            found = found + (other - found) * (before[0] - low)
+        else:
+            found = self._filtered(row, column)
+        if not self.numbers:
+            return found
+        parts = self.graph.components(found)
+        return parts[0] if self.numbers == 1 else parts
+
+    def _filtered(self, row: Operand, column: Operand) -> NodeValue:
         columns, rows = self.image.size
-        row, column = (axis.place(coordinates[axis.name], NODES) for axis in self.axes)
         x = (column + (MARGIN + 0.5)) * (1.0 / columns)
         y = (row + (self.first + (MARGIN + 0.5))) * (1.0 / rows)
         node = self.graph.inner_node("ShaderNodeTexImage", image=self.image, extension="EXTEND")
@@ -86,22 +102,20 @@ def values(passes: Sequence[tuple[int, ...]]) -> dict[str, NDArray[np.float64]]:
 
 def _of_passes(
     graph: Graph, table: Table, passes: Sequence[tuple[int, ...]], tile: NodeValue
-) -> _OfPass:
+) -> _Filtered:
     """Put a table of two axes into an image, the bands of each pass into a tile."""
     filled = [[*bands, *[bands[-1]] * (3 - len(bands))] for bands in passes]
     rows = table.values.shape[0] + 2 * MARGIN
     image = _image(np.moveaxis(table.values[..., filled], 2, 0), (Tiles(rows=rows),))
-    return _OfPass(graph, image, table.axes, tile * float(rows))
+    return _Filtered(graph, image, table.axes, tile * float(rows))
 
 
-def _map(graph: Graph, table: Lookup | None) -> ImageTable | None:
+def _map(graph: Graph, table: Lookup | None) -> _Filtered | None:
     """Put a map of a lamp's shadow into an image."""
     if not isinstance(table, Table):
         return None
-    values = table.values
-    tiles = (Tiles(rows=values.shape[-3] + 2 * MARGIN),) * (values.ndim - 3)
-    image = _image(values, tiles)
-    return ImageTable(graph, image, table.axes, tiles=tiles, numbers=values.shape[-1])
+    tiles = (Tiles(rows=table.values.shape[-3] + 2 * MARGIN),) * (table.values.ndim - 3)
+    return _Filtered(graph, _image(table.values, tiles), table.axes, numbers=table.values.shape[-1])
 
 
 def _image(values: NDArray[np.float64], tiles: Sequence[Tiles] = ()) -> bpy.types.Image:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -20,7 +21,8 @@ from ...settings.render_plan import RenderPlan
 from ...uw_spectral.lamps.excited_power import excited_power
 from ...uw_spectral.lamps.lamp import Lamp
 from ...uw_spectral.lamps.lamp_projection import softly_shadowed
-from .. import contents, marks
+from ...uw_spectral.table import Table
+from .. import marks
 from ..readers.lamps import lamp_excitations
 from ..temporary import held
 from . import scene_water
@@ -29,12 +31,15 @@ from .scene_frame import SceneFrame
 from .water_body import WaterExtent, box
 
 _EXCITED = "uw_excited"
-"""Mark of the volume."""
+"""Mark of the volume: how far the nearest of its lamps is from the camera, m."""
 # What is emitted beyond a sphere about a lamp counts for less than e to the power of minus this of
 # what is emitted within, wherever in it the camera is.
-_FADED, _FARTHEST = 7.0, 500.0
+_FADED, _FARTHEST = 4.0, 200.0
 _APART = 0.02  # m, from the faces of the water, or Cycles would count both as one
-_STEP = 0.5  # in lengths of extinction
+# Steps: in lengths of extinction, and in distances of the nearest lamp, of which longer ones lose
+# an eighth in clear water.
+_STEP, _OF_NEAREST, _SHORTEST = 1.0, 0.5, 0.05
+_FEWER = 4  # samples, of what is smooth and seldom much of a picture
 _OF_SIZE = 0.1  # a step, of the mean size of a volume, at a rate of 1
 
 
@@ -54,16 +59,18 @@ def bring(frame: SceneFrame, lamps: Sequence[Lamp]) -> dict[str, NDArray[np.floa
     water = plan.lamp_water(frame.eye.depth)
     fading = min(x.water.a.min() for _, x in excited) + plan.column.absorption.min()
     reach = _FADED / max(float(fading), _FADED / _FARTHEST)
-    emitted, spheres = [], []
+    emitted, spheres, distances = [], [], []
     for lamp, x in excited:
         place = np.array(lamp.position, np.float64)
-        far = reach + float(np.linalg.norm(place - np.array(frame.eye.place)))
+        distances.append(float(np.linalg.norm(place - np.array(frame.eye.place))))
+        far = reach + distances[-1]
         spheres.append((place - far, place + far))
-        emitted.append((softly_shadowed(lamp, water), excited_power(x, lamp.profile, far)))
+        power = excited_power(x, lamp.profile, far)
+        emitted.append((softly_shadowed(_shadowed(lamp), water), power))
     item = _box(np.array(spheres), frame.extent)
     item.data.materials.append(excited_volume.build(emitted, plan.passes))
     item.hide_render = item.hide_viewport = True
-    item[_EXCITED] = True
+    item[_EXCITED] = min(distances)
     scene_water.link(scene, item)
     return excited_volume.values(plan.passes)
 
@@ -85,10 +92,12 @@ def alone(
     values.dark().apply(layer, bands)
     values.refresh(scene)
     made = marks.objects(scene)
-    step = _STEP / float(plan.column.attenuation[list(bands)].max())
+    longest = _STEP / float(plan.column.attenuation[list(bands)].max())
     settings = [(item, "hide_render", True) for item in made if item.type == "LIGHT"]
     settings += [(scene.cycles, "volume_biased", True), (scene.cycles, "volume_step_rate", 1.0)]
+    settings += [(scene.cycles, "samples", -(-scene.cycles.samples // _FEWER))]
     for item in volumes(scene):
+        step = min(longest, max(_OF_NEAREST * item[_EXCITED], _SHORTEST))
         whole = _OF_SIZE * float(np.mean(item.dimensions))
         settings += [(item, "hide_render", False)]
         settings += [(item.data.materials[0].cycles, "volume_step_rate", step / whole)]
@@ -107,9 +116,16 @@ def _box(spheres: NDArray[np.float64], extent: WaterExtent) -> bpy.types.Object:
     return item
 
 
+def _shadowed(lamp: Lamp) -> Lamp:
+    """Return a lamp without its map if that shows nothing: it would take as long as the rest."""
+    shadow = lamp.shadow
+    seen = isinstance(shadow, Table) and bool((shadow.values > 0.0).any())
+    return lamp if seen else replace(lamp, shadow=None)
+
+
 def _remove(item: bpy.types.Object) -> None:
     """Delete a volume, and all that was made for it."""
     material = item.data.materials[0]
-    groups = contents.inner_groups({material.node_tree})
-    images = {node.image for tree in groups for node in tree.nodes if node.type == "TEX_IMAGE"}
-    bpy.data.batch_remove([item, item.data, material, *groups, *images])
+    nodes = material.node_tree.nodes
+    images = {node.image for node in nodes if node.bl_idname == "ShaderNodeTexImage"}
+    bpy.data.batch_remove([item, item.data, material, *images])

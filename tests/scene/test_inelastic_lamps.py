@@ -12,7 +12,7 @@ from underwater_spectral.node_groups.lamp_term import LampShape
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.readers import lamps
 from underwater_spectral.scene.terms import eevee_water
-from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.water import excited_water, water_body
 from underwater_spectral.scene.water.occlusion import Cache
 from underwater_spectral.scene.water.scene_frame import Eye
 from underwater_spectral.settings.render_plan import make_plan
@@ -125,6 +125,58 @@ def test_nodes_have_it_where_something_is_excited(scene, spectrum, inelastic, co
     assert shape.inelastic == count
 
 
-def test_cycles_says_that_it_lacks_it(scene, tmp_path):
-    _lamp((-0.6, 1.6, 0.2))
-    _bands(scene, tmp_path, cycles=True, notes=["inelastic light of lamps"], samples=1)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "changes"),
+    [
+        ("POINT", {}),
+        ("POINT", {"water": "jerlov:IB", "inelastic": "raman", "wavelengths": "500,530,560"}),
+    ],
+)
+def test_cycles_emits_it(scene, tmp_path, kind, changes):
+    _lamp((0.7, 0.5, 0.4), kind, (math.pi / 2, 0.0, 0.1))
+    on, plan = _bands(scene, tmp_path, cycles=True, samples=256, **changes)
+    off, _ = _bands(scene, tmp_path, cycles=True, samples=256, **{**changes, "inelastic": ""})
+    # With the same seed the elastic light has the same noise.
+    ratio = (on - off).mean(axis=(0, 1)) / _integral(scene, plan).mean(axis=(0, 1))
+    assert ratio == pytest.approx(np.ones(3), rel=0.05)
+
+
+@pytest.mark.slow
+def test_cycles_adds_what_sun_and_lamps_excite(scene, tmp_path):
+    day = {"sunlight": 0.02, "samples": 64, "wavelengths": "685,690,695"}
+    lamp = _lamp((0.7, 0.5, 0.4))
+    both, _ = _bands(scene, tmp_path, cycles=True, **day)
+    lamp.hide_render = True
+    sun, _ = _bands(scene, tmp_path, cycles=True, **day)
+    lamp.hide_render = False
+    night, _ = _bands(scene, tmp_path, cycles=True, **{**day, "sunlight": 0.0})
+    found = both.mean(axis=(0, 1)) / (sun + night).mean(axis=(0, 1))
+    assert found == pytest.approx(np.ones(3), rel=0.03)
+    assert sun.mean() > 0.1 * night.mean()
+
+
+def test_volume_of_cycles_comes_with_what_excites(scene, tmp_path):
+    """It is seen in no other render, and leaves nothing in the file."""
+    _lamp((0.7, 0.5, 0.4))
+    plan = make_plan(dataclasses.replace(NIGHT, samples=1))
+    extent = water_body.water_extent(scene, plan.column, DEPTH)
+    with engines.cycles_bands(scene, scene.camera, plan, extent, seed=1) as water:
+        for _ in range(2):
+            water.frame(plan, DEPTH)
+            (item,) = excited_water.volumes(scene)
+            assert item.hide_render
+            images = [one for one in bpy.data.images if one.name.startswith("UW Excited")]
+            assert len(images) == 1
+    assert not bpy.data.images
+    assert not bpy.data.materials
+    elastic = make_plan(dataclasses.replace(NIGHT, samples=1, inelastic=""))
+    with engines.cycles_bands(scene, scene.camera, elastic, extent, seed=1) as water:
+        water.frame(elastic, DEPTH)
+        assert not excited_water.volumes(scene)
+
+
+def test_cycles_says_what_it_lacks(scene, tmp_path):
+    item = _lamp((-0.6, 1.6, 0.2))
+    item.location.z, item.data.underwater.from_above = 1.0, True
+    _bands(scene, tmp_path, cycles=True, notes=["inelastic light of lamps in the air"], samples=1)

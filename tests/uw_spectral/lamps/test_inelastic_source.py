@@ -9,6 +9,7 @@ import pytest
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.lamps.emission import parse_emission
+from underwater_spectral.uw_spectral.lamps.excited_power import excited_power
 from underwater_spectral.uw_spectral.lamps.inelastic_source import (
     LampExcitation,
     inelastic_light,
@@ -193,3 +194,22 @@ def test_more_nodes_change_little():
                 for way in (gauss_sum, lambda _, term: gauss_sum(200, term))
             )
             assert few == pytest.approx(many, rel=0.03)
+
+
+@pytest.mark.parametrize("profile", [IsotropicProfile(), SPOT])
+def test_water_emits_what_it_absorbs_of_the_light(profile):
+    """All light is absorbed in the end: its scalar irradiance over all water is power over a."""
+    a, even, raman = 0.5, 0.02, 0.01
+    excited = _excited(a, 0.8, _phase(0.8), even, raman)
+    emitted = excited_power(excited, profile, 40.0)
+    lamp = Lamp(ORIGIN, AHEAD, np.ones(1), profile, 1e-3)
+    x, weight = np.polynomial.legendre.leggauss(96)
+    r, dr = 20.0 * (1.0 + x) ** 2 / 2.0, 20.0 * (1.0 + x) * weight
+    r, mu = np.meshgrid(r, x, indexing="ij")
+    place = np.sqrt(1.0 - mu**2) * r, 0.0 * r, mu * r
+    # Towards directions whose mean is that over all.
+    power, solid = 0.0, 2.0 * math.pi * weight
+    for onward in np.concatenate([np.eye(3), -np.eye(3)]):
+        L = emitted.radiance(lamp, [p[..., None] for p in place], tuple(onward))[..., 0]
+        power += 4.0 * math.pi / 6.0 * float(np.einsum("rm,r,m->", L * r**2, dr, solid))
+    assert power == pytest.approx(float(profile.solid_angle) * (even + raman) / a, rel=0.03)
