@@ -20,7 +20,7 @@ from ...node_groups import excited_volume
 from ...settings.render_plan import RenderPlan
 from ...uw_spectral.lamps.excited_power import excited_power
 from ...uw_spectral.lamps.lamp import Lamp
-from ...uw_spectral.lamps.lamp_projection import softly_shadowed
+from ...uw_spectral.lamps.lamp_projection import with_soft_shadow
 from ...uw_spectral.table import Table
 from .. import marks
 from ..readers.lamps import lamp_excitations
@@ -66,7 +66,7 @@ def bring(frame: SceneFrame, lamps: Sequence[Lamp]) -> dict[str, NDArray[np.floa
         far = reach + distances[-1]
         spheres.append((place - far, place + far))
         power = excited_power(x, lamp.profile, far)
-        emitted.append((softly_shadowed(_shadowed(lamp), water), power))
+        emitted.append((with_soft_shadow(_shadowed(lamp), water), power))
     item = _box(np.array(spheres), frame.extent)
     item.data.materials.append(excited_volume.build(emitted, plan.passes))
     item.hide_render = item.hide_viewport = True

@@ -128,7 +128,7 @@ def project_lamps(
 
     waters = [*own, *[water] * (len(lamps) - len(own))]
     three = _of_three(water, in_water)
-    shadowed = [softly_shadowed(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps]
+    shadowed = [with_soft_shadow(lamp, three).of_bands(on_surfaces.indices) for lamp in lamps]
     found = list(itertools.starmap(projected, zip(lamps, intensities, waters, strict=True)))
     for i, one in enumerate(excited):
         shadowed.append(replace(shadowed[i], seen=0.0))
@@ -211,7 +211,7 @@ def _brightest(lamp: Lamp) -> float:
     return float(cosines[np.argmax(lamp.profile.value(cosines))])
 
 
-def softly_shadowed(lamp: Lamp, water: LampWater) -> Lamp:
+def with_soft_shadow(lamp: Lamp, water: LampWater) -> Lamp:
     """Return a lamp that knows what objects leave of its scattered light."""
     return lamp if lamp.shadow is None else dataclasses.replace(lamp, soft=soft_map(lamp, water))
 
