@@ -114,8 +114,12 @@ def _map(graph: Graph, table: Lookup | None) -> _Filtered | None:
     """Put a map of a lamp's shadow into an image."""
     if not isinstance(table, Table):
         return None
-    tiles = (Tiles(rows=table.values.shape[-3] + 2 * MARGIN),) * (table.values.ndim - 3)
-    return _Filtered(graph, _image(table.values, tiles), table.axes, numbers=table.values.shape[-1])
+    values = table.values
+    if table.axes[-1].discrete:  # entries by number are those of a texel
+        values = values[..., 0]
+    axes = [axis for axis in table.axes if not axis.discrete]
+    tiles = (Tiles(rows=values.shape[-3] + 2 * MARGIN),) * (values.ndim - 3)
+    return _Filtered(graph, _image(values, tiles), axes, numbers=values.shape[-1])
 
 
 def _image(values: NDArray[np.float64], tiles: Sequence[Tiles] = ()) -> bpy.types.Image:

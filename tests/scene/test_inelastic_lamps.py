@@ -11,6 +11,7 @@ import pytest
 from underwater_spectral.node_groups.lamp_term import LampShape
 from underwater_spectral.scene.engines import engines
 from underwater_spectral.scene.readers import lamps
+from underwater_spectral.scene.readers.lamp_shadows import LampShadowCache
 from underwater_spectral.scene.terms import eevee_water
 from underwater_spectral.scene.water import excited_water, water_body
 from underwater_spectral.scene.water.occlusion import Cache
@@ -20,6 +21,7 @@ from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.uw_spectral.lamps.inelastic_source import inelastic_light
 from underwater_spectral.uw_spectral.lamps.lamp import ray_past_lamp
+from underwater_spectral.uw_spectral.lamps.lamp_projection import with_soft_shadow
 from underwater_spectral.uw_spectral.lamps.multiple_scattering import BandLight, light_along
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 
@@ -70,7 +72,7 @@ def _bands(scene, folder, *, cycles=False, notes=(), **changes):
     return read_exr(folder / "a.exr")[0][..., :3], plan
 
 
-def _integral(scene, plan):
+def _integral(scene, plan, known=None):
     """The same, of light of changed wavelength alone, of formulas."""
     half = math.tan(scene.camera.data.angle / 2)
     x = half * ((np.arange(WIDTH) + 0.5) / WIDTH * 2.0 - 1.0)
@@ -78,7 +80,7 @@ def _integral(scene, plan):
     x, z = np.meshgrid(x, z)
     w = np.stack([x, np.ones_like(x), z]) / np.sqrt(1 + x**2 + z**2)
     water, total = plan.lamp_water(DEPTH), 0.0
-    shining = lamps.plan_lamps(scene, plan).lamps, lamps.lamp_excitations(scene, plan)
+    shining = known or lamps.plan_lamps(scene, plan).lamps, lamps.lamp_excitations(scene, plan)
     for lamp, excited in zip(*shining, strict=True):
         seen = water.field.harmonics
         light = BandLight(1.0, water, inelastic_light(excited, lamp.profile, seen, seen.scale))
@@ -140,6 +142,24 @@ def test_cycles_emits_it(scene, tmp_path, kind, changes):
     # With the same seed the elastic light has the same noise.
     ratio = (on - off).mean(axis=(0, 1)) / _integral(scene, plan).mean(axis=(0, 1))
     assert ratio == pytest.approx(np.ones(3), rel=0.05)
+
+
+@pytest.mark.slow
+def test_objects_keep_light_from_what_it_would_excite_in_cycles(scene, tmp_path):
+    _lamp((0.7, 0.5, 0.4))
+    ways = {"cycles": True, "samples": 128}
+    free, plan = _bands(scene, tmp_path, **ways)
+    wanted = _integral(scene, plan)
+    # Beside the view, half of which it keeps in the dark, black.
+    scenes.wall("wall", (0.6, 0.55, -DEPTH + 0.35), 0.15, 0.0)
+    found = lamps.plan_lamps(scene, plan)
+    (lamp,) = LampShadowCache().of(scene, found).lamps
+    shadowed = with_soft_shadow(lamp, plan.lamp_water(DEPTH))
+    dark, _ = _bands(scene, tmp_path, **ways)
+    # The lamp itself has no light at 685 nm.
+    kept = _integral(scene, plan, [shadowed])[..., 2].mean() / wanted[..., 2].mean()
+    assert 0.2 < kept < 0.8
+    assert dark[..., 2].mean() / free[..., 2].mean() == pytest.approx(kept, rel=0.08)
 
 
 @pytest.mark.slow
