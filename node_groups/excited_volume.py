@@ -122,7 +122,7 @@ def _map(graph: Graph, table: Lookup | None) -> _Filtered | None:
     return _Filtered(graph, _image(values, tiles), axes, numbers=values.shape[-1])
 
 
-def _image(values: NDArray[np.float64], tiles: Sequence[Tiles] = ()) -> bpy.types.Image:
+def _image(values: NDArray[np.floating], tiles: Sequence[Tiles] = ()) -> bpy.types.Image:
     rows, columns = (side + 2 * MARGIN for side in values.shape[-3:-1])
     pixels = np.zeros((rows * math.prod(values.shape[:-3]), columns, 4), np.float32)
     write_tiles(pixels, values, tiles)
