@@ -31,7 +31,7 @@ _SHINES = ((-3.0, -2.2, -0.8), (-2.5, 1.0, 0.0), (0.5, 6.0, 0.6), (2.5, 2.5, 0.2
 _LUMENS, _CONE = 3000.0, 40.0
 
 
-def _along(places: tuple[tuple[float, ...], ...], fraction: float) -> np.ndarray:
+def along(places: tuple[tuple[float, ...], ...], fraction: float) -> np.ndarray:
     """Place on a smooth way through places (Catmull and Rom), for fractions of 0 to 1."""
     known = np.array([places[0], *places, places[-1]], float)
     whole, t = divmod(fraction * (len(places) - 1), 1.0)
@@ -42,7 +42,7 @@ def _along(places: tuple[tuple[float, ...], ...], fraction: float) -> np.ndarray
     return q + ((r - p) * t + bend) / 2
 
 
-def build(path: Path) -> None:
+def build(path: Path, rate: int = RATE) -> None:
     """Build the wreck with the camera and its lamps and the torch under way, and store it."""
     scene = make_pictures.start()
     package = "underwater_spectral"
@@ -54,9 +54,9 @@ def build(path: Path) -> None:
     x, z = hull.BREACH
 
     def at(places: tuple[tuple[float, ...], ...], fraction: float) -> np.ndarray:
-        return world(np.add(_along(places, fraction), (x, 0.0, z)))
+        return world(np.add(along(places, fraction), (x, 0.0, z)))
 
-    scene.render.fps, scene.frame_start, scene.frame_end = RATE, 1, FRAMES
+    scene.render.fps, scene.frame_start, scene.frame_end = rate, 1, rate * SECONDS
     eye = scene.camera = cameras.camera("Dive", at(_EYE, 0.0), at(_LOOKS, 0.0), _LENS)
     rigs.add_rig(scene, "rov2", eye)
     torch = rigs.add_lamp(scene, "Torch", _LUMENS, "")
@@ -68,7 +68,7 @@ def build(path: Path) -> None:
             cameras.aim(item, at(places, fraction), at(targets, fraction))
             item.rotation_euler = item.matrix_world.to_euler("XYZ", before)
             for channel in ("location", "rotation_euler"):
-                item.keyframe_insert(channel, frame=1 + fraction * (FRAMES - 1))
+                item.keyframe_insert(channel, frame=1 + fraction * (rate * SECONDS - 1))
     path.parent.mkdir(parents=True, exist_ok=True)
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
 

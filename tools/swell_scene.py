@@ -43,7 +43,7 @@ def _cylinder(
     return _coated(colour)
 
 
-def build(path: Path) -> None:
+def build(path: Path, rate: int = RATE) -> None:
     """Build the scene, its buoy keyed to the waves of :data:`OPTIONS`, and store it."""
     scene = make_pictures.start()
     package = "underwater_spectral"
@@ -52,7 +52,7 @@ def build(path: Path) -> None:
     materials = importlib.import_module(f"{package}.examples.parts.materials").Materials(1, detail)
     surface = importlib.import_module(f"{package}.scene.readers.moving_surface")
     settings = importlib.import_module(f"{package}.settings.scene_settings").SceneSettings
-    scene.render.fps, scene.frame_start, scene.frame_end = RATE, 1, FRAMES
+    scene.render.fps, scene.frame_start, scene.frame_end = rate, 1, rate * SECONDS
     scene.camera = cameras.camera("Swimmer", (0.0, -0.6, 0.05), (0.5, 4.0, -0.35), 22.0)
     bpy.ops.mesh.primitive_plane_add(size=80.0, location=(0.0, 0.0, -_DEPTH))
     bpy.context.object.data.materials.append(materials.sand)
@@ -75,7 +75,7 @@ def build(path: Path) -> None:
         swell_direction=float(OPTIONS["--swell-direction"]),
         wave_resolution=int(OPTIONS["--wave-resolution"]),
     )  # fmt: skip
-    for frame in range(1, FRAMES + 1):
+    for frame in range(1, rate * SECONDS + 1):
         scene.frame_set(frame)
         buoy.location.z = float(surface.heights(scene, chosen).elevation(x, y)) + 0.06
         chain.scale.z = buoy.location.z + _DEPTH
