@@ -27,7 +27,7 @@ _ABOVE_SAND = 1.2
 _SAND = (0.5, 0.42, 0.3)
 _BALL, _BALL_RADIUS, _RED = (0.6, 3.2, -0.5), 0.6, (0.6, 0.08, 0.05)
 _BOX, _BOX_SIZE, _WHITE = (-1.3, 4.2, -0.7), 1.0, (0.8, 0.8, 0.8)
-_FISH, _FISH_AXES, _GREY = (0.1, 4.4, 0.0), (0.42, 0.14, 0.21), (0.3, 0.3, 0.35)
+FISH, FISH_AXES, _GREY = (0.1, 4.4, 0.0), (0.42, 0.14, 0.21), (0.3, 0.3, 0.35)
 _DIVERS_Y = 4.3
 # Of a diver who hangs upright, the tank behind: middles and half axes beside that distance.
 _BODY = (
@@ -45,7 +45,7 @@ _GEAR = (
 )
 _NEOPRENE = (0.05, 0.05, 0.06)
 _NET_AT, _NET_REACH, _MESH, _CORD = 4.4, 0.9, 0.3, 0.02
-_TOWARDS = math.pi / 2  # a lamp that is turned so about x shines along y
+TOWARDS = math.pi / 2  # a lamp that is turned so about x shines along y
 type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 
 
@@ -64,7 +64,7 @@ class LitPlace(Place):
 
 def sand_room() -> bpy.types.Object:
     """Make sand, a ball, a box and open water, seen from 1.2 m above the sand."""
-    camera = camera_at((0.0, 0.0, -DEPTH), (_TOWARDS, 0.0, 0.0), FIELD_OF_VIEW)
+    camera = camera_at((0.0, 0.0, -DEPTH), (TOWARDS, 0.0, 0.0), FIELD_OF_VIEW)
     ground(-DEPTH - _ABOVE_SAND, _SAND)
     ball(_seen(_BALL), _BALL_RADIUS, _RED)
     block("box", _seen(_BOX), (_BOX_SIZE,) * 3, _WHITE)
@@ -117,35 +117,35 @@ def add_lamp(
     bpy.context.scene.collection.objects.link(item)
 
 
-def _vehicle() -> bpy.types.Object:
+def vehicle() -> bpy.types.Object:
     """Fill a file with two lamps beside the camera and two above it that shine outwards."""
     camera = sand_room()
     for side in (-1.0, 1.0):
-        add_lamp((side, 0.0, -0.2), (_TOWARDS, 0.0, math.atan2(side, 5.0)))
-        add_lamp((side * 0.5, 0.0, 0.6), (_TOWARDS - 0.15, 0.0, -side * 0.3))
+        add_lamp((side, 0.0, -0.2), (TOWARDS, 0.0, math.atan2(side, 5.0)))
+        add_lamp((side * 0.5, 0.0, 0.6), (TOWARDS - 0.15, 0.0, -side * 0.3))
     return camera
 
 
-def _torch(place: Sequence[float], turned: float, lumens: float = 3000.0) -> bpy.types.Object:
+def torch(place: Sequence[float], turned: float, lumens: float = 3000.0) -> bpy.types.Object:
     camera = sand_room()
-    add_lamp(place, (_TOWARDS, 0.0, turned), lumens, 50.0)
+    add_lamp(place, (TOWARDS, 0.0, turned), lumens, 50.0)
     return camera
 
 
-def _strobes() -> bpy.types.Object:
+def strobes() -> bpy.types.Object:
     camera = sand_room()
     for side in (-1.0, 1.0):
-        add_lamp((side * 1.2, 0.3, 0.5), (_TOWARDS - 0.25, 0.0, side * 0.4), 20000.0, 100.0)
+        add_lamp((side * 1.2, 0.3, 0.5), (TOWARDS - 0.25, 0.0, side * 0.4), 20000.0, 100.0)
     return camera
 
 
-def _behind(
+def behind(
     lamp: Sequence[float], balls: Sequence[_Solid], boxes: Sequence[_Solid] = (),
     colour: Sequence[float] = _GREY,
 ) -> bpy.types.Object:  # fmt: skip
     """Put a lamp that shines to the camera behind balls and boxes."""
     camera = sand_room()
-    add_lamp(lamp, (_TOWARDS, 0.0, math.pi), 8000.0, 90.0)
+    add_lamp(lamp, (TOWARDS, 0.0, math.pi), 8000.0, 90.0)
     for place, axes in balls:
         ball(_seen(place), axes, colour)
     for place, half in boxes:
@@ -162,11 +162,11 @@ def _wreck(file: Path) -> bpy.types.Object:
 
 
 _SCENES: tuple[tuple[str, Callable[[], bpy.types.Object], Sequence[str]], ...] = (
-    ("torch across", partial(_torch, (0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II", "III", "3C")),
-    ("torch along", partial(_torch, (0.25, 0.0, -0.1), 0.0, 8000.0), ("II",)),
-    ("torch against", partial(_torch, (-0.5, 6.0, 0.4), math.pi + 0.15), ("II",)),
-    ("strobe pair", _strobes, ("II",)),
-    ("vehicle with four lamps", _vehicle, ("I",)),
+    ("torch across", partial(torch, (0.9, 5.0, 0.5), 0.75 * math.pi), ("I", "II", "III", "3C")),
+    ("torch along", partial(torch, (0.25, 0.0, -0.1), 0.0, 8000.0), ("II",)),
+    ("torch against", partial(torch, (-0.5, 6.0, 0.4), math.pi + 0.15), ("II",)),
+    ("strobe pair", strobes, ("II",)),
+    ("vehicle with four lamps", vehicle, ("I",)),
 )
 
 
@@ -184,9 +184,9 @@ def places(folder: Path) -> list[LitPlace]:
     ]
     fewer = int(TURBID * PHOTONS)
     found = [replace(x, photons=fewer) if x.water in ("III", "3C") else x for x in found]
-    fish, net = ([(_FISH, _FISH_AXES)],), ((), _cords())
+    fish, net = ([(FISH, FISH_AXES)],), ((), _cords())
     found += [
-        LitPlace(f"lamp behind a {name}, {water}", partial(_behind, lamp, *solids), water,
+        LitPlace(f"lamp behind a {name}, {water}", partial(behind, lamp, *solids), water,
                  room=_for_photons(*solids), photons=photons)
         for name, lamp, solids, water, photons in (
             ("fish", (0.0, 5.2, 0.1), fish, "I", PHOTONS),
@@ -198,7 +198,7 @@ def places(folder: Path) -> list[LitPlace]:
     ]  # fmt: skip
     wreck = example(folder / "wreck_draft.blend", "wreck", "draft")
     by_cycles = [
-        LitPlace("vehicle and sun, IB", _vehicle, "IB", settings={"sunlight": 0.05}),
+        LitPlace("vehicle and sun, IB", vehicle, "IB", settings={"sunlight": 0.05}),
         LitPlace("wreck by night, IB", partial(_wreck, wreck), "IB"),
     ]
     return found + [replace(place, samples=SAMPLES) for place in by_cycles]
