@@ -415,6 +415,13 @@ Monzon et al. (2024), Table 2, print a mean sRGB RMSE of {rmse} against path tra
 are not published; on our grey scene in the same waters EEVEE in real time has {ours}, their formula
 {printed} as printed and {corrected} corrected ([realtime_accuracy.md](realtime_accuracy.md)).
 
+Akkaynak et al. (2017) and Akkaynak & Treibitz (2018, 2019) found that a channel's β_D falls with
+range and hangs on the reflectance, and that β_B is another. So do ours
+(`test_image_formation.py`): of a Nikon D7000 at 5 m β_D of red, green, blue is .18, .11, .09 1/m
+over 1 m of Jerlov IB (red .17 over 5 m; β_B .63 of β_D) and 3.1, 3.4, 4.0 of 9C (blue 3.5 over 5
+m), the order of the types. Only abstracts were found, without coefficients to compare; of Nakath et
+al. (2021, doi:10.1109/ICCVW54120.2021.00416), in stored pages and public code, no water parameters.
+
 ## Planted errors
 One error of 10 % at a time in a copy of the checkout (`python3 dev.py run -m benchmarks
 planted_errors`): each of {planted} fails fast tests, named in

@@ -32,7 +32,8 @@ INVALID = (OPEN, FILL)
 """What pixels without depth are: open water, or surfaces as far as those around."""
 FLAT = SurfaceDescription("flat")
 _TYPICAL, _LOOKED_AT = (0.02, 5000.0), 20_000  # m, of the median of so many pixels
-_HEADING = 90.0  # along +y
+HEADING = 90.0
+"""Along +y, where a camera looks."""
 _ROWS = 32  # of a picture that are done together, which stay in the processor's cache
 
 
@@ -75,7 +76,7 @@ class PictureFilter:
 
     def __init__(self, settings: AppliedSettings) -> None:
         self.settings, self.optics = settings, resolve(settings.description)
-        self.pose = heading_pose((0.0, 0.0, -settings.depth), _HEADING, settings.pitch)
+        self.pose = heading_pose((0.0, 0.0, -settings.depth), HEADING, settings.pitch)
         rig = settings.rig
         self.lamps = () if rig is None else rig_lamps(
             rig, self.pose, self.optics.bands, self.optics.illuminant.unit
@@ -129,31 +130,11 @@ class PictureFilter:
         self, depth: NDArray[Any], camera: PinholeCamera, where: str, *, ranges: bool = False
     ) -> NDArray[np.float32]:
         """Distances of planar depth (or of ranges), infinite where there is none, (h, w)."""
-        size = camera.height, camera.width
-        if depth.shape != size:
-            raise InputError(
-                f"{where} has {depth.shape[::-1]} pixels, the picture {size[::-1]}; give depth of "
-                "the picture's size, of the same view"
-            )
-        known = np.where(np.isfinite(depth) & (depth != 0), depth, np.inf)
-        least = float(known.min())
-        if not 0 < least < math.inf:
-            raise InputError(
-                f"{where} has {'negative values' if least < 0 else 'no pixel with depth'}; give m "
-                "along the camera's axis, 0 or NaN where there is none, or leave the picture out"
-            )
-        some = known.flat[:: 1 + known.size // _LOOKED_AT]
-        some = some[np.isfinite(some)]
-        middle = float(np.median(some)) if some.size else least
-        if not _TYPICAL[0] <= middle <= _TYPICAL[1]:
-            raise InputError(
-                f"{where} has a median of {middle:.3g} m, so its unit is another; give how many "
-                "of its numbers are a metre (--scale, 1000 of mm)"
-            )
+        known = known_depth(depth, camera, where)
         if self.settings.invalid == FILL:
             known = filled(known)
         found = known.astype(np.float32)
-        return found if ranges else found * _secant(camera)
+        return found if ranges else found * secant(camera)
 
     def developed(
         self,
@@ -195,15 +176,51 @@ class PictureFilter:
         return np.moveaxis(counts, -1, 0) * np.float32(per_count)
 
     def _tables(self, camera: PinholeCamera) -> RayTables:
-        rays = camera.rays() * (1.0, -1.0, -1.0) @ self.pose[:3, :3].T
-        return ray_tables(self.water, rays, camera.fx)
+        return ray_tables(self.water, picture_rays(camera, self.pose), camera.fx)
 
     def _truth(self, camera: PinholeCamera) -> dict[str, Any]:
         view = DataSetView("", Path(), camera, self.pose)
         return image_truth(self.optics, view, self.lamps, stops=self.water.view.stops)
 
 
+def known_depth(depth: NDArray[Any], camera: PinholeCamera, where: str) -> Array:
+    """Return depth in m, infinite where there is none, (h, w).
+
+    Raises
+    ------
+    InputError
+        If it is not of the camera's picture, there is none, or its unit seems another.
+    """
+    size = camera.height, camera.width
+    if depth.shape != size:
+        raise InputError(
+            f"{where} has {depth.shape[::-1]} pixels, the picture {size[::-1]}; give depth of "
+            "the picture's size, of the same view"
+        )
+    known = np.where(np.isfinite(depth) & (depth != 0), depth, np.inf)
+    least = float(known.min())
+    if not 0 < least < math.inf:
+        raise InputError(
+            f"{where} has {'negative values' if least < 0 else 'no pixel with depth'}; give m "
+            "along the camera's axis, 0 or NaN where there is none, or leave the picture out"
+        )
+    some = known.flat[:: 1 + known.size // _LOOKED_AT]
+    some = some[np.isfinite(some)]
+    middle = float(np.median(some)) if some.size else least
+    if not _TYPICAL[0] <= middle <= _TYPICAL[1]:
+        raise InputError(
+            f"{where} has a median of {middle:.3g} m, so its unit is another; give how many "
+            "of its numbers are a metre (--scale, 1000 of mm)"
+        )
+    return known
+
+
+def picture_rays(camera: PinholeCamera, pose: Array) -> Array:
+    """Return unit vectors from the camera through its pixels, z up, (h, w, 3)."""
+    return camera.rays() * (1.0, -1.0, -1.0) @ pose[:3, :3].T
+
+
 @functools.lru_cache(maxsize=2)
-def _secant(camera: PinholeCamera) -> NDArray[np.float32]:
+def secant(camera: PinholeCamera) -> NDArray[np.float32]:
     """Euclidean range over planar depth."""
     return (1.0 / camera.rays()[..., 2]).astype(np.float32)

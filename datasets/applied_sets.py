@@ -108,7 +108,7 @@ def _read(
     """Reflectances and distances of a pair, and the camera that took it."""
     rgb = read_rgb(pair.picture)
     height, width = rgb.shape[:2]
-    camera, layout = _camera(pair, width, height, of_set), LAYOUTS[of_set.layout]
+    camera, layout = camera_of(pair, width, height, of_set), LAYOUTS[of_set.layout]
     depth, kind = read_depth(pair.depth, of_set.scale, layout.scale)
     if layout.resampled and depth.shape != (height, width):
         depth = at_size(depth, height, width)
@@ -117,7 +117,8 @@ def _read(
     return colours, water.distances(depth, camera, str(pair.depth), ranges=ranges), camera
 
 
-def _camera(pair: RgbdPair, width: int, height: int, of_set: SetSettings) -> PinholeCamera:
+def camera_of(pair: RgbdPair, width: int, height: int, of_set: SetSettings) -> PinholeCamera:
+    """Return what took a pair; InputError if that is not known."""
     if of_set.field_of_view is not None:
         return PinholeCamera.from_field_of_view(width, height, of_set.field_of_view)
     if of_set.intrinsics is not None:

@@ -65,22 +65,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--sun-zenith", type=float, default=30.0, metavar="DEGREES")
     add("--floor-depth", type=float, default=float("inf"), metavar="M")
     add("--floor-reflectance", default="0.2", help="0 to 1, or file:CSV")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    add_fit(commands, light)
-    command = commands.add_parser(
-        "apply", help=_APPLY.splitlines()[0], description=_APPLY, parents=[light],
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
-    command.set_defaults(run=_apply)
-    add = command.add_argument
-    add("pictures", type=Path, metavar="RGB", help="a picture, a folder, or the folder of a set")
-    add("depths", type=Path, metavar="DEPTH", nargs="?", help="depth of --layout plain")
-    add("--out", type=Path, required=True, help="folder for images, layers and truth")
-    layouts = "; ".join(f"{name}: {known.text}" for name, known in LAYOUTS.items())
-    add("--layout", choices=LAYOUTS, default="plain", help=layouts)
-    add("--water", default="jerlov:IB", help="as Blender's --water takes it")
-    add("--camera", default="cie1931", metavar="SENSOR", help="a camera, or an observer")
-    add("--camera-depth", type=float, default=5.0, metavar="M")
+    pictures = argparse.ArgumentParser(add_help=False)
+    add = pictures.add_argument
     add("--pitch", type=float, default=0.0, help="degrees above the horizon that the camera looks")
     add("--fov", type=float, metavar="DEGREES", help="horizontal field of view")
     add("--intrinsics", type=_intrinsics, metavar="FX,FY,CX,CY",
@@ -93,12 +79,28 @@ def _parser() -> argparse.ArgumentParser:
     )
     add("--ranges", action="store_true", help="depth is Euclidean range, not along the axis")
     add("--invalid", choices=INVALID, default=INVALID[0], help="what pixels without depth are")
-    add("--white", type=float, default=1.0, help="reflectance of what is white in the pictures")
     add("--linear", action="store_true", help="codes are linear, not sRGB")
     add("--sun-azimuth", type=float, default=0.0, metavar="DEGREES",
         help="where its light travels to; the camera looks to 90")  # fmt: skip
-    add("--bands", type=int, default=8)
     add("--white-balance", choices=WHITE_BALANCES, default="daylight")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    add_fit(commands, [light, pictures])
+    command = commands.add_parser(
+        "apply", help=_APPLY.splitlines()[0], description=_APPLY, parents=[light, pictures],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    command.set_defaults(run=_apply)
+    add = command.add_argument
+    add("pictures", type=Path, metavar="RGB", help="a picture, a folder, or the folder of a set")
+    add("depths", type=Path, metavar="DEPTH", nargs="?", help="depth of --layout plain")
+    add("--out", type=Path, required=True, help="folder for images, layers and truth")
+    layouts = "; ".join(f"{name}: {known.text}" for name, known in LAYOUTS.items())
+    add("--layout", choices=LAYOUTS, default="plain", help=layouts)
+    add("--water", default="jerlov:IB", help="as Blender's --water takes it")
+    add("--camera", default="cie1931", metavar="SENSOR", help="a camera, or an observer")
+    add("--camera-depth", type=float, default=5.0, metavar="M")
+    add("--white", type=float, default=1.0, help="reflectance of what is white in the pictures")
+    add("--bands", type=int, default=8)
     add("--exposure", type=float, metavar="STOPS", help="automatic by default")
     add("--blur", action="store_true", help="scatter light of objects forward; takes longer")
     add("--lamps", type=Path, metavar="TOML", help="a file with [[lamps]] as a [[rig]] has them")

@@ -1,12 +1,15 @@
-"""``uw-spectral fit``: the water that explains a table of what a camera saw."""
+"""``uw-spectral fit``: the water that explains what a camera saw, in a table or a picture."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.description import (
@@ -15,6 +18,9 @@ from ..uw_spectral.imaging.description import (
     FloorDescription,
     SunAndSky,
 )
+from ..uw_spectral.imaging.optics import resolve
+from ..uw_spectral.imaging.picture_cells import SeenPicture
+from ..uw_spectral.imaging.picture_fit import fit_picture
 from ..uw_spectral.imaging.water_fit import FITTED, FittedWater, SeenSurfaces, fit_water
 from ..uw_spectral.spectra.reflectance import (
     colorchecker_reflectance,
@@ -23,7 +29,13 @@ from ..uw_spectral.spectra.reflectance import (
 )
 from ..uw_spectral.spectra.spectrum import Spectrum, read_table, read_text, table_text
 from ..uw_spectral.water.optical_properties import BACKSCATTER, Water
+from .applied_pictures import FILL, FLAT, HEADING, known_depth, picture_rays, secant
+from .applied_sets import SetSettings, camera_of
+from .depth_maps import RANGE
 from .files import joined, write_text
+from .picture_codes import linear_codes, read_rgb
+from .pose_sets import heading_pose
+from .rgbd_layouts import LAYOUTS, RgbdPair, read_depth
 
 _CHANNELS = ("r", "g", "b")
 _DEVIATIONS = ("sd_r", "sd_g", "sd_b")
@@ -34,34 +46,48 @@ _FIT = """fit chlorophyll, CDOM and minerals to what a level camera saw
 
 TABLE is a CSV with the columns reflectance (0 to 1, file:patch.csv, a ColorChecker patch, or
 water for open water), distance_m, r, g, b (linear, without black level, of one exposure), and, if
-they are known, the standard deviations sd_r, sd_g, sd_b."""
+they are known, the standard deviations sd_r, sd_g, sd_b.
+
+Of a PICTURE with DEPTH, what surfaces reflect need not be known; some must be dark, at all
+distances. It is linear, or sRGB codes, as the camera developed it, or its own channels (--raw)."""
 
 
 def add_fit(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], light: argparse.ArgumentParser
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    shared: list[argparse.ArgumentParser],
 ) -> None:
-    """Add the command, with options of the light that others share."""
+    """Add the command, with options of light and pictures that others share."""
     command = commands.add_parser(
-        "fit", help=_FIT.splitlines()[0], description=_FIT, parents=[light],
+        "fit", help=_FIT.splitlines()[0], description=_FIT, parents=shared,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     add = command.add_argument
-    add("table", type=Path, metavar="TABLE")
+    add("seen", type=Path, metavar="TABLE|PICTURE")
+    add("depths", type=Path, metavar="DEPTH", nargs="?", help="depth of a picture")
     add("--camera", required=True, metavar="SENSOR", help="a camera, or an observer")
     add("--depth", type=float, required=True, metavar="M", help="of camera and surfaces")
     add("--facing-up", action="store_true", help="surfaces are lit by all of Ed")
+    add("--raw", action="store_true", help="a picture has the camera's own channels, linear")
+    add("--mean-reflectance", metavar="0..1|FILE", help="of a picture, at all distances")
     add("--out", type=Path, metavar="CSV", help="a file of the water, for --water file:CSV")
     command.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace, say: Callable[[str], None]) -> None:
     description = Description(
-        light=SunAndSky(options.illuminant, options.sun_zenith),
+        light=SunAndSky(options.illuminant, options.sun_zenith, options.sun_azimuth),
         floor=FloorDescription(options.floor_depth, options.floor_reflectance),
-        camera=CameraDescription(options.camera),
+        camera=CameraDescription(options.camera, options.white_balance),
     )
-    seen = read_seen(options.table)
-    fitted = fit_water(seen, description, options.depth, facing_up=options.facing_up)
+    if options.depths is None:
+        seen = read_seen(options.seen)
+        fitted = fit_water(seen, description, options.depth, facing_up=options.facing_up)
+    else:
+        description = dataclasses.replace(description, surface=FLAT)
+        picture = read_picture(options, description)
+        mean = options.mean_reflectance
+        known = None if mean is None else parse_reflectance(mean)
+        fitted = fit_picture(picture, description, options.depth, known)
     say(fitted.text)
     for name in FITTED:
         best, low, high = (getattr(x, name) for x in (fitted.constituents, fitted.low, fitted.high))
@@ -96,6 +122,41 @@ def read_seen(path: Path) -> SeenSurfaces:
         np.stack([numbers[name] for name in _CHANNELS], axis=1),
         np.stack([numbers[name] for name in deviations], axis=1) if deviations else None,
     )
+
+
+def read_picture(options: argparse.Namespace, description: Description) -> SeenPicture:
+    """Read a picture with depth as the command takes it; InputError if that cannot be used."""
+    values = read_rgb(options.seen)
+    of_set = SetSettings("plain", options.scale, options.ranges, options.intrinsics, options.fov)
+    pair = RgbdPair(options.seen.stem, options.seen, options.depths)
+    camera = camera_of(pair, values.shape[1], values.shape[0], of_set)
+    depth, kind = read_depth(options.depths, options.scale, LAYOUTS["plain"].scale)
+    P = known_depth(depth, camera, str(options.depths))
+    if kind != RANGE and not options.ranges:
+        P = P * secant(camera)
+    pose = heading_pose((0.0, 0.0, -options.depth), HEADING, options.pitch)
+    return SeenPicture(
+        _channels(values, options, description),
+        np.where(np.isinf(P), np.nan, P) if options.invalid == FILL else P,
+        picture_rays(camera, pose),
+    )
+
+
+def _channels(
+    values: NDArray[Any], options: argparse.Namespace, description: Description
+) -> NDArray[np.float64]:
+    """Channels of the camera, NaN where one is clipped, (h, w, 3)."""
+    found = np.asarray(values, np.float64)
+    if not np.issubdtype(values.dtype, np.floating):
+        linear = linear_codes(values.dtype, linear=options.linear or options.raw)
+        clipped = (values == 0) | (values == np.iinfo(values.dtype).max)
+        found = np.where(clipped, np.nan, linear[values])
+    if options.raw:
+        return found
+    if options.white_balance == "depth":
+        raise InputError("fit: white balance depth hangs on the water; give raw channels (--raw)")
+    matrix = resolve(description).viewpoint(options.depth, stops=0.0).reduction.matrix
+    return found @ np.linalg.inv(matrix).T
 
 
 def _surface(reflectance: str, distance: str, folder: Path) -> tuple[Spectrum | float, float]:

@@ -33,7 +33,8 @@ FITTED = {"chlorophyll": (0.02, 100.0), "cdom": (0.005, 5.0), "minerals": (0.02,
 """What is fitted: the amount that counts as little, and the largest."""
 
 _BANDS = BandsDescription(121)
-_STARTS = tuple(itertools.product((0.2, 3.0), (0.02, 0.2), (0.05, 2.0)))
+STARTS = tuple(itertools.product((0.2, 3.0), (0.02, 0.2), (0.05, 2.0)))
+"""Amounts from which a fit begins."""
 _STEP = 0.02  # of a logarithm, or that part of it, for slopes
 _STRIDE = 1e-4, 0.7  # of logarithms, along a profile of the error
 _SETTLED = 1e-4  # relative fall of the squared error that counts as none
@@ -129,14 +130,14 @@ def fit_water(
     wanted = (seen.values / deviations).ravel()
 
     def error(x: Array) -> Array:
-        parts = _seen(_constituents(x), description, depth, rho, seen.distances)
+        parts = _seen(constituents_of(x), description, depth, rho, seen.distances)
         columns = [parts[0] + parts[1]] if facing_up else list(parts)
         scaled = np.stack([(part / deviations).ravel() for part in columns], axis=1)
         gains = np.linalg.lstsq(scaled, wanted, rcond=None)[0]
         return scaled @ np.maximum(gains, 0.0) - wanted
 
-    starts = sorted((_logarithms(start) for start in _STARTS), key=lambda x: _square(error(x)))
-    ends = (_inside(_least(error, start)) for start in starts[:3])
+    starts = sorted((logarithms(start) for start in STARTS), key=lambda x: _square(error(x)))
+    ends = (inside(_least(error, start)) for start in starts[:3])
     x = min(ends, key=lambda x: _square(error(x)))
     left = error(x)
     misfit = math.sqrt(_square(left) / (free - len(x)))
@@ -147,33 +148,72 @@ def fit_water(
         )
     slopes = np.stack([(error(x + _STEP * e) - left) / _STEP for e in np.eye(len(x))], axis=1)
     normal = slopes.T @ slopes / max(misfit, 1.0) ** 2
+    low, high = intervals(
+        lambda x: _square(error(x)), lambda x, i: _followed(error, x, i), x, normal,
+        _95 * max(misfit, 1.0),
+    )  # fmt: skip
+    return FittedWater(constituents_of(x), low, high, misfit)
+
+
+def intervals(
+    deviance: Callable[[Array], float],
+    followed: Callable[[Array, int], Array],
+    x: Array,
+    normal: Array,
+    rise: float,
+) -> tuple[Constituents, Constituents]:
+    """Return lower and upper ends of intervals about the best parameters.
+
+    Parameters
+    ----------
+    deviance : callable
+        Of parameters (p,), as :func:`constituents_of` takes them.
+    followed : callable
+        Of parameters and a number: those of the least deviance when it is held.
+    normal : array, shape (p, p)
+        Half the curvature of the deviance.
+    rise : float
+        Root of what the deviance rises by at the ends.
+
+    Raises
+    ------
+    InputError
+        If not even the attenuation is told.
+    """
     # Beyond what a logarithm spans nothing is told; without this, of what does not count at all.
     spread = np.linalg.inv(normal + np.eye(len(x)) / 10.0**2)
     _require_told(x, spread)
-    rise = _95 * max(misfit, 1.0)
-    low, high = (
-        _constituents(np.array([_end(error, x, spread[i], i, s, rise) for i in range(len(x))]))
-        for s in (-1.0, 1.0)
-    )
-    return FittedWater(_constituents(x), low, high, misfit)
+
+    def ends(rise: float) -> Constituents:
+        each = [_end(deviance, followed, x, spread[i], i, rise) for i in range(len(x))]
+        return constituents_of(np.array(each))
+
+    return ends(-rise), ends(rise)
 
 
 def _end(
-    error: Callable[[Array], Array], best: Array, follow: Array, i: int, sign: float, rise: float
+    deviance: Callable[[Array], float],
+    followed: Callable[[Array, int], Array],
+    best: Array,
+    follow: Array,
+    i: int,
+    rise: float,
 ) -> float:
-    """Return how far up or down parameter i goes until the root of the risen error is ``rise``.
+    """Return how far up or down parameter i goes until the root of the deviance has risen.
 
-    ``follow`` are the covariances of the parameter, along which the others begin to follow.
+    ``follow`` are the covariances of the parameter, along which the others begin to follow;
+    ``rise`` is negative for down.
     """
-    least, x, risen = _square(error(best)), best, 0.0
-    step, towards = _95 / 3.0 * math.sqrt(follow[i]), follow / follow[i]
+    least, x, risen = deviance(best), best, 0.0
+    sign, rise = math.copysign(1.0, rise), abs(rise)
+    step, towards = rise / 3.0 * math.sqrt(follow[i]), follow / follow[i]
     while True:
         step = min(step, _STRIDE[1] / float(np.abs(towards).max()))
-        there = _inside(x + sign * step * towards)
+        there = inside(x + sign * step * towards)
         if there[i] == x[i]:
             return float(x[i])  # nothing, or as much as is fitted
-        there = _followed(error, there, i)
-        then = math.sqrt(max(_square(error(there)) - least, 0.0))
+        there = followed(there, i)
+        then = math.sqrt(max(deviance(there) - least, 0.0))
         if then > 1.5 * rise and step > _STRIDE[0]:
             step /= 2.0
             continue
@@ -193,7 +233,7 @@ def _followed(error: Callable[[Array], Array], x: Array, i: int) -> Array:
         p[others] = y
         return p
 
-    return _inside(placed(_least(lambda y: error(placed(y)), x[others])))
+    return inside(placed(_least(lambda y: error(placed(y)), x[others])))
 
 
 def _seen(
@@ -210,7 +250,8 @@ def _seen(
     return surfaces @ response, ((1.0 - left) * view.background) @ response
 
 
-def _constituents(x: Array) -> Constituents:
+def constituents_of(x: Array) -> Constituents:
+    """Return the water of parameters, logarithms of each amount and what counts as little."""
     # Exactly 0 where the logarithm is that of 0.
     amounts = {
         name: float(np.clip(little * math.expm1(min(each - math.log(little), 20.0)), 0.0, most))
@@ -219,14 +260,16 @@ def _constituents(x: Array) -> Constituents:
     return Constituents(**amounts)
 
 
-def _logarithms(amounts: Sequence[float]) -> Array:
+def logarithms(amounts: Sequence[float]) -> Array:
+    """Return the parameters of amounts."""
     few = zip(amounts, FITTED.values(), strict=True)
     return np.array([math.log(amount + little) for amount, (little, _) in few])
 
 
-def _inside(x: Array) -> Array:
+def inside(x: Array) -> Array:
+    """Return parameters within what is fitted."""
     nothing, most = [0.0] * len(x), [most for _, most in FITTED.values()]
-    return np.clip(x, _logarithms(nothing), _logarithms(most))
+    return np.clip(x, logarithms(nothing), logarithms(most))
 
 
 def _least(error: Callable[[Array], Array], start: Array) -> Array:
@@ -242,7 +285,7 @@ def _require_told(x: Array, spread: Array) -> None:
     middle = [550.0]
 
     def c(x: Array) -> float:
-        water = _constituents(x).water()
+        water = constituents_of(x).water()
         return math.log(float(water.a(middle)[0] + water.b(middle)[0]))
 
     slope = np.array([(c(x + _STEP * e) - c(x)) / _STEP for e in np.eye(len(x))])

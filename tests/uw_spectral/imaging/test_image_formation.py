@@ -105,6 +105,20 @@ def test_coefficients_depend_on_the_colour_of_the_object():
     assert red.B_inf == pytest.approx(grey.B_inf)
 
 
+@pytest.mark.parametrize(("water", "order"), [("jerlov:IB", [2, 1, 0]), ("jerlov:9C", [0, 1, 2])])
+def test_channels_attenuate_in_the_order_of_the_water(water, order):
+    """Jerlov's types: the open sea lets blue through, coastal water red rather than blue."""
+    found = compute_image_formation(optics(water), DEPTH, ranges=(0.5, 1.0, 2.0)).channels
+    assert (np.argsort(found.beta_direct, axis=1) == order).all()
+
+
+def test_backscatter_has_other_coefficients_than_what_is_seen_through_it():
+    """Akkaynak & Treibitz (2018): of red in the open sea, where backscatter has little of it."""
+    found = compute_image_formation(optics("jerlov:IB"), DEPTH, ranges=(1.0, 5.0)).channels
+    assert (found.beta_backscatter[:, 0] < 0.8 * found.beta_direct[:, 0]).all()
+    assert found.beta_backscatter[:, 2] == pytest.approx(found.beta_direct[:, 2], rel=0.03)
+
+
 def test_ranges_beyond_the_floor_are_left_out():
     found = optics("jerlov:IB", floor=8.0)
     z = compute_image_formation(found, DEPTH, (0, 0, -1), [1.0, 2.9, 3.1, 50.0]).channels.z

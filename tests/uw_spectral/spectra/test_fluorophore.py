@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
+
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
@@ -26,15 +29,20 @@ def test_photons_out_are_the_yield_times_photons_in(name):
     assert found == pytest.approx(dye.quantum_yield * photons, rel=2e-3)
 
 
-@pytest.mark.parametrize(
-    ("name", "emission", "quantum_yield"),
-    [("coral-cyan", 486, 0.24), ("coral-green", 506, 0.63), ("anemone-red", 611, 0.45)],
-)
-def test_peaks_are_those_that_are_published(name, emission, quantum_yield):
-    """Matz et al. 1999 and Labas et al. 2002; Wiedenmann et al. 2002."""
-    dye = parse_fluorophore(name)
-    assert dye.peak == emission
-    assert dye.quantum_yield == quantum_yield
+def _published() -> list[dict[str, str]]:
+    lines = Path(__file__).with_name("fluorophores_fpbase.csv").read_text().splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+@pytest.mark.parametrize("published", _published(), ids=lambda row: row["protein"])
+def test_peaks_and_yields_are_those_of_a_database(published):
+    """Publications differ by 2 nm: EosFP is excited at 504 or 506 nm."""
+    dye = parse_fluorophore(published["name"])
+    nm = np.arange(400.0, 700.0)
+    excited = nm[np.argmax(dye.excitation.at(nm))]
+    assert excited == pytest.approx(float(published["excitation_nm"]), abs=2)
+    assert dye.peak == pytest.approx(float(published["emission_nm"]), abs=1)
+    assert dye.quantum_yield == pytest.approx(float(published["quantum_yield"]), abs=0.005)
 
 
 @pytest.mark.parametrize("count", [8, 30])

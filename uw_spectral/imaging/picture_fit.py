@@ -1,0 +1,282 @@
+"""The water that explains how a picture changes with distance, whatever it shows.
+
+A surface of reflectance ρ is seen at the distance P along the direction w, from the depth y, as
+
+    I = g (T ρ E_d(y')/π + L(y, w) - T L(y', w)),    T = e^{-cP},
+
+y' being its depth, L the radiance of the water as it is without it, g the exposure. What is
+darkest about each distance shows the backscatter (D. Akkaynak & T. Treibitz, CVPR 2019), but it
+is not black. Assumed is that what it reflects has, at all distances, one least value for each
+channel, times 1 + E; E, the same in all channels, is distributed as e^{-E/θ}, and each channel
+scatters besides. All these are fitted with the water, with wide priors. Pixels of open water tell
+L, and the mean of what is seen at each distance tells more, if its reflectance is known.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..spectra.spectrum import Spectrum
+from .description import BandsDescription, Description
+from .optics import resolve
+from .picture_cells import Bins, SeenPicture, Values, bins_of
+from .water_fit import STARTS, FittedWater, constituents_of, inside, intervals, logarithms
+
+Array = NDArray[np.float64]
+_Light = tuple[Array, Array, Array]
+
+_BANDS = BandsDescription(20)
+_TRIED = 2  # starts that are followed
+_WATER, _SURFACES = (0.03, 0.02), (1e-3, 1e-5)  # step for slopes; what deviances are settled to
+_COLOUR = 0.01  # error of the exposure of a channel
+_HUE = 0.5  # of logarithms of reflectances in the channels
+_PRIOR = math.log(3.0)
+#: Logarithms of the exposures; of the least reflectances; of θ; of the scatter, over the
+#: reflectance; of that of the mean of a bin.
+_TYPICAL = np.array([0.0, 0.0, 0.0, *np.log([0.01, 0.01, 0.01, 3.0, 0.3, 0.1])])
+_95 = 1.96
+#: Bins that count as one. Neighbours show the same surfaces, which are not quite as assumed: for
+#: pictures of known waters the deviance rises 2.4 times as much to the truth as it should.
+_SHARED = 3.0
+_DARK_ENOUGH = 0.5  # light of the darkest over that of the mean
+_FAR_ENOUGH = 0.3  # attenuation lengths
+_SHOWN = 0.1  # of white, over the most
+_STRAIGHT, _LARGEST = 1e-2, 30.0
+_ROUNDS, _SHORTER = 40, 8
+
+_ERFC = (0.17087277, -0.82215223, 1.48851587, -1.13520398, 0.27886807,
+         -0.18628806, 0.09678418, 0.37409196, 1.00002368, -1.26551223)  # fmt: skip
+
+
+def fit_picture(
+    seen: SeenPicture,
+    description: Description,
+    depth: float,
+    mean_reflectance: Spectrum | None = None,
+) -> FittedWater:
+    """Fit chlorophyll, CDOM and minerals to a picture that was taken at a depth in m.
+
+    Of the description all counts but the water, the bands and how pictures are developed. The mean
+    reflectance, if it is known, is that of what is seen, shading included, at all distances.
+
+    Raises
+    ------
+    InputError
+        If the picture does not tell the water: its distances are too short or too much alike, or
+        nothing in it is dark; or if no water explains it.
+    """
+    bins = bins_of(seen)
+    means = bins.mean.value
+    if mean_reflectance is None:
+        bins = dataclasses.replace(bins, mean=Values.empty())
+    fit = _PictureFit(bins, means, description, depth, mean_reflectance)
+    starts = sorted((logarithms(start) for start in STARTS), key=fit.deviance)[:_TRIED]
+    x = min((fit.least(start)[0] for start in starts), key=fit.deviance)
+    # What is brighter scatters more; how bright it is, is known once the water is.
+    fit = dataclasses.replace(fit, brightness=fit.brightness_at(x), kept={})
+    x, curvature = fit.least(x)
+    fit.require_distances(x)
+    bends, ways = np.linalg.eigh(curvature / 2.0)
+    normal = ways * np.maximum(bends, 0.0) @ ways.T  # with nothing left of what is not there
+    low, high = intervals(fit.deviance, fit.followed, x, normal, _95 * math.sqrt(_SHARED))
+    return FittedWater(constituents_of(x), low, high, fit.misfit(x))
+
+
+@dataclass(frozen=True, eq=False)
+class _PictureFit:
+    """Likelihood of waters (parameters x) and of the surfaces that are seen (parameters u)."""
+
+    bins: Bins
+    means: Array  #: Of all that is seen beside the darkest, (n, 3).
+    description: Description
+    depth: float
+    mean: Spectrum | None
+    brightness: Array | float = 1.0  #: Of the darkest of bins, (n, 1), over the least.
+    kept: dict[bytes, tuple[float, Array]] = dataclasses.field(default_factory=dict)
+
+    def deviance(self, x: Array) -> float:
+        """Twice the negative logarithm of the likelihood, with the likeliest surfaces."""
+        return self._settled(x)[0]
+
+    def least(self, x: Array, held: int | None = None) -> tuple[Array, Array]:
+        """Return the parameters of the least deviance near some, and its curvature there."""
+        free = np.array([i for i in range(len(x)) if i != held])
+
+        def placed(y: Array) -> Array:
+            p = x.copy()
+            p[free] = y
+            return inside(p)
+
+        def deviances(points: Array) -> Array:
+            return np.array([self.deviance(placed(y)) for y in points])
+
+        y, curvature = _newton(deviances, x[free], *_WATER)
+        return placed(y), curvature
+
+    def followed(self, x: Array, i: int) -> Array:
+        """Return the parameters of the least deviance when number i is held."""
+        return self.least(x, i)[0]
+
+    def brightness_at(self, x: Array) -> Array:
+        """Return the most likely 1 + E of bins, (n, 1)."""
+        _, q, a = self._dark(self._light(x), self._settled(x)[1][None])
+        return 1.0 + _along(q, a)[0, :, None]
+
+    def misfit(self, x: Array) -> float:
+        """Root mean square of what neither water nor brightness of surfaces explains."""
+        light, u = self._light(x), self._settled(x)[1][None]
+        _, q, a = self._dark(light, u)
+        opened = self._open(light, u)
+        squares = np.square(q - a * _along(q, a)[..., None]).sum() + np.square(opened).sum()
+        return math.sqrt(squares / (2 * q.shape[1] + opened.size))
+
+    def require_distances(self, x: Array) -> None:
+        """Refuse where distances are too short, or the darkest is not dark."""
+        water = constituents_of(x).water()
+        c = float(water.a([550.0])[0] + water.b([550.0])[0])
+        lengths = c * float(self.bins.dark.P.max())
+        if lengths < _FAR_ENOUGH:
+            raise InputError(
+                f"fit: the farthest surface is {lengths:.2g} attenuation lengths away, where water "
+                f"does not show; give a picture that reaches {_FAR_ENOUGH / lengths:.1f} times as "
+                "far"
+            )
+        (path, white, _), *_ = self._light(x)
+        path = path * np.exp(self._settled(x)[1][:3])
+        dark, mean = ((value - path) / white for value in (self.bins.dark.value, self.means))
+        seen = white > _SHOWN * white.max(axis=0)
+        ratio = float(dark[seen].mean() / max(mean[seen].mean(), 1e-30))
+        if ratio > _DARK_ENOUGH:
+            raise InputError(
+                f"fit: the darkest surfaces are {ratio:.0%} as bright as the mean of all; a "
+                "picture tells the water by shadows or dark surfaces at all distances"
+            )
+
+    def _settled(self, x: Array) -> tuple[float, Array]:
+        """Deviance of a water, and its likeliest surfaces."""
+        key = x.tobytes()
+        if key not in self.kept:
+            light, start = self._light(x), _TYPICAL.copy()
+            start[:3] = math.log(0.9 * float((self.bins.dark.value / light[0][0]).min()))
+            known = min(self.kept.values(), key=lambda kept: kept[0], default=(0.0, start))[1]
+            starts = [start, known] if len(self.kept) < len(STARTS) else [known]
+            deviances = functools.partial(self._deviances, light)
+            ends = (_newton(deviances, u, *_SURFACES)[0] for u in starts)
+            found = ((float(deviances(u[None])[0]), u) for u in ends)
+            self.kept[key] = min(found, key=lambda end: end[0])
+        return self.kept[key]
+
+    def _light(self, x: Array) -> Sequence[_Light]:
+        """Light of the darkest, the mean and open water: on the way, and of surfaces."""
+        water = dataclasses.replace(self.description.water, water=constituents_of(x), second="")
+        described = dataclasses.replace(self.description, water=water, bands=_BANDS)
+        view = resolve(described).viewpoint(self.depth, stops=0.0)
+        response = view.reduction.response.T
+        rho = 0.0 if self.mean is None else self.mean.at(view.column.bands.centres)
+        kinds = self.bins.dark, self.bins.mean, self.bins.open
+        P, w = (np.concatenate([getattr(kind, name) for kind in kinds]) for name in ("P", "w"))
+        near = np.isfinite(P)
+        P = np.where(near, P, 0.0)
+        y = np.clip(self.depth - w[:, 2] * P, 0.0, view.column.floor_depth)
+        T = np.exp(-view.attenuation * P[:, None]) * near[:, None]
+        ends = np.stack([np.full_like(y, self.depth), y])
+        here, there = view.field.radiance(ends, w.T[:, None])
+        white = T * view.field.Ed(y) / math.pi
+        parts = here - T * there, white, rho * white
+        counts = np.cumsum([len(kind.P) for kind in kinds])[:-1]
+        return list(zip(*(np.split(part @ response, counts) for part in parts), strict=True))
+
+    def _deviances(self, light: Sequence[_Light], u: Array) -> Array:
+        """Twice the negative logarithms of likelihoods of surfaces u (k, p), (k,)."""
+        u = np.clip(u, -_LARGEST, _LARGEST)
+        theta = np.exp(u[:, 6:7])
+        sd, q, a = self._dark(light, u)
+        # The integral of e^{-E/θ}/θ times the normal densities at q - a E, over E > 0.
+        A = np.maximum((a * a).sum(axis=2), 1e-200)
+        m = ((a * q).sum(axis=2) - 1.0 / theta) / np.sqrt(A)
+        each = (q * q).sum(axis=2) - 2.0 * _log_tail(m) + np.log(theta * theta * A)
+        off = (each + 2.0 * np.log(sd).sum(axis=2)).sum(axis=1)
+        off += np.square(self._open(light, u)).sum(axis=(1, 2))
+        off += np.square((u[:, 3:] - _TYPICAL[3:]) / _PRIOR).sum(axis=1)
+        for of, spread in ((u[:, :3], _COLOUR), (u[:, 3:6], _HUE)):
+            off += np.square((of - of.mean(axis=1, keepdims=True)) / spread).sum(axis=1)
+        if self.mean is None:
+            return off
+        path, _, surfaces = (part * np.exp(u[:, None, :3]) for part in light[1])
+        mean = self.bins.mean
+        variance = np.square(mean.sd) + np.square(np.exp(u[:, None, 8:9]) * surfaces)
+        z2 = np.square(mean.value - path - surfaces) / variance
+        # What brightens one channel brightens all: three count as one.
+        return off + ((z2 + np.log(variance)) / 3.0).sum(axis=(1, 2))
+
+    def _dark(self, light: Sequence[_Light], u: Array) -> tuple[Array, Array, Array]:
+        """Deviations of the darkest; in them what is left, and what E = 1 brings, (k, n, 3)."""
+        gain = np.exp(u[:, None, :3])
+        path, least = light[0][0] * gain, light[0][1] * gain * np.exp(u[:, None, 3:6])
+        scatter = np.exp(u[:, 7])[:, None, None] * self.brightness * least
+        sd = np.sqrt(np.square(self.bins.dark.sd) + np.square(scatter))
+        return sd, (self.bins.dark.value - path - least) / sd, least / sd
+
+    def _open(self, light: Sequence[_Light], u: Array) -> Array:
+        opened = self.bins.open
+        return (opened.value - light[2][0] * np.exp(u[:, None, :3])) / opened.sd
+
+
+def _along(q: Array, a: Array) -> Array:
+    """Return how far along ``a``, not backwards, one comes nearest to ``q``."""
+    return np.maximum((q * a).sum(axis=-1) / np.maximum((a * a).sum(axis=-1), 1e-200), 0.0)
+
+
+def _newton(
+    f: Callable[[Array], Array], x: Array, step: float, tolerance: float
+) -> tuple[Array, Array]:
+    """Return where a function is least near x, and its curvature there, by Newton's method.
+
+    ``f`` takes points (k, p) to (k,); derivatives are differences over a step. It ends when it
+    expects to fall by less than the tolerance.
+    """
+    n = len(x)
+    e, pairs = np.eye(n) * step, [(p, r) for p in range(n) for r in range(p)]
+    offsets = np.array([0.0 * x, *e, *-e, *(e[p] + e[r] for p, r in pairs)])
+    H = np.empty((n, n))
+    for _ in range(_ROUNDS):
+        now, *values = f(x + offsets)
+        up, down = np.array(values[:n]), np.array(values[n : 2 * n])
+        H[np.diag_indices(n)] = (up + down - 2.0 * now) / step**2
+        for (p, r), both in zip(pairs, values[2 * n :], strict=True):
+            H[p, r] = H[r, p] = (both - up[p] - up[r] + now) / step**2
+        bends, ways = np.linalg.eigh(H)
+        slope = ways.T @ (up - down) / (2.0 * step)
+        # Down, whichever way it bends.
+        along = -slope / np.maximum(np.abs(bends), _STRAIGHT)
+        by = ways @ along
+        by *= min(1.0, 1.0 / max(float(np.abs(by).max()), 1e-30))
+        for _ in range(_SHORTER):
+            if float(f((x + by)[None])[0]) < now:
+                x = x + by
+                break
+            by /= 4.0
+        else:
+            return x, H
+        if -float(along @ slope) < 2.0 * tolerance:
+            break
+    return x, H
+
+
+def _log_tail(m: Array) -> Array:
+    """Logarithm of e^{m²/2} Φ(m), Φ being the normal distribution, within 1.2e-7.
+
+    W. H. Press et al., Numerical Recipes, 2nd ed. (1992), 6.2: erfcc.
+    """
+    z = np.abs(m) / math.sqrt(2.0)
+    t = 1.0 / (1.0 + 0.5 * z)
+    tail = np.log(t / 2.0) + np.polyval(_ERFC, t)
+    return np.where(m < 0.0, tail, z * z + np.log1p(-np.exp(np.minimum(tail - z * z, 0.0))))
