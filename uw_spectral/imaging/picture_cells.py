@@ -148,8 +148,9 @@ class _Cells:
         even[even] = P[even].max(axis=1) < _EVEN * P[even].min(axis=1)
         kept = (even | np.isinf(P).all(axis=1)) & np.isfinite(values).all(axis=(1, 2))
         chess = np.add.outer(np.arange(_CELL), np.arange(_CELL)).ravel() % 2 == 0
-        halves = (values[kept][:, half].mean(axis=1) for half in (chess, ~chess))
-        return cls(*halves, P[kept].mean(axis=1), _unit(cut(seen.directions)[kept].mean(axis=1)))
+        chosen, read = (values[kept][:, half].mean(axis=1) for half in (chess, ~chess))
+        w = _unit(cut(seen.directions)[kept].mean(axis=1))
+        return cls(chosen, read, P[kept].mean(axis=1), w)
 
     def values(self, groups: list[tuple[Places, Places]]) -> Values:
         """Values of groups of cells; what they are off by is seen in the others beside them."""

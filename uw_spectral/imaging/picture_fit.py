@@ -188,7 +188,7 @@ class _PictureFit:
         y = np.clip(self.depth - w[:, 2] * P, 0.0, view.column.floor_depth)
         T = np.exp(-view.attenuation * P[:, None]) * near[:, None]
         ends = np.stack([np.full_like(y, self.depth), y])
-        here, there = view.field.radiance(ends, w.T[:, None])
+        here, there = view.field.radiance(ends, tuple(w.T))
         white = T * view.field.Ed(y) / math.pi
         parts = here - T * there, white, rho * white
         counts = np.cumsum([len(kind.P) for kind in kinds])[:-1]
