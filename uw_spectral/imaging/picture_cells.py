@@ -21,7 +21,7 @@ _STEEPEST = math.radians(40.0)
 _DARKEST = 0.01  # of the cells of a bin
 _BINS = 5
 _SPREAD = 1.5  # 95 % of the distances over 5 % of them
-_CLEAR = 0.01, 0.001  # standard deviation at least: of a value, and of the largest
+_CLEAR = 0.03, 0.001  # standard deviation at least: of a value, and of the largest
 
 
 @dataclass(frozen=True, eq=False)

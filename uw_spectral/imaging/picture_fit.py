@@ -2,9 +2,11 @@
 
 A surface of reflectance ρ is seen at the distance P along the direction w, from the depth y, as
 
-    I = g (T ρ E_d(y')/π + L(y, w) - T L(y', w)),    T = e^{-cP},
+    I = g (T ρ E_d(y')/π + L(y, w) - T L(y', w)),    T = e^{-(c - φ f b) P},
 
-y' being its depth, L the radiance of the water as it is without it, g the exposure. What is
+y' being its depth, L the radiance of the water as it is without it, g the exposure. Of the light
+that the water scatters into its forward peak, a fraction f of b, a surface as large as the peak
+hides what comes from behind, and loses nothing itself: φ is 1 for these, 0 for small ones. What is
 darkest about each distance shows the backscatter (D. Akkaynak & T. Treibitz, CVPR 2019), but it
 is not black. Assumed is that what it reflects has, at all distances, one least value for each
 channel, times 1 + E; E, the same in all channels, is distributed as e^{-E/θ}, and each channel
@@ -17,7 +19,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,23 +33,21 @@ from .picture_cells import Bins, SeenPicture, Values, bins_of
 from .water_fit import STARTS, FittedWater, constituents_of, inside, intervals, logarithms
 
 Array = NDArray[np.float64]
-_Light = tuple[Array, Array, Array]
 
 _BANDS = BandsDescription(20)
 _TRIED = 2  # starts that are followed
 _WATER, _SURFACES = (0.03, 0.02), (1e-3, 1e-5)  # step for slopes; what deviances are settled to
 _COLOUR = 0.01  # error of the exposure of a channel
 _HUE = 0.5  # of logarithms of reflectances in the channels
-_PRIOR = math.log(3.0)
+_PRIOR = np.array([math.log(3.0)] * 6 + [2.0])
 #: Logarithms of the exposures; of the least reflectances; of θ; of the scatter, over the
-#: reflectance; of that of the mean of a bin.
-_TYPICAL = np.array([0.0, 0.0, 0.0, *np.log([0.01, 0.01, 0.01, 3.0, 0.3, 0.1])])
+#: reflectance; of that of the mean of a bin; of φ/(1 - φ).
+_TYPICAL = np.array([0.0, 0.0, 0.0, *np.log([0.01, 0.01, 0.01, 3.0, 0.3, 0.1]), 0.0])
 _95 = 1.96
-#: Bins that count as one. Neighbours show the same surfaces, which are not quite as assumed: for
-#: pictures of known waters the deviance rises 2.4 times as much to the truth as it should.
-_SHARED = 3.0
-_DARK_ENOUGH = 0.5  # light of the darkest over that of the mean
+_DARK_ENOUGH = 0.7  # light of the darkest over that of the mean
 _FAR_ENOUGH = 0.3  # attenuation lengths
+_HIDDEN = 1.6  # φ of surfaces that hide most of what is scattered forward
+_SCATTER = 3.0  # of channels, over the reflectance
 _SHOWN = 0.1  # of white, over the most
 _STRAIGHT, _LARGEST = 1e-2, 30.0
 _ROUNDS, _SHORTER = 40, 8
@@ -85,9 +85,32 @@ def fit_picture(
     x, curvature = fit.least(x)
     fit.require_distances(x)
     bends, ways = np.linalg.eigh(curvature / 2.0)
-    normal = ways * np.maximum(bends, 0.0) @ ways.T  # with nothing left of what is not there
-    low, high = intervals(fit.deviance, fit.followed, x, normal, _95 * math.sqrt(_SHARED))
+    # Near nothing the deviance is flat, though no amounts are there that count.
+    normal = ways * np.maximum(bends, 0.0) @ ways.T + np.eye(len(x))
+    low, high = intervals(fit.deviance, fit.followed, x, normal, _95)
     return FittedWater(constituents_of(x), low, high, fit.misfit(x))
+
+
+@dataclass(frozen=True, eq=False)
+class _Light:
+    """Light of bins in a water."""
+
+    open: Array  #: Of open water, (k, 3).
+    here: Array  #: Of open water in place of surfaces, of the darkest and the mean, (m, 3).
+    #: Logarithms, for φ of 0, ½ and 1, of the part of it that comes from behind, of white surfaces,
+    #: and, if it is known, those of the mean reflectance, (3, parts, m, 3).
+    left: Array
+
+    def at(self, u: Array) -> tuple[Array, Array, Array]:
+        """Light on the way, of white surfaces and of the mean, for surfaces u (k, p), (k, m, 3)."""
+        phi = 1.0 / (1.0 + np.exp(-u[:, 9]))
+        weights = [(1 - phi) * (1 - 2 * phi), 4 * phi * (1 - phi), phi * (2 * phi - 1)]
+        gain = np.exp(u[:, None, :3])
+        behind, white, *mean = (
+            gain * np.exp(np.einsum("ak,amc->kmc", weights, part))
+            for part in np.moveaxis(self.left, 1, 0)
+        )
+        return gain * self.here - behind, white, mean[0] if mean else white
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,11 +172,16 @@ class _PictureFit:
                 f"does not show; give a picture that reaches {_FAR_ENOUGH / lengths:.1f} times as "
                 "far"
             )
-        (path, white, _), *_ = self._light(x)
-        path = path * np.exp(self._settled(x)[1][:3])
+        count = len(self.bins.dark.P)
+        path, white, _ = (part[0, :count] for part in self._light(x).at(self._settled(x)[1][None]))
         dark, mean = ((value - path) / white for value in (self.bins.dark.value, self.means))
         seen = white > _SHOWN * white.max(axis=0)
         ratio = float(dark[seen].mean() / max(mean[seen].mean(), 1e-30))
+        if math.exp(self._settled(x)[1][7]) > _SCATTER:
+            raise InputError(
+                "fit: no water explains how the darkest surfaces change with distance; objects "
+                "that shade the water before them, lamps, or wrong distances make it so"
+            )
         if ratio > _DARK_ENOUGH:
             raise InputError(
                 f"fit: the darkest surfaces are {ratio:.0%} as bright as the mean of all; a "
@@ -165,7 +193,9 @@ class _PictureFit:
         key = x.tobytes()
         if key not in self.kept:
             light, start = self._light(x), _TYPICAL.copy()
-            start[:3] = math.log(0.9 * float((self.bins.dark.value / light[0][0]).min()))
+            path, *_ = light.at(start[None])
+            darkest = self.bins.dark.value / path[0, : len(self.bins.dark.P)]
+            start[:3] = math.log(0.9 * float(darkest.min()))
             known = min(self.kept.values(), key=lambda kept: kept[0], default=(0.0, start))[1]
             starts = [start, known] if len(self.kept) < len(STARTS) else [known]
             deviances = functools.partial(self._deviances, light)
@@ -174,27 +204,33 @@ class _PictureFit:
             self.kept[key] = min(found, key=lambda end: end[0])
         return self.kept[key]
 
-    def _light(self, x: Array) -> Sequence[_Light]:
-        """Light of the darkest, the mean and open water: on the way, and of surfaces."""
+    def _light(self, x: Array) -> _Light:
         water = dataclasses.replace(self.description.water, water=constituents_of(x), second="")
         described = dataclasses.replace(self.description, water=water, bands=_BANDS)
         view = resolve(described).viewpoint(self.depth, stops=0.0)
-        response = view.reduction.response.T
-        rho = 0.0 if self.mean is None else self.mean.at(view.column.bands.centres)
-        kinds = self.bins.dark, self.bins.mean, self.bins.open
-        P, w = (np.concatenate([getattr(kind, name) for kind in kinds]) for name in ("P", "w"))
-        near = np.isfinite(P)
-        P = np.where(near, P, 0.0)
+        response, field = view.reduction.response.T, view.field
+        P, w = (
+            np.concatenate([getattr(kind, name) for kind in (self.bins.dark, self.bins.mean)])
+            for name in ("P", "w")
+        )
         y = np.clip(self.depth - w[:, 2] * P, 0.0, view.column.floor_depth)
-        T = np.exp(-view.attenuation * P[:, None]) * near[:, None]
-        ends = np.stack([np.full_like(y, self.depth), y])
-        here, there = view.field.radiance(ends, tuple(w.T))
-        white = T * view.field.Ed(y) / math.pi
-        parts = here - T * there, white, rho * white
-        counts = np.cumsum([len(kind.P) for kind in kinds])[:-1]
-        return list(zip(*(np.split(part @ response, counts) for part in parts), strict=True))
+        here, there = field.radiance(np.stack([np.full_like(y, self.depth), y]), tuple(w.T))
+        white = field.Ed(y) / math.pi
+        parts = [there, white]
+        if self.mean is not None:
+            parts.append(self.mean.at(view.column.bands.centres) * white)
+        forward = field.peak_at(self.depth) * view.layer.scattering
+        left = [
+            [np.exp(-(view.attenuation - phi * forward) * P[:, None]) * part for part in parts]
+            for phi in (0.0, _HIDDEN / 2.0, _HIDDEN)
+        ]
+        opened = np.zeros((0, len(white[0])))
+        if len(self.bins.open.P):
+            opened = field.radiance(self.depth, tuple(self.bins.open.w.T))
+        logs = np.log(np.maximum(np.array(left) @ response, 1e-300))
+        return _Light(opened @ response, here @ response, logs)
 
-    def _deviances(self, light: Sequence[_Light], u: Array) -> Array:
+    def _deviances(self, light: _Light, u: Array) -> Array:
         """Twice the negative logarithms of likelihoods of surfaces u (k, p), (k,)."""
         u = np.clip(u, -_LARGEST, _LARGEST)
         theta = np.exp(u[:, 6:7])
@@ -210,24 +246,24 @@ class _PictureFit:
             off += np.square((of - of.mean(axis=1, keepdims=True)) / spread).sum(axis=1)
         if self.mean is None:
             return off
-        path, _, surfaces = (part * np.exp(u[:, None, :3]) for part in light[1])
         mean = self.bins.mean
+        path, _, surfaces = (part[:, -len(mean.P) :] for part in light.at(u))
         variance = np.square(mean.sd) + np.square(np.exp(u[:, None, 8:9]) * surfaces)
         z2 = np.square(mean.value - path - surfaces) / variance
         # What brightens one channel brightens all: three count as one.
         return off + ((z2 + np.log(variance)) / 3.0).sum(axis=(1, 2))
 
-    def _dark(self, light: Sequence[_Light], u: Array) -> tuple[Array, Array, Array]:
+    def _dark(self, light: _Light, u: Array) -> tuple[Array, Array, Array]:
         """Deviations of the darkest; in them what is left, and what E = 1 brings, (k, n, 3)."""
-        gain = np.exp(u[:, None, :3])
-        path, least = light[0][0] * gain, light[0][1] * gain * np.exp(u[:, None, 3:6])
+        path, white, _ = (part[:, : len(self.bins.dark.P)] for part in light.at(u))
+        least = white * np.exp(u[:, None, 3:6])
         scatter = np.exp(u[:, 7])[:, None, None] * self.brightness * least
         sd = np.sqrt(np.square(self.bins.dark.sd) + np.square(scatter))
         return sd, (self.bins.dark.value - path - least) / sd, least / sd
 
-    def _open(self, light: Sequence[_Light], u: Array) -> Array:
+    def _open(self, light: _Light, u: Array) -> Array:
         opened = self.bins.open
-        return (opened.value - light[2][0] * np.exp(u[:, None, :3])) / opened.sd
+        return (opened.value - light.open * np.exp(u[:, None, :3])) / opened.sd
 
 
 def _along(q: Array, a: Array) -> Array:
