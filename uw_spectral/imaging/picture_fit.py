@@ -39,7 +39,7 @@ _TRIED = 2  # starts that are followed
 _WATER, _SURFACES = (0.03, 0.02), (1e-3, 1e-5)  # step for slopes; what deviances are settled to
 _COLOUR = 0.01  # error of the exposure of a channel
 _HUE = 0.5  # of logarithms of reflectances in the channels
-_PRIOR = np.array([math.log(3.0)] * 6 + [2.0])
+_PRIOR = np.array([math.log(3.0)] * 6 + [5.0])
 #: Logarithms of the exposures; of the least reflectances; of θ; of the scatter, over the
 #: reflectance; of that of the mean of a bin; of φ/(1 - φ).
 _TYPICAL = np.array([0.0, 0.0, 0.0, *np.log([0.01, 0.01, 0.01, 3.0, 0.3, 0.1]), 0.0])
