@@ -14,6 +14,7 @@ profile likelihood: as far as one goes, the others following, until the error ha
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
 import math
 from collections.abc import Callable, Sequence
@@ -37,6 +38,7 @@ STARTS = tuple(itertools.product((0.2, 3.0), (0.02, 0.2), (0.05, 2.0)))
 """Amounts from which a fit begins."""
 _STEP = 0.02  # of a logarithm, or that part of it, for slopes
 _STRIDE = 1e-4, 0.7  # of logarithms, along a profile of the error
+_BESIDE = 0.7  # of a logarithm, from the edge of what is fitted
 _SETTLED = 1e-4  # relative fall of the squared error that counts as none
 _CLEAR = 0.005, 0.001  # standard deviation: of a value, and of the largest
 _TOLD = 0.35  # standard deviation of ln c(550) above which the water is not told
@@ -136,22 +138,32 @@ def fit_water(
         gains = np.linalg.lstsq(scaled, wanted, rcond=None)[0]
         return scaled @ np.maximum(gains, 0.0) - wanted
 
-    starts = sorted((logarithms(start) for start in STARTS), key=lambda x: _square(error(x)))
-    ends = (inside(_least(error, start)) for start in starts[:3])
-    x = min(ends, key=lambda x: _square(error(x)))
-    left = error(x)
-    misfit = math.sqrt(_square(left) / (free - len(x)))
+    def deviance(x: Array) -> float:
+        return _square(error(x))
+
+    starts = sorted((logarithms(start) for start in STARTS), key=deviance)
+    minima = sorted((_settled(error, start) for start in starts[:3]), key=deviance)
+    x, least = minima[0], deviance(minima[0])
+    misfit = math.sqrt(least / (free - len(x)))
     if misfit > _EXPLAINED:
         raise InputError(
             f"fit: no water of chlorophyll, CDOM and minerals explains the values, {misfit:.0f} "
             "standard deviations off; check that they are linear, of this camera, and the depth"
         )
-    slopes = np.stack([(error(x + _STEP * e) - left) / _STEP for e in np.eye(len(x))], axis=1)
-    normal = slopes.T @ slopes / max(misfit, 1.0) ** 2
-    low, high = intervals(
-        lambda x: _square(error(x)), lambda x, i: _followed(error, x, i), x, normal,
-        _95 * max(misfit, 1.0),
-    )  # fmt: skip
+    rise, followed = _95 * max(misfit, 1.0), functools.partial(_followed, error)
+    # Another water may explain the values as well, with what explains them less between.
+    likely = {tuple(y.round(1)): y for y in minima[::-1] if deviance(y) < least + rise**2}
+    found = []
+    for y in [x, *(y for y in likely.values() if y is not x)]:
+        left = error(y)
+        slopes = np.stack([(error(y + _STEP * e) - left) / _STEP for e in np.eye(len(y))], axis=1)
+        normal = slopes.T @ slopes / max(misfit, 1.0) ** 2
+        of_best = least if found else None
+        found.append(intervals(deviance, followed, y, normal, rise, of_best))
+    low, high = (
+        Constituents(**{name: end(getattr(each[k], name) for each in found) for name in FITTED})
+        for k, end in enumerate((min, max))
+    )
     return FittedWater(constituents_of(x), low, high, misfit)
 
 
@@ -161,8 +173,9 @@ def intervals(
     x: Array,
     normal: Array,
     rise: float,
+    least: float | None = None,
 ) -> tuple[Constituents, Constituents]:
-    """Return lower and upper ends of intervals about the best parameters.
+    """Return lower and upper ends of intervals about the best parameters, or others as likely.
 
     Parameters
     ----------
@@ -174,6 +187,8 @@ def intervals(
         Half the curvature of the deviance.
     rise : float
         Root of what the deviance rises by at the ends.
+    least : float, optional
+        Deviance of the best parameters, if these are others.
 
     Raises
     ------
@@ -182,17 +197,22 @@ def intervals(
     """
     # Beyond what a logarithm spans nothing is told; without this, of what does not count at all.
     spread = np.linalg.inv(normal + np.eye(len(x)) / 10.0**2)
-    _require_told(x, spread)
+    if least is None:
+        _require_told(x, spread)
+        least = deviance(x)
 
     def ends(rise: float) -> Constituents:
-        each = [_end(deviance, followed, x, spread[i], i, rise) for i in range(len(x))]
+        each = [
+            _end(lambda x: deviance(x) - least, followed, x, spread[i], i, rise)
+            for i in range(len(x))
+        ]
         return constituents_of(np.array(each))
 
     return ends(-rise), ends(rise)
 
 
 def _end(
-    deviance: Callable[[Array], float],
+    above: Callable[[Array], float],
     followed: Callable[[Array, int], Array],
     best: Array,
     follow: Array,
@@ -204,7 +224,7 @@ def _end(
     ``follow`` are the covariances of the parameter, along which the others begin to follow;
     ``rise`` is negative for down.
     """
-    least, x, risen = deviance(best), best, 0.0
+    x, risen = best, math.sqrt(max(above(best), 0.0))
     sign, rise = math.copysign(1.0, rise), abs(rise)
     step, towards = rise / 3.0 * math.sqrt(follow[i]), follow / follow[i]
     while True:
@@ -213,7 +233,7 @@ def _end(
         if there[i] == x[i]:
             return float(x[i])  # nothing, or as much as is fitted
         there = followed(there, i)
-        then = math.sqrt(max(deviance(there) - least, 0.0))
+        then = math.sqrt(max(above(there), 0.0))
         if then > 1.5 * rise and step > _STRIDE[0]:
             step /= 2.0
             continue
@@ -270,6 +290,20 @@ def inside(x: Array) -> Array:
     """Return parameters within what is fitted."""
     nothing, most = [0.0] * len(x), [most for _, most in FITTED.values()]
     return np.clip(x, logarithms(nothing), logarithms(most))
+
+
+def _settled(error: Callable[[Array], Array], start: Array) -> Array:
+    """Return the parameters of the least error near a start.
+
+    A step to beyond what is fitted would be the last, for nothing changes there: what ends at its
+    edge begins once more beside it.
+    """
+    x = inside(_least(error, start))
+    edges = inside(np.full(len(x), -np.inf)) + _BESIDE, inside(np.full(len(x), np.inf)) - _BESIDE
+    beside = np.clip(x, *edges)
+    if (beside == x).all():
+        return x
+    return min(x, inside(_least(error, beside)), key=lambda x: _square(error(x)))
 
 
 def _least(error: Callable[[Array], Array], start: Array) -> Array:
