@@ -7,8 +7,7 @@ import math
 import bpy
 import numpy as np
 import pytest
-from underwater_spectral.benchmarks import _layer_scenes
-from underwater_spectral.benchmarks._places import block
+from underwater_spectral.benchmarks._scenery import block, camera_at, new_file
 from underwater_spectral.datasets.applied_pictures import FLAT, picture_rays
 from underwater_spectral.datasets.layer_file import camera_of, read_layers
 from underwater_spectral.jobs import batch
@@ -28,14 +27,14 @@ DEPTH = 5.0
 @pytest.mark.filterwarnings("ignore::underwater_spectral.uw_spectral.errors.DataWarning")
 def test_boards_in_open_water_tell_it(tmp_path):
     """Small and apart, so that they do not shade the water; scattering is told worse."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    new_file()
     rng = np.random.default_rng(4)
     for number, away in enumerate(rng.permutation(np.geomspace(1.0, 9.0, 90))):
         side = 0.07 * away
         colour = rng.uniform(0.01, 0.03, 3) if number % 2 == 0 else rng.uniform(0.03, 0.7, 3)
         place = away * (number % 10 - 4.5) * 0.11, away, away * (number // 10 - 4.0) * 0.09 - DEPTH
         block(f"board {number}", place, (side, 0.005, side), tuple(colour.tolist()))
-    _layer_scenes.camera("camera", (0.0, 0.0, -DEPTH), 60.0, math.radians(90.0))
+    camera_at((0.0, 0.0, -DEPTH), (math.pi / 2.0, 0.0, 0.0), math.radians(60.0))
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "boxes.blend"))
     options = ["--water", f"bio:{TRUTH.described()}", "--engine", "eevee", "--mode", "realtime"]
     options += ["--samples", "8", "--resolution", "256", "192", "--sensor", "ARRI D21"]
