@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from underwater_spectral.datasets import command_line, fit_command
 from underwater_spectral.uw_spectral.errors import InputError
+from underwater_spectral.uw_spectral.imaging import water_fit
 from underwater_spectral.uw_spectral.imaging.description import (
     BandsDescription,
     CameraDescription,
@@ -109,7 +110,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     assert np.mean(inside) >= 0.9
 
 
-def test_greys_too_near_do_not_tell_the_water():
+def test_greys_too_near_do_not_tell_the_water(monkeypatch):
+    monkeypatch.setattr(water_fit, "_BANDS", BandsDescription(31))  # enough to refuse
     chart = _chart(distances=(0.05,))
     grey = slice(18, 24)
     assert PATCHES[grey][0] == "white 9.5 (.05 D)"
