@@ -44,6 +44,9 @@ _PRIOR = np.array([math.log(3.0)] * 6 + [5.0])
 #: reflectance; of that of the mean of a bin; of φ/(1 - φ).
 _TYPICAL = np.array([0.0, 0.0, 0.0, *np.log([0.01, 0.01, 0.01, 3.0, 0.3, 0.1]), 0.0])
 _95 = 1.96
+#: Bins that count as one: neighbours show the same surfaces. Of 44 pictures of known waters the
+#: deviance rose 1.65 times as much to the truth as it should.
+_SHARED = 1.7
 _DARK_ENOUGH = 0.7  # light of the darkest over that of the mean
 _FAR_ENOUGH = 0.3  # attenuation lengths
 _HIDDEN = 1.6  # φ of surfaces that hide most of what is scattered forward
@@ -87,7 +90,7 @@ def fit_picture(
     bends, ways = np.linalg.eigh(curvature / 2.0)
     # Near nothing the deviance is flat, though no amounts are there that count.
     normal = ways * np.maximum(bends, 0.0) @ ways.T + np.eye(len(x))
-    low, high = intervals(fit.deviance, fit.followed, x, normal, _95)
+    low, high = intervals(fit.deviance, fit.followed, x, normal, _95 * math.sqrt(_SHARED))
     return FittedWater(constituents_of(x), low, high, fit.misfit(x))
 
 
