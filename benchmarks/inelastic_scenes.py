@@ -1,4 +1,4 @@
-"""Light that lamps excite by night, EEVEE against Cycles, alone and in the whole picture."""
+"""Light that lamps excite by night, EEVEE against Cycles, in bands that no lamp shines in."""
 
 from __future__ import annotations
 
