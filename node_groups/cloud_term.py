@@ -104,5 +104,4 @@ class _CloudPixel(TermPixel):
 
 
 def _scaled(factor: OcclusionFactor, by: NodeValue) -> OcclusionFactor:
-    fraction = None if factor.fraction is None else factor.fraction * by
-    return OcclusionFactor(factor.mean * by, fraction)
+    return OcclusionFactor(factor.mean * by, [part * by for part in factor.fractions])

@@ -140,8 +140,8 @@ class _OcclusionPixel(TermPixel):
         if behind and self._pixel.given is not None:
             # Inside a body there is no probe.
             found = NODES.select(self._pixel.given[CLOSED], *self._sides)
-        mean, fraction, _ = self._graph.components(found)
-        return OcclusionFactor(factor.mean * mean, factor.mean * fraction)
+        mean, *fractions = self._graph.components(found)
+        return OcclusionFactor(factor.mean * mean, [factor.mean * part for part in fractions])
 
     @override
     def on_path(self, occlusion: OcclusionOnPath) -> OcclusionOnPath:
@@ -150,5 +150,6 @@ class _OcclusionPixel(TermPixel):
         steps: list[list[Operand]] = [[step[i] for step in self._steps] for i in range(3)]
         mean, fraction = (along_ray(steps[i], often, *reach) for i in range(2))
         return OcclusionOnPath(
-            OcclusionFactor(mean, fraction), occlusion.single * along_ray(steps[2], single, *reach)
+            OcclusionFactor(mean, [fraction]),
+            occlusion.single * along_ray(steps[2], single, *reach),
         )

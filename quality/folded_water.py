@@ -15,8 +15,8 @@ from ..uw_spectral.imaging.excitation import Excitation
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.surface.wave_patterns import WavePatterns, least_pattern
-from ..uw_spectral.transfer.band_spectra import OcclusionSpectrum
-from ..uw_spectral.transfer.channel_tables import ChannelTables
+from ..uw_spectral.transfer.band_spectra import OcclusionSpectra
+from ..uw_spectral.transfer.channel_tables import SPECTRA, ChannelTables
 from ..uw_spectral.transfer.channels import Channels, channels_of
 from ..uw_spectral.transfer.projection import project
 from ..uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
@@ -83,7 +83,9 @@ def folded_water(
     field = column.solved_field(phase, TABLE_STREAMS, emission)
     if light == OCCLUDED:
         straight = column.solved_field(phase, OCCLUSION_STREAMS)
-        occlusions = OcclusionSpectrum(np.zeros(len(bands)), np.ones((1, len(bands))), straight)
+        occlusions = OcclusionSpectra(
+            np.zeros((SPECTRA, len(bands))), np.ones((1, len(bands))), straight
+        )
     waves, least = optics.waves if view.column.surface == "waves" else None, 0.0
     if waves is not None:
         above = column.mixed_above(view.depth).solved_field(phase, TABLE_STREAMS)

@@ -14,7 +14,7 @@ from ...node_groups.shape import TermShape
 from ...uw_spectral.occlusion.adjacency import Adjacency, adjacency
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer
-from ...uw_spectral.transfer.band_spectra import OcclusionSpectrum
+from ...uw_spectral.transfer.band_spectra import OcclusionSpectra
 from ...uw_spectral.transfer.pixel_parts import COLOURS
 from ...uw_spectral.transfer.solved_field import SolvedField
 from .. import marks
@@ -29,7 +29,7 @@ class OcclusionTerm(Term):
     """What objects do to the light of a frame."""
 
     table: OcclusionTable  #: What they keep away and throw back.
-    low_stream_field: SolvedField  #: Of :class:`.OcclusionSpectrum`.
+    low_stream_field: SolvedField  #: Of :class:`.OcclusionSpectra`.
     buffer: VisibilityBuffer | None = None  #: What of the camera's view they fill.
     in_room: bool = False  #: Whether little light reaches the camera's place.
 
@@ -50,8 +50,8 @@ class OcclusionTerm(Term):
     @override
     def projection(self) -> Mapping[str, Any]:
         table = self.table
-        spectrum = OcclusionSpectrum(table.spectrum, table.typical, self.low_stream_field)
-        return {"occlusion": spectrum}
+        spectra = OcclusionSpectra(table.spectra, table.typical, self.low_stream_field)
+        return {"occlusion": spectra}
 
     @override
     def numbers(self, water: RealtimeWater) -> Numbers:

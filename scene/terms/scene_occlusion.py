@@ -40,7 +40,7 @@ def is_in_room(table: OcclusionTable, place: Sequence[float]) -> bool:
 
 
 def low_stream_field(frame: SceneFrame) -> SolvedField:
-    """Return the field of :class:`.OcclusionSpectrum`."""
+    """Return the field of :class:`.OcclusionSpectra`."""
     return frame.over.column.solved_field(frame.plan.phase, OCCLUSION_STREAMS)
 
 

@@ -15,6 +15,7 @@ from underwater_spectral.uw_spectral.occlusion import occlusion_table as tables
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
 from underwater_spectral.uw_spectral.spectra.bands import Bands
+from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
 from underwater_spectral.uw_spectral.transfer.sun_beam import half_angle2
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
@@ -32,12 +33,13 @@ def _water():
 
 
 def _table(column, seed=3):
-    """Random occlusion of one spectrum, smooth from cell to cell, in a box about the view."""
+    """Random occlusion, of rays of one spectrum, smooth from cell to cell, about the view."""
     random = np.random.default_rng(seed)
     grid = Grid((-5.0, -2.0, -9.0), 1.0, (10, 9, 8))
     along = grid.centres() @ random.normal(size=(3, tables.TILES)) * 0.5
     mean, fraction = 0.6 + 0.3 * np.sin(along), 0.2 * np.cos(along)
     ratios = mean[..., None] + fraction[..., None] * np.array([1.0, 0.2, -0.8])
+    ratios[:, :6] += 0.15 * np.sin(along[:, :6, None] + 1.0) * np.array([0.3, -1.0, 0.6])
     weight = random.uniform(0.5, 1.5, 6)
     light = ProbeIrradiance(
         grid, np.ones(grid.count, bool), ratios[:, :6], ratios[:, 6:],
@@ -53,7 +55,7 @@ def _along_rays(table, rate, up, camera, w, P, part):
         s = tables.step(float(k), P, table.box.reach)
         three = table.mixed(tables.SCATTERED, camera + w * s[:, None], w)
         mean, fraction, sunlit = three.T[..., None]
-        found.append(sunlit if part == "sun" else tables.ratio(mean, fraction, table.spectrum))
+        found.append(sunlit if part == "sun" else mean + fraction * table.spectra[ON_PATH])
     return tables.along_ray(found, rate(up), P[:, None], table.box.reach)
 
 
@@ -133,7 +135,7 @@ def test_patches_are_occluded_as_the_table_says(tmp_path):
     points = (view.rays() * P[..., None])[on_it] + [0.0, 0.0, -5.0]
     beside = points + normal * tables.OFF_SURFACE * table.grid.cell
     three = table.mixed(tables.ON_PATCH, beside, np.tile(normal, (len(beside), 1)))
-    wanted = tables.ratio(three[:, :1], three[:, 1:2], table.spectrum)
+    wanted = three[:, :1] + three[:, 1:] @ table.spectra[:ON_PATH]
     ratio = pictures[0][on_it] / pictures[1][on_it]
     assert on_it.sum() > 30
     assert np.median(np.abs(ratio / wanted - 1.0)) < 0.02

@@ -161,7 +161,7 @@ def test_frames_of_a_job_are_the_same_whatever_was_rendered_before():
             table = _table(scene, plan, cache=cache)
         tables.append(table)
     np.testing.assert_array_equal(tables[0].atlas, tables[1].atlas)
-    np.testing.assert_array_equal(tables[0].spectrum, tables[1].spectrum)
+    np.testing.assert_array_equal(tables[0].spectra, tables[1].spectra)
 
 
 def test_nothing_is_computed_again_where_nothing_has_moved(monkeypatch):

@@ -169,13 +169,14 @@ def _radiance(
     found = np.zeros((_COLOUR_COUNT, *here.shape))
     P = distance[here][:, None]
     points = buffer.view.ways().reshape(*here.shape, 3)[here] * P + np.asarray(buffer.view.centre)
-    mean, fraction, sunlit = occlusion.on_patches(points, normal).T
+    mean, *fractions = occlusion.on_patches(points, normal).T[..., None]
+    sunlit = occlusion.sunlit(points, normal)
     facing = np.maximum(normal @ -np.asarray(water.sun, np.float64), 0.0) * sunlit / np.pi
     surface = SurfaceMaterial(
         columns,
         [colour * facing[:, None] for colour in base],
         base,
-        occlusion=OcclusionFactor(mean[:, None], fraction[:, None]),
+        occlusion=OcclusionFactor(mean, fractions),
     )
     y = np.maximum(-points[:, 2:], 0.0)
     found[:, here] = np.asarray(water.leaving(surface, y, list(normal.T[..., None]), P)).T

@@ -23,7 +23,9 @@ from .unoccluded_field import AXES
 _LEAST = 1e-3  # of the light of open water, below which errors are not relative any more
 _APART = 0.05  # of the light: cells that differ less are not looked at
 _UNSEEN = 0.002  # of what is read: so much of cells that are not seen does not count
-_NEAR = 0.5  # cells within which probes count
+_STEADY = 0.1  # weight of no change across a cell
+_MOST_CHANGE = 0.4  # of the light, from the probes to a wall
+_UNLIT = 1e-12
 _FAR = 1e-6  # of one close by, for one farther off that alone is seen
 _ROUNDS = 6
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
@@ -35,12 +37,13 @@ Cells = NDArray[np.intp]
 class _Readers:
     """Places that are looked up in a table."""
 
-    at: Array  #: Points of water with the light that is wanted, m, (m, 3).
+    at: Array  #: Points of water from which probes are seen, m, (m, 3).
+    place: Array  #: Where their light is wanted, m, (m, 3).
     cells: Cells  #: That are read, (m, 8).
     fractions: Light  #: Of each of them, (m, 8).
 
     def some(self, which: NDArray) -> _Readers:
-        return _Readers(self.at[which], self.cells[which], self.fractions[which])
+        return _Readers(self.at[which], self.place[which], self.cells[which], self.fractions[which])
 
     def read(self, values: Light) -> Light:
         """Look values of cells (c, q) up, shape (m, q)."""
@@ -68,16 +71,16 @@ class FittedCells:
         ``tiles`` (p, 6, 3) are what probes have.
         """
         for axis, (surface, water) in enumerate(_faces(self._rays)):
-            readers = self._readers(self._points[water], surface + off * AXES[axis])
+            readers = self._readers(self._points[water], surface, surface + off * AXES[axis])
             self._fit(atlas[axis : axis + 1], tiles[:, axis : axis + 1], readers, moved=True)
 
     def fit_water(self, atlas: Array, tiles: Array) -> None:
         """Fit tiles (p, t, 3) that are looked up in the water."""
         place = np.stack(np.unravel_index(np.arange(len(self._points)), self._rays.reached.shape))
         some = self._rays.reached.ravel() & (place.sum(axis=0) % 2 == 0)
-        self._fit(atlas, tiles, self._readers(self._points[some], self._points[some]), moved=False)
+        self._fit(atlas, tiles, self._readers(*[self._points[some]] * 3), moved=False)
 
-    def _readers(self, at: Array, place: Array) -> _Readers:
+    def _readers(self, at: Array, wanted: Array, place: Array) -> _Readers:
         grid, shape = self._rays.grid, np.add(self._rays.grid.shape, 2)
         position = np.clip(grid.position(place), 0.0, np.subtract(grid.shape, 1.0)) + 1.0
         low = np.minimum(np.floor(position).astype(np.intp), shape - 2)
@@ -85,7 +88,7 @@ class FittedCells:
         fractions = np.where(_CORNERS, part, 1.0 - part).prod(axis=2).astype(np.float32)
         corner = low[:, None] + _CORNERS
         cells = (corner[..., 0] * shape[1] + corner[..., 1]) * shape[2] + corner[..., 2]
-        return _Readers(at, cells, fractions)
+        return _Readers(at, wanted, cells, fractions)
 
     def _fit(self, atlas: Array, tiles: Array, readers: _Readers, *, moved: bool) -> None:
         """Fit tiles; ``moved`` tells that places are looked up beside the points of readers."""
@@ -98,7 +101,7 @@ class FittedCells:
         wrong = self._unseen(readers.some(some))
         if not moved:
             some, wrong = some[wrong.any(axis=1)], wrong[wrong.any(axis=1)]
-        wanted, known = self._seen_light(readers.at[some], tiles)
+        wanted, known = self._seen_light(readers.some(some), tiles)
         some, wanted, wrong = some[known], wanted[known], wrong[known]
         hidden = wrong.copy()
         found = readers.some(some).read(values)
@@ -129,21 +132,30 @@ class FittedCells:
         seen = self._sees(readers.at[:, None], self._rays.point[probe]) | (probe < 0)
         return ~seen & (readers.fractions > _UNSEEN)
 
-    def _seen_light(self, at: Array, tiles: Array) -> tuple[Light, NDArray[np.bool_]]:
-        """Light of the probes that are seen from points, (m, 3 t), and whether there are any."""
-        grid, rays = self._rays.grid, self._rays
+    def _seen_light(self, readers: _Readers, tiles: Array) -> tuple[Light, NDArray[np.bool_]]:
+        """Light of the probes that are seen, at places (m, 3 t), and whether there are any.
+
+        It changes on the way from these to a wall, the more the nearer what lights it: what is
+        linear in the place is told.
+        """
+        grid, rays, at = self._rays.grid, self._rays, readers.at
         flat = tiles.reshape(len(tiles), -1).astype(np.float32)
-        total, sum_ = np.zeros((len(at), flat.shape[1]), np.float32), np.zeros(len(at), np.float32)
+        gram, sums = np.zeros((len(at), 4, 4)), np.zeros((len(at), 4, flat.shape[1]))
         for probe, inside in around(grid, at):
-            point = rays.point[probe]
-            near = ((point - at) ** 2).sum(axis=1) / (_NEAR * grid.cell) ** 2
+            point, x = rays.point[probe], np.ones((len(at), 4))
             usable = inside & rays.valid[probe]
             usable[usable] = self._sees(at[usable], point[usable])
-            weight = np.where(usable, np.exp(-near) + _FAR, 0.0).astype(np.float32)
-            total += flat[probe] * weight[:, None]
-            sum_ += weight
-        total /= np.maximum(sum_, np.float32(_FAR / 2.0))[:, None]
-        return total, sum_ > 0
+            near = ((point - at) ** 2).sum(axis=1) / grid.cell**2
+            weight = np.where(usable, np.exp(-near) + _FAR, 0.0)
+            x[:, 1:] = (point - readers.place) / grid.cell
+            gram += np.einsum("m,mi,mj->mij", weight, x, x)
+            sums += np.einsum("m,mi,mq->miq", weight, x, flat[probe])
+        known, total = gram[:, 0, 0] > 0, np.maximum(gram[:, :1, :1], _FAR)
+        gram, sums = gram / total + np.diag([_FAR, *[_STEADY] * 3]), sums / total
+        mean, there = sums[:, 0], np.linalg.solve(gram, sums)[:, 0]
+        level, change = (np.abs(part[:, ::3].mean(axis=1)) for part in (mean, there - mean))
+        part = _MOST_CHANGE * level / np.maximum(change, _MOST_CHANGE * level + _UNLIT)
+        return (mean + part[:, None] * (there - mean)).astype(np.float32), known
 
     def _sees(self, start: Array, end: Array) -> NDArray[np.bool_]:
         return self._rays.voxels.free_between(start, end, ON_SIGHT)

@@ -1,11 +1,11 @@
 """Probe irradiance as a table that a renderer looks up: what is in it, where, and its use.
 
-Ratios to the unoccluded light are kept as numbers that all bands share: their mean, how they
-differ from it along a spectrum, and what the geometry says. Those of patches are kept for six
-normals along the axes, and mixed by squared components and by the unoccluded light of each
-way, as in an ambient cube (J. McTaggart, "Half-Life 2 / Valve Source Shading", GDC 2004). Those of
-the light scattered along a ray are kept for those of :mod:`.view_directions`, for it changes with
-the direction as the phase function is sharp.
+Ratios to the unoccluded light are kept as numbers that all bands share: their mean, and how they
+differ from it along spectra. Those of patches, along two, are kept for six normals along the axes,
+and mixed by squared components and by the unoccluded light of each way, as in an ambient cube
+(J. McTaggart, "Half-Life 2 / Valve Source Shading", GDC 2004). Those of the light scattered along a
+ray, along one, are kept for those of :mod:`.view_directions`, for it changes with the direction as
+the phase function is sharp; beside them is how much of the sun is seen.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..table import Axis, Table, discrete_axis
+from ..transfer.channel_tables import ON_PATH, SPECTRA
 from . import view_directions as views
 from .fitted_cells import FittedCells
 from .grid import Array, Grid
@@ -36,7 +37,7 @@ OFF_SURFACE = 0.7
 _RING = 1  # cells around the grid, of the light beyond it
 _LEAST = 1e-6
 _DARK = 0.02  # fraction of the light at which its colour is not told any more
-_TYPICAL = 0.1, 0.9
+_FIFTHS = 5
 
 
 @dataclass(frozen=True)
@@ -127,22 +128,24 @@ class OcclusionTable:
 
     grid: Grid
     box: OcclusionBox
-    #: Mean over the bands, fraction of the spectrum, and of the sun that is seen; those of patches
-    #: times the weight of the tile, (TILES, nz + 2, ny + 2, nx + 2, 3).
+    #: Of patches the mean over the bands and fractions of two spectra, times the weight of the
+    #: tile; of rays the mean, the fraction of one, and that of the sun that is seen,
+    #: (TILES, nz + 2, ny + 2, nx + 2, 3).
     atlas: NDArray[np.float32]
-    spectrum: Array  #: Shape (n,).
+    spectra: Array  #: Of patches, and from :data:`.ON_PATH` on of rays, (SPECTRA, n).
 
     def on(self, centres: Array, others: Array) -> OcclusionTable:
         """Return the table, which has bands at some centres, on others, between them linear."""
         if np.array_equal(centres, others):
             return self
-        return dataclasses.replace(self, spectrum=np.interp(others, centres, self.spectrum))
+        spectra = [np.interp(others, centres, spectrum) for spectrum in self.spectra]
+        return dataclasses.replace(self, spectra=np.array(spectra))
 
     @functools.cached_property
     def typical(self) -> Array:
         """What is left of light on patches, over its mean, where it is dull and colourful, (2, n).
 
-        Nine patches in ten lie above the one and below the other.
+        Means of the fifths of the patches that lie on either end of the first spectrum.
 
         Examples
         --------
@@ -150,12 +153,14 @@ class OcclusionTable:
         [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
         """
         inner = slice(_RING, -_RING)
-        mean, fraction = np.moveaxis(self.atlas[:PATCHES, inner, inner, inner, :2], -1, 0)
+        mean, *fractions = np.moveaxis(self.atlas[:PATCHES, inner, inner, inner], -1, 0)
         lit = mean > _DARK * mean.max(axis=(1, 2, 3), keepdims=True)
         if not lit.any():  # as in water that scatters nothing, whose patches face no sun
-            return np.ones((len(_TYPICAL), len(self.spectrum)))
-        found = np.quantile(fraction[lit] / mean[lit], _TYPICAL)
-        return np.maximum(1.0 + found[:, None] * self.spectrum, _DARK)
+            return np.ones((2, self.spectra.shape[1]))
+        some = np.stack([part[lit] / mean[lit] for part in fractions])
+        ends = np.array_split(some[:, some[0].argsort(kind="stable")], _FIFTHS, axis=1)
+        found = np.stack([ends[0].mean(axis=1), ends[-1].mean(axis=1)], dtype=np.float64)
+        return np.maximum(1.0 + found @ self.spectra[:ON_PATH], _DARK)
 
     def mixed(self, first: int, points: Array, w: Array) -> Array:
         """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
@@ -166,7 +171,15 @@ class OcclusionTable:
 
     def on_patches(self, points: Array, normal: Array) -> Array:
         """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
-        return self.mixed(ON_PATCH, points + normal * OFF_SURFACE / self.box.per_metre, normal)
+        return self.mixed(ON_PATCH, self._beside(points, normal), normal)
+
+    def sunlit(self, points: Array, normal: Array) -> Array:
+        """Fraction of the sun that is seen from there, (m,)."""
+        found: Array = self.mixed(SCATTERED, self._beside(points, normal), normal)[:, 2]
+        return found
+
+    def _beside(self, points: Array, normal: Array) -> Array:
+        return points + normal * OFF_SURFACE / self.box.per_metre
 
     def along(self, origin: Array, w: Array, P: Array, rate: float | Array) -> Array:
         """Three numbers of the light of paths, see :func:`along_ray`, shape (m, 3)."""
@@ -188,7 +201,6 @@ def occlusion_table(
     """
     nx, ny, nz = light.grid.shape
     weight = light.weight[:, None]
-    # Patches and directions count alike for the spectrum.
     ratios = np.concatenate([light.irradiance * weight, light.scattered], axis=1)
     fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
     if not fraction.sum() > 0:
@@ -196,21 +208,22 @@ def occlusion_table(
     mean = ratios @ fraction
     root = np.sqrt(np.maximum(fraction, _LEAST))
     rest = (ratios - mean[..., None]) * root
-    counted = rest / np.repeat([1.0, views.COUNT**0.5], [PATCHES, views.COUNT])[:, None]
-    # The spectrum that brings the least error in what is bright.
-    _, vectors = np.linalg.eigh(np.tensordot(counted, counted, axes=([0, 1], [0, 1])))
-    first = vectors[:, -1]
-    tiles = np.empty((*mean.shape, 3))
-    tiles[..., 0], tiles[..., 1] = mean, rest @ first
+    tiles, spectra = np.zeros((*mean.shape, 3)), np.zeros((SPECTRA, len(fraction)))
+    tiles[..., 0] = mean
+    for part, some in (
+        (slice(SCATTERED), spectra[:ON_PATH]),
+        (slice(SCATTERED, None), spectra[ON_PATH:]),
+    ):
+        ways = _main_ways(rest[:, part], len(some))
+        tiles[:, part, 1 : 1 + len(ways)] = rest[:, part] @ ways.T
+        some[: len(ways)] = ways / root
     # The sun is the same in every tile, so that mixing leaves it.
-    tiles[:, :PATCHES, 2] = light.sunlit[:, None] * light.weight
-    tiles[:, PATCHES:, 2] = light.sunlit[:, None]
+    tiles[:, SCATTERED:, 2] = light.sunlit[:, None]
     atlas = tiles.transpose(1, 0, 2).reshape(TILES, nx, ny, nz, 3)
     beyond = _sides(atlas, light.valid)
     if alone:
-        beyond[:, 0], beyond[:, 1] = 1.0, 0.0
+        beyond[:PATCHES], beyond[SCATTERED:] = 0.0, (1.0, 0.0, 1.0)
         beyond[:PATCHES, 0] = light.weight
-        beyond[:PATCHES, 2], beyond[PATCHES:, 2] = light.weight, 1.0
     # What reaches out of the top is dark inside, and its own top lies beyond.
     inside = ~light.valid.reshape(nx, ny, nz)[:, :, -1]
     atlas[:, inside, -1] = beyond[:, None]
@@ -229,8 +242,14 @@ def occlusion_table(
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
     )
     return OcclusionTable(
-        grid, box, np.ascontiguousarray(atlas.transpose(0, 3, 2, 1, 4), np.float32), first / root
+        grid, box, np.ascontiguousarray(atlas.transpose(0, 3, 2, 1, 4), np.float32), spectra
     )
+
+
+def _main_ways(rest: Array, count: int) -> Array:
+    """The spectra (k, n), count or fewer, that bring the least error in what is bright."""
+    _, vectors = np.linalg.eigh(np.tensordot(rest, rest, axes=([0, 1], [0, 1])))
+    return vectors[:, ::-1].T[:count]
 
 
 def _last(grid: Grid) -> tuple[float, ...]:
@@ -267,11 +286,5 @@ def without_occlusion(bands: int) -> OcclusionTable:
     weight = (1.0 / PATCHES,) * PATCHES
     box = OcclusionBox((0.0, 0.0, 0.0), 1.0, _last(grid), weight, 1.0)
     atlas = np.zeros((TILES, 3, 3, 3, 3), np.float32)
-    atlas[..., 0] = atlas[..., 2] = 1.0
-    atlas[:PATCHES] /= PATCHES
-    return OcclusionTable(grid, box, atlas, np.zeros(bands))
-
-
-def ratio(mean: Operand, fraction: Operand, spectrum: Operand, m: Mathematics = NUMPY) -> Operand:
-    """Ratio per band from the first two numbers that :meth:`OcclusionBox.mixed` returns."""
-    return m.maximum(mean + fraction * spectrum, 0.0)
+    atlas[:PATCHES, ..., 0], atlas[SCATTERED:] = 1.0 / PATCHES, (1.0, 0.0, 1.0)
+    return OcclusionTable(grid, box, atlas, np.zeros((SPECTRA, bands)))

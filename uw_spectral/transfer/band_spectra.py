@@ -20,10 +20,12 @@ _SEEN = 1e-3  # fraction of a channel from which on a band counts for its slowes
 
 
 @dataclass(frozen=True, eq=False)
-class OcclusionSpectrum:
+class OcclusionSpectra:
     """What objects do to the spectrum of light."""
 
-    spectrum: Array  #: The one that light is multiplied with besides a number for all bands, (n,).
+    #: Those that light is multiplied with besides a number for all bands: on patches, and from
+    #: :data:`.ON_PATH` on along paths, (SPECTRA, n).
+    spectra: Array
     typical: Array  #: What is left of light at some usual places, of any scale, (k, n).
     #: Of the same water in fewer streams: what counts as unscattered there does here, so that the
     #: light that shade works on changes with direction no faster than occlusion is known.

@@ -181,13 +181,14 @@ class ChannelWater:
         return self.tables.at("aureole", depth=y, s2=half_angle2(w, self.sun, self.m))
 
     def occluded(
-        self, light: Operand, factor: OcclusionFactor, y: Operand, kind: int = ON_PATH
+        self, light: Operand, factor: OcclusionFactor, y: Operand, first: int = ON_PATH
     ) -> Operand:
         """Return what objects leave of light at depth y, along a ray or on a patch."""
-        if factor.fraction is None:
-            return light * factor.mean
-        turned = self._of_light("occlusion_matrices", light, kind=kind, depth=y)
-        return light * factor.mean + turned * factor.fraction
+        left = light * factor.mean
+        for number, fraction in enumerate(factor.fractions, first):
+            turned = self._of_light("occlusion_matrices", light, spectrum=number, depth=y)
+            left = left + turned * fraction
+        return left
 
     def leaving(
         self, surface: SurfaceMaterial, y: Operand, normal: Sequence[Operand], P: Operand

@@ -27,8 +27,8 @@ from .radiance_table import AZIMUTH, SUN_ANGLE, TILT, TURN, UP
 
 RATES = ("extinction", "peak", "scattering", "mean_extinction", "sun_decay")
 """Numbers that layered water has of every depth."""
-ON_PATCH, ON_PATH = 0, 1
-"""Light that the spectrum of the occlusion works on."""
+ON_PATCH, ON_PATH, SPECTRA = 0, 2, 3
+"""First spectrum of the occlusion on patches, that along paths, and how many there are."""
 LENGTHS = 96
 """Distances that tables over distance have."""
 FARTHEST = 5e3  # m
@@ -111,7 +111,7 @@ class TableSizes:
             "image": (up, azimuth),
             **({"single": (part, up, length)} if self.layered else {}),
             "rates": (discrete_axis("rate", len(RATES)), depth),
-            "occlusion_matrices": (discrete_axis("kind", 2), light, depth),
+            "occlusion_matrices": (discrete_axis("spectrum", SPECTRA), light, depth),
             "image_transmittance": (discrete_axis("boundary", 2), length),
             "sky": (discrete_axis("part", self.skies), length),
             **dict.fromkeys(("glitter", "floor"), (length,)),
@@ -175,8 +175,8 @@ class ChannelTables:
     #: [k]: of the light of a lamp of colour k; after red, green and blue other emissions,
     #: (3 + e, 3, slices, LENGTHS).
     glowing: Array
-    #: [i, j]: of light times the spectrum of the occlusion, per unit of its channel j: on patches
-    #: (:data:`ON_PATCH`) or along paths (:data:`ON_PATH`), (2, 3, 3, slices).
+    #: [i, j]: of light times spectrum i of the occlusion, per unit of its channel j,
+    #: (:data:`SPECTRA`, 3, 3, slices).
     occlusion_matrices: Array
     rates: Array  #: Those of :data:`RATES` of :class:`ChannelNumbers`, by depth, (5, 3, slices).
     #: Fraction of each part of the phase function in the scattering about the camera, (k, 3).

@@ -54,7 +54,7 @@ class OcclusionFactor:
     """Fraction of light that objects leave or bring, as :class:`.OcclusionTable` has it."""
 
     mean: Operand = 1.0  #: Of all bands.
-    fraction: Operand | None = None  #: Of the spectrum of the occlusion.
+    fractions: Sequence[Operand] = ()  #: Of each spectrum of the occlusion.
 
 
 NO_OCCLUSION = OcclusionFactor()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .aureole import WIDEST
 from .band_spectra import (
     BandSpectra,
-    OcclusionSpectrum,
+    OcclusionSpectra,
     beams_of,
     counting_bands,
     forward_peak,
@@ -53,7 +53,7 @@ def project(
     eye: float,
     sky: Array,
     measured: Sequence[Array] = (),
-    occlusion: OcclusionSpectrum | None = None,
+    occlusion: OcclusionSpectra | None = None,
     contrast: Callable[[Array], Array] | None = None,
     emissions: Sequence[Array] = (),
 ) -> ChannelTables:

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from .band_spectra import (
     BandSpectra,
-    OcclusionSpectrum,
+    OcclusionSpectra,
     beams_of,
     forward_peak,
     slowest_decay,
     transmittance_tables,
 )
-from .channel_tables import LENGTHS, NOTHING, Array, path_unit
+from .channel_tables import LENGTHS, NOTHING, ON_PATH, SPECTRA, Array, path_unit
 from .radiance_table import (
     UP,
 )
@@ -78,21 +78,24 @@ def occlusion_matrices(
     scattered: Array,
     beyond: Array,
     irradiance: Array,
-    occlusion: OcclusionSpectrum | None,
+    occlusion: OcclusionSpectra | None,
 ) -> Array:
-    """What the spectrum of the occlusion makes of light, (i, j, 3, d)."""
+    """What the spectra of the occlusion make of light, (i, j, 3, d)."""
     if occlusion is None:
-        return np.zeros((2, 3, 3, len(spectra.depths)))
-    factor = np.broadcast_to(occlusion.spectrum, (len(spectra.depths), 1, len(occlusion.spectrum)))
+        return np.zeros((SPECTRA, 3, 3, len(spectra.depths)))
+    factor = np.broadcast_to(occlusion.spectra, (len(spectra.depths), *occlusion.spectra.shape))
     weights = spectra.channels.weights
     M = _lights([scattered])
     gained = [M * (1.0 - spectra.transmittance[:, at, None]) for at in _PATHS]
     along = np.concatenate([_lights([scattered, beyond]), *gained], axis=1)
     both = (
-        _channel_transmittance(light, weights, weights, factor)
-        for light in (_lights([irradiance]), along)
+        _channel_transmittance(light, weights, weights, factor[:, some])
+        for light, some in (
+            (_lights([irradiance]), slice(ON_PATH)),
+            (along, slice(ON_PATH, SPECTRA)),
+        )
     )
-    return np.stack([found[..., 0] for found in both])
+    return np.moveaxis(np.concatenate(list(both), axis=-1), -1, 0)
 
 
 def _channel_transmittance(light: Array, channels: Array, weights: Array, T: Array) -> Array:
@@ -137,7 +140,7 @@ def _channel_transmittance(light: Array, channels: Array, weights: Array, T: Arr
 
 
 def matte_tables(
-    spectra: BandSpectra, bases: Array, irradiance: Array, occlusion: OcclusionSpectrum | None
+    spectra: BandSpectra, bases: Array, irradiance: Array, occlusion: OcclusionSpectra | None
 ) -> Array:
     """What is left over distances of what colours reflect of light, (k, j, 3, d, l)."""
     peak = np.moveaxis(forward_peak(spectra), 0, -1)

@@ -16,7 +16,7 @@ from underwater_spectral.uw_spectral.occlusion.point_spread import spread
 from underwater_spectral.uw_spectral.occlusion.view_map import SIZE, view_map
 from underwater_spectral.uw_spectral.occlusion.visibility_buffer import Surface, visibility_buffer
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
-from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectrum
+from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectra
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
 from underwater_spectral.uw_spectral.transfer.channels import channels_of_bands
 from underwater_spectral.uw_spectral.transfer.pixel_parts import (
@@ -42,7 +42,7 @@ def water():
     low_stream_field = plan.column.solved_field(plan.phase, OCCLUSION_STREAMS)
     projected = project(
         field, channels_of_bands(plan.bands, (1, 3, 5)), DEPTH, plan.column.skylight.level,
-        (), OcclusionSpectrum(occlusion.spectrum, occlusion.typical, low_stream_field),
+        (), OcclusionSpectra(occlusion.spectra, occlusion.typical, low_stream_field),
     )  # fmt: skip
     return plan, field, projected, occlusion
 

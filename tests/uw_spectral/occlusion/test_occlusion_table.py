@@ -12,6 +12,7 @@ from underwater_spectral.uw_spectral.occlusion.occlusion_table import (
     occlusion_table,
 )
 from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
+from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH
 
 GRID = Grid((-3.0, -3.0, -8.0), 0.5, (12, 12, 8))
 WAYS = ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (-0.48, 0.64, 0.6))
@@ -46,8 +47,9 @@ def test_occlusion_ends_beyond_a_box_with_nothing_around(first, w):
     assert np.diff([three[0] for three in far]).min() > 0
     assert far[1][0] > 0.96
     np.testing.assert_allclose(far[2][0], 1.0, atol=1e-3)
-    assert _read(table, first, 0.0, w)[2] == pytest.approx(0.4)
-    assert far[2][2] == pytest.approx(1.0, abs=1e-3)
+    # Of the sun rays alone know.
+    assert _read(table, first, 0.0, w)[2] == pytest.approx(0.4 if first else 0.0)
+    assert far[2][2] == pytest.approx(1.0 if first else 0.0, abs=1e-3)
 
 
 def test_one_odd_cell_at_the_side_draws_no_stripe_into_the_distance():
@@ -73,6 +75,21 @@ def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
     ratio[4:8, 4:8] = 0.0
     table = _table(ratio.ravel(), 1.0, alone=True, valid=ratio.ravel() > 0)
     on_top = table.mixed(ON_PATCH, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
-    np.testing.assert_allclose(on_top, [1.0, 0.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(on_top, [1.0, 0.0, 0.0], atol=1e-6)
     # Deeper within the grid it stays dark.
     assert table.mixed(ON_PATCH, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6
+
+
+def test_patches_keep_the_spectrum_of_their_light():
+    """Walls of a room: what comes in, and what is thrown back, have other colours."""
+    ratios = np.random.default_rng(5).uniform(0.0, 1.0, (GRID.count, 1, 3))
+    weight = np.full(6, 1.0 / 6.0)
+    light = ProbeIrradiance(
+        GRID, np.ones(GRID.count, bool), np.tile(ratios, (1, 6, 1)),
+        np.tile(ratios, (1, TILES - 6, 1)), np.ones(GRID.count), weight,
+    )  # fmt: skip
+    table = occlusion_table(light, np.full(3, 0.2), np.array([3.0, 2.0, 0.2]))
+    for place in (7, 500, 1000):
+        read = table.mixed(ON_PATCH, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
+        found = read[0] + read[1:] @ table.spectra[:ON_PATH]
+        np.testing.assert_allclose(found, ratios[place, 0], atol=1e-5)

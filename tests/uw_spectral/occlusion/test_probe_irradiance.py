@@ -8,10 +8,13 @@ import math
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.occlusion import probe_solution
+from underwater_spectral.uw_spectral.occlusion.fitted_cells import FittedCells
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
+from underwater_spectral.uw_spectral.occlusion.occlusion_table import OFF_SURFACE
 from underwater_spectral.uw_spectral.occlusion.probe_solution import probe_irradiance
 from underwater_spectral.uw_spectral.occlusion.probes import (
     SETS,
@@ -245,3 +248,21 @@ def test_walls_of_a_room_are_lit_evenly_through_a_window(monkeypatch):
     blotched, before = scatter()
     assert even < 0.6 * blotched
     assert mean == pytest.approx(before, rel=0.25)
+
+
+def test_walls_have_the_light_that_is_there_and_not_the_one_before_them():
+    """Light that changes from 2.5 to 5.5 across a room."""
+    rays = rays_in_a_room()
+    grid, light = rays.grid, 4.0 + rays.point[:, 0] - MIDDLE[0]
+    tiles = np.tile(light[:, None, None], (1, 6, 3))
+    atlas = np.pad(
+        tiles[rays.stand_in].transpose(1, 0, 2).reshape(6, *grid.shape, 3),
+        ((0, 0), *[(1, 1)] * 3, (0, 0)),
+    )
+    off = OFF_SURFACE * grid.cell
+    FittedCells(rays).fit_faces(atlas, tiles, off)
+    for x, facing in ((-1.5, 0), (1.5, 1)):
+        wall = MIDDLE + [[x, y, z] for y in (-0.8, 0.0, 0.7) for z in (-0.6, 0.5)]
+        at = grid.position(wall + off * AXES[facing]) + 1.0
+        found = map_coordinates(atlas[facing, ..., 0], at.T, order=1)
+        np.testing.assert_allclose(found, 4.0 + x, rtol=0.1)

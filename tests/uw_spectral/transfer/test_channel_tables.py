@@ -12,9 +12,9 @@ from underwater_spectral.settings.scene_settings import DEFAULT_BANDS, SceneSett
 from underwater_spectral.uw_spectral.mathematics import NUMPY
 from underwater_spectral.uw_spectral.spectra.colour_rendering import delta_e_CIE2000_images
 from underwater_spectral.uw_spectral.spectra.reflectance import uplift_basis
-from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectrum
+from underwater_spectral.uw_spectral.transfer.band_spectra import OcclusionSpectra
 from underwater_spectral.uw_spectral.transfer.channel_pixel import along_rays
-from underwater_spectral.uw_spectral.transfer.channel_tables import RATES
+from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH, RATES
 from underwater_spectral.uw_spectral.transfer.channels import channels_of, channels_of_bands
 from underwater_spectral.uw_spectral.transfer.pixel_parts import (
     COLOURS,
@@ -196,10 +196,10 @@ LAYERS = """depth_m,wavelength_nm,a,b
 5,400,0.20,0.60
 5,700,0.75,0.50
 """
-SPECTRUM = 1.5 * np.cos(np.linspace(0.0, math.pi, 30))
-# What is left of light at the object and on its way, mean and fraction of that spectrum; of
-# sunlight scattered once; of what shines past the object.
-OCCLUSION = (0.5, -0.15), (0.6, 0.2), 0.7, 0.5
+SPECTRA = np.cos(np.multiply.outer((1.0, 2.0, 1.0), np.linspace(0.0, math.pi, 30)))
+# What is left of light at the object and on its way, mean and fractions of these; of sunlight
+# scattered once; of what shines past the object.
+OCCLUSION = (0.5, -0.225), (0.6, 0.3), 0.7, 0.5
 
 
 @pytest.mark.slow_but_first
@@ -234,7 +234,12 @@ def test_what_a_path_gathers_falls_off_as_the_layers_do(tmp_path):
     np.testing.assert_allclose(often, rate - 0.8 * projected.numbers.decay, rtol=0.01)
 
 
-def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt=""):
+def test_pixels_in_a_shade_of_two_spectra(tmp_path):
+    found, exact = _dim_pixels("jerlov:IB", "sensor", tmp_path, occluded=True, second=0.08)
+    assert np.quantile(np.abs(found / exact - 1.0), 0.95) <= 0.01
+
+
+def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt="", second=0.0):
     """Channels of objects in the shade, projected and as sums over bands; cameras in 4 m."""
     if water == "layers":
         (tmp_path / "layers.csv").write_text(LAYERS)
@@ -251,9 +256,11 @@ def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt=""):
     on, transmittance, sunlit, beyond = (
         OCCLUSION if occluded else ((1.0, 0.0), (1.0, 0.0), 1.0, 1.0)
     )
-    typical = np.array([a + b * SPECTRUM for a, b in (on, (1.0, 0.0))])
+    on = *on, second
+    on_object = on[0] + np.array(on[1:]) @ SPECTRA[:ON_PATH]
+    typical = np.array([on_object, np.ones(30)])
     projected = project(
-        field, projecting, 4.0, sky, occlusion=OcclusionSpectrum(SPECTRUM, typical, field)
+        field, projecting, 4.0, sky, occlusion=OcclusionSpectra(SPECTRA, typical, field)
     )
     if spoilt in RATES:
         rates = projected.rates.copy()
@@ -298,10 +305,12 @@ def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt=""):
         table.boundary_image(v.T, field.sun),
         beam(y_e, end, single[1]),
         aureole=aureole_at(table, y_o, v.T, field.sun),
-        occlusion=PathOcclusion(transmittance[0] + transmittance[1] * SPECTRUM, sunlit, beyond),
+        occlusion=PathOcclusion(
+            transmittance[0] + transmittance[1] * SPECTRA[ON_PATH], sunlit, beyond
+        ),
     )
     peaked = field.light.E / field.light.mu_s * field.beam(y_e).T
-    around = table.patch_irradiance(y_e, normal, field.sun) * (on[0] + on[1] * SPECTRUM)
+    around = table.patch_irradiance(y_e, normal, field.sun) * on_object
     base = colour @ uplift_basis(plan.bands).T / math.pi
     L = base * (facing * peaked + around)
     y_o, y_e, P, normal = y_o[:, None], y_e[:, None], P[:, None], list(normal[..., None])
@@ -309,9 +318,9 @@ def _dim_pixels(water, channels, tmp_path, *, occluded, spoilt=""):
 
     ray, rgb = along_rays(projected, field.sun, w), [colour[:, k : k + 1] for k in range(3)]
     surface = SurfaceMaterial(
-        COLOURS, [c * facing / math.pi for c in rgb], rgb, occlusion=OcclusionFactor(*on)
+        COLOURS, [c * facing / math.pi for c in rgb], rgb, occlusion=OcclusionFactor(on[0], on[1:])
     )
-    occlusion = OcclusionOnPath(OcclusionFactor(*transmittance), sunlit)
+    occlusion = OcclusionOnPath(OcclusionFactor(transmittance[0], transmittance[1:]), sunlit)
     leaving = ray.leaving(surface, y_e, normal, P)
     # What an object must block for that share to be left of what shines past it.
     direct, peaked = ray.transmittance(y_e, P), ray.transmittance_with_peak(y_e, P)
@@ -374,7 +383,7 @@ def test_what_counts_as_unscattered_changes_no_light_of_open_water(planted):
     plan = render_plan.make_plan(chosen)
     field, low_stream_field = plan.solved_field(24), plan.solved_field(OCCLUSION_STREAMS)
     projecting, sky = channels_of_bands(plan.bands, (0, 1, 2)), plan.column.skylight
-    occlusion = OcclusionSpectrum(np.zeros(3), np.ones((2, 3)), low_stream_field)
+    occlusion = OcclusionSpectra(np.zeros((3, 3)), np.ones((2, 3)), low_stream_field)
     both = [project(field, projecting, 5.0, sky.level, occlusion=x) for x in (None, occlusion)]
     both[1] = dataclasses.replace(both[1], scattered=planted * both[1].scattered)
     v = np.random.default_rng(5).normal(size=(400, 3))
