@@ -4,7 +4,8 @@
     python3 dev.py run tools/film.py --sheet …      the middle of each shot alone
 
 All of it is EEVEE in real time, by ``render_bands.py``; out/film/film.mp4 and a sheet of its
-shots, docs/pictures/film.jpg. Frames are kept in out/film: a job that was stopped goes on.
+shots, docs/pictures/film.jpg if it has all. Frames are kept in out/film: a job that was stopped
+goes on.
 """
 
 from __future__ import annotations
@@ -215,7 +216,7 @@ def main() -> None:
         [captioned(file, SHOTS[name].caption) for file in render(name, chosen)]
         for name in chosen.shots
     ]
-    sheet(shots).save(SHEET, quality=84)
+    sheet(shots).save(SHEET if chosen.shots == list(SHOTS) else OUT / SHEET.name, quality=84)
     if not chosen.sheet:
         write([frame for frames in shots for frame in frames], chosen.rate)
 

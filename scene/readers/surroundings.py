@@ -39,6 +39,7 @@ _OPTICAL_REACH, _NEAREST, _FARTHEST = 4.0, 6.0, 30.0
 _CLOSE = 10.0  # m from the eyes, where small overhangs are looked for
 _MARGIN = 1.0  # m around objects
 _SIDE = 0.5  # of the height of a place under objects: how far from it there is shade
+_LIFTED = 0.5  # of their height: objects farther above the ground do not stand on it
 _COARSE = 120_000  # voxels in which such places are looked for
 _AHEAD, _AHEAD_INDOORS = 0.9, 0.3
 """Of half a box that is cut down: how far from the eye its middle lies. Under a roof light comes
@@ -207,11 +208,28 @@ class Surroundings:
 
     @functools.cached_property
     def _occluded(self) -> tuple[Array, Array]:
-        """Box around the water that something overhangs, or walls in; empty without."""
+        """Box around the water that something overhangs, walls in, or stands in; empty without."""
         # No margin: above and beside walled water, light is nearly that of open water.
         boxes = [self._overhung, self.coarse.between_objects(self.eyes)]
-        found = [box for box in boxes if (box[1] > box[0]).all()] or boxes[:1]
+        found = [box for box in boxes if (box[1] > box[0]).all()] or self._standing or boxes[:1]
         return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
+
+    @property
+    def _standing(self) -> list[tuple[Array, Array]]:
+        """Boxes around objects close to the eyes that stand on the ground, and what they shade."""
+        if self.ground is None:
+            return []
+        bounds = np.array([surface.bounds for surface in self.surfaces])
+        sides = bounds[:, 1] - bounds[:, 0]
+        area, height = sides[:, 0] * sides[:, 1], sides[:, 2]
+        stands = (sides.min(axis=1) > _LEAST) & (area < _GROUND * area.max())
+        stands &= bounds[:, 0, 2] < height * _LIFTED - self.ground.depth
+        if len(self.eyes):
+            near = self.eyes.min(axis=0) - _CLOSE, self.eyes.max(axis=0) + _CLOSE
+            stands &= ((bounds[:, 1] > near[0]) & (bounds[:, 0] < near[1])).all(axis=1)
+        margin = _SIDE * height[:, None]
+        around = zip((bounds[:, 0] - margin)[stands], (bounds[:, 1] + margin)[stands], strict=True)
+        return [(low, np.minimum(high, (np.inf, np.inf, 0.0))) for low, high in around]
 
     @functools.cached_property
     def _overhung(self) -> tuple[Array, Array]:

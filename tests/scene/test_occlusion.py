@@ -238,6 +238,34 @@ def test_between_tall_walls_there_is_occlusion_without_a_roof_and_it_is_steady()
     assert look_around(scene, scene.camera, 0.1).under_objects() is None, "low walls"
 
 
+def _balls(away=0.0):
+    """Nine dark balls of .7 m on sand at 6 m, a metre apart."""
+    dark = scenes.principled("dark", (0.05, 0.05, 0.05, 1.0))
+    bpy.ops.mesh.primitive_plane_add(size=60.0, location=(0.0, 0.0, -6.0))
+    for x, y in itertools.product((-1, 0, 1), repeat=2):
+        bpy.ops.mesh.primitive_uv_sphere_add(radius=0.35, location=(x, y + away, -5.65))
+        bpy.context.object.data.materials.append(dark)
+    bpy.context.scene.camera = scenes.add_camera((0.0, -2.6, -4.1), (1.05, 0.0, 0.0))
+    bpy.context.view_layer.update()
+    return bpy.context.scene
+
+
+def test_objects_that_stand_on_the_ground_shade_it():
+    """Brown balls on bright sand were 1.4 times as bright as in Cycles."""
+    plan = make_plan(SceneSettings(bands=3, floor_depth=6.0, floor_reflectance="0.8"))
+    table = _table(_balls(), plan)
+    between = np.array([(0.5, 0.5, -6.0), (-0.5, 0.5, -6.0)])
+    light = table.on_patches(between, np.tile((0.0, 0.0, 1.0), (2, 1)))[:, 0]
+    assert (light < 0.93).all()
+    far = table.on_patches(np.array([[9.0, 9.0, -6.0]]), np.array([[0.0, 0.0, 1.0]]))[0, 0]
+    assert far > 0.98
+
+
+def test_objects_far_off_do_not():
+    scene = _balls(away=14.0)
+    assert look_around(scene, scene.camera, 0.1).under_objects() is None
+
+
 def test_occlusion_reaches_down_to_a_camera_below_an_object():
     """It ended 2 m below what hangs in open water, so that the sun shone through a cube."""
     scene = bpy.context.scene
