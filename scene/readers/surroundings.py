@@ -221,8 +221,9 @@ class Surroundings:
             return []
         bounds = np.array([surface.bounds for surface in self.surfaces])
         sides = bounds[:, 1] - bounds[:, 0]
-        area, height = sides[:, 0] * sides[:, 1], sides[:, 2]
-        stands = (sides.min(axis=1) > _LEAST) & (area < _GROUND * area.max())
+        height, width = sides[:, 2], sides[:, :2].min(axis=1)
+        # What is wider is ground, however large other ground is.
+        stands = (sides.min(axis=1) > _LEAST) & (width < _CLOSE)
         stands &= bounds[:, 0, 2] < height * _LIFTED - self.ground.depth
         if len(self.eyes):
             near = self.eyes.min(axis=0) - _CLOSE, self.eyes.max(axis=0) + _CLOSE
