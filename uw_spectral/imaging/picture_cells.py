@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..occlusion.point_spread import spread
+from ..water.phase import PhaseFunction
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 _CELL = 4  # pixels along the side
 _EVEN = 1.25  # longest over shortest distance within a cell
-_DISTANCES, _FEWEST = 12, 25  # bins of distance, at one elevation; cells in each at least
+_FINE = 256  # pixels along a side for what is around
+_DISTANCES, _FEWEST = 7, 25  # bins of distance, at one elevation; cells in each at least
 _ELEVATION, _AZIMUTH = math.radians(12.0), math.radians(20.0)  # bins of directions
 _STEEPEST = math.radians(40.0)
 _DARKEST = 0.01  # of the cells of a bin
@@ -58,11 +62,14 @@ class Values:
     sd: Array  #: (n, 3).
     P: Array  #: m, (n,); infinite for open water.
     w: Array  #: (n, 3).
+    #: Fraction of what each of k phase functions scatters that stays within surfaces, (n, k).
+    cover: Array
 
     @classmethod
     def empty(cls) -> Values:
         """No values."""
-        return cls(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty((0, 3)))
+        none = np.empty((0, 3))
+        return cls(none, none, np.empty(0), none, none)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,15 +81,15 @@ class Bins:
     open: Values
 
 
-def bins_of(seen: SeenPicture) -> Bins:
-    """Return what a picture shows; of what is steep nothing.
+def bins_of(seen: SeenPicture, phases: Sequence[PhaseFunction]) -> Bins:
+    """Return what a picture shows in water of some phase functions; of what is steep nothing.
 
     Raises
     ------
     InputError
         If few of its pixels have a distance, or all about the same.
     """
-    cells = _Cells.of(seen)
+    cells = _Cells.of(seen, phases)
     near = np.isfinite(cells.P)
     if not near.any():
         raise InputError(
@@ -134,9 +141,10 @@ class _Cells:
     read: Array
     P: Array
     w: Array
+    cover: Array  #: (n, k).
 
     @classmethod
-    def of(cls, seen: SeenPicture) -> _Cells:
+    def of(cls, seen: SeenPicture, phases: Sequence[PhaseFunction]) -> _Cells:
         height, width = (side // _CELL for side in seen.distances.shape)
 
         def cut(x: Array) -> Array:
@@ -150,7 +158,8 @@ class _Cells:
         chess = np.add.outer(np.arange(_CELL), np.arange(_CELL)).ravel() % 2 == 0
         chosen, read = (values[kept][:, half].mean(axis=1) for half in (chess, ~chess))
         w = _unit(cut(seen.directions)[kept].mean(axis=1))
-        return cls(chosen, read, P[kept].mean(axis=1), w)
+        cover = cut(_cover(seen, phases))[kept].mean(axis=1)
+        return cls(chosen, read, P[kept].mean(axis=1), w, cover)
 
     def values(self, groups: list[tuple[Places, Places]]) -> Values:
         """Values of groups of cells; what they are off by is seen in the others beside them."""
@@ -163,8 +172,23 @@ class _Cells:
             off = np.median(np.abs(self.chosen[members] - self.read[members]), axis=0)
             noise = off / (0.6745 * math.sqrt(2.0 * len(places)))
             sd = np.sqrt(noise**2 + np.square(_CLEAR[0] * value) + floor**2)
-            rows.append((value, sd, self.P[places].mean(), _unit(self.w[places].mean(axis=0))))
+            P, w, cover = (x[places].mean(axis=0) for x in (self.P, self.w, self.cover))
+            rows.append((value, sd, P, _unit(w), cover))
         return Values(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _cover(seen: SeenPicture, phases: Sequence[PhaseFunction]) -> Array:
+    """What surfaces cover around all pixels, as phase functions scatter forward, (h, w, k)."""
+    height, width = seen.distances.shape
+    step = math.ceil(max(height, width) / _FINE)
+    there = np.isfinite(seen.distances[::step, ::step])
+    w = seen.directions[height // 2, width // 2 - step], seen.directions[height // 2, width // 2]
+    per_unit = 1.0 / max(float(np.linalg.norm(w[1] - w[0])), 1e-4)
+    up, left = (side // 2 for side in there.shape)
+    shown = np.pad(1.0 * there, [(up, up), (left, left)], mode="edge")
+    found = np.stack([spread(shown, phase, per_unit) for phase in phases], axis=-1)
+    found = found[up : up + len(there), left : left + there.shape[1]].clip(0.0, 1.0)
+    return found.repeat(step, axis=0).repeat(step, axis=1)[:height, :width]
 
 
 def _unit(w: Array) -> Array:

@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.spectra.colour_rendering import training_re
 from underwater_spectral.uw_spectral.spectra.spectral_image import write_codes, write_rgb_exr
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
+from underwater_spectral.uw_spectral.water.phase_functions import FournierForand
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -30,6 +31,7 @@ pytestmark = pytest.mark.filterwarnings(
 SEA = Description(camera=CameraDescription("ARRI D21"), surface=FLAT)
 TRUTH = Constituents(chlorophyll=1.4, cdom=0.3, minerals=1.5)
 DEPTH = 6.0
+PHASES = (FournierForand(),)
 CAMERA = PinholeCamera.from_field_of_view(256, 192, 60.0)
 ROWS, COLUMNS = np.mgrid[: CAMERA.height, : CAMERA.width]
 
@@ -81,19 +83,33 @@ def _a(water: Constituents) -> np.ndarray:
     return water.water().a([450.0, 550.0, 600.0])
 
 
+def _c(water: Constituents) -> np.ndarray:
+    return _a(water) + water.water().b([450.0, 550.0, 600.0])
+
+
+def _widths(fitted: FittedWater) -> np.ndarray:
+    """Of the intervals, over the true amounts."""
+    return np.array([
+        (getattr(fitted.high, name) - getattr(fitted.low, name)) / getattr(TRUTH, name)
+        for name in FITTED
+    ])  # fmt: skip
+
+
 @pytest.fixture(scope="module")
 def picture() -> SeenPicture:
     return _drawn()[0]
 
 
 def test_water_of_a_picture_is_found(picture):
+    """Absorption is told well, attenuation less; chlorophyll hardly, for CDOM stands for it."""
     fitted = fit_picture(picture, SEA, DEPTH)
     assert all(_inside(fitted, TRUTH))
-    assert _a(fitted.constituents) == pytest.approx(_a(TRUTH), rel=0.07)
+    assert _a(fitted.constituents) == pytest.approx(_a(TRUTH), rel=0.03)
+    assert _c(fitted.constituents) == pytest.approx(_c(TRUTH), rel=0.25)
     assert 0.2 < fitted.misfit < 1.3
-    for name, narrow in (("chlorophyll", 2.0), ("cdom", 0.3), ("minerals", 0.4)):
-        width = getattr(fitted.high, name) - getattr(fitted.low, name)
-        assert 0 < width < 2 * narrow * getattr(TRUTH, name), name
+    widths = _widths(fitted)
+    assert widths.min() > 0.0
+    assert (widths < [7.0, 0.6, 0.8]).all()
 
 
 @pytest.mark.slow
@@ -120,8 +136,7 @@ def test_a_known_mean_reflectance_narrows_the_intervals():
     grey = Spectrum(np.array([1.0, 1e6]), np.full(2, mean), "mean")
     without, known = (fit_picture(picture, SEA, DEPTH, rho) for rho in (None, grey))
     assert all(_inside(known, TRUTH))
-    widths = [x.high.minerals - x.low.minerals for x in (known, without)]
-    assert widths[0] < widths[1]
+    assert _widths(known).sum() < 0.9 * _widths(without).sum()
 
 
 @pytest.mark.slow
@@ -154,7 +169,7 @@ def _plain(values=0.3, distances=None, size=(64, 64)) -> SeenPicture:
 )  # fmt: skip
 def test_what_does_not_tell_the_water_is_refused(picture, message):
     with pytest.raises(InputError, match=message):
-        bins_of(picture)
+        bins_of(picture, PHASES)
 
 
 def test_what_cannot_be_is_refused():
@@ -167,7 +182,7 @@ def test_what_cannot_be_is_refused():
 def test_the_darkest_is_chosen_by_other_pixels_than_are_read():
     rng = np.random.default_rng(2)
     noisy = _plain(0.3 + 0.03 * rng.standard_normal((64, 64, 3)))
-    dark = bins_of(noisy).dark
+    dark = bins_of(noisy, PHASES).dark
     assert dark.value.mean() == pytest.approx(0.3, abs=3 * 0.03 / np.sqrt(8 * dark.value.size))
 
 
