@@ -210,13 +210,13 @@ def occlusion_table(
     rest = (ratios - mean[..., None]) * root
     tiles, spectra = np.zeros((*mean.shape, 3)), np.zeros((SPECTRA, len(fraction)))
     tiles[..., 0] = mean
-    for part, some in (
-        (slice(SCATTERED), spectra[:ON_PATH]),
-        (slice(SCATTERED, None), spectra[ON_PATH:]),
+    for part, first, last in (
+        (slice(SCATTERED), 0, ON_PATH),
+        (slice(SCATTERED, None), ON_PATH, SPECTRA),
     ):
-        ways = _main_ways(rest[:, part], len(some))
+        ways = _main_ways(rest[:, part], last - first)
         tiles[:, part, 1 : 1 + len(ways)] = rest[:, part] @ ways.T
-        some[: len(ways)] = ways / root
+        spectra[first : first + len(ways)] = ways / root
     # The sun is the same in every tile, so that mixing leaves it.
     tiles[:, SCATTERED:, 2] = light.sunlit[:, None]
     atlas = tiles.transpose(1, 0, 2).reshape(TILES, nx, ny, nz, 3)
@@ -246,7 +246,7 @@ def occlusion_table(
     )
 
 
-def _main_ways(rest: Array, count: int) -> Array:
+def _main_ways(rest: NDArray[np.floating], count: int) -> NDArray[np.floating]:
     """The spectra (k, n), count or fewer, that bring the least error in what is bright."""
     _, vectors = np.linalg.eigh(np.tensordot(rest, rest, axes=([0, 1], [0, 1])))
     return vectors[:, ::-1].T[:count]
