@@ -165,7 +165,7 @@ def _thin(name: str) -> bpy.types.ShaderNodeTree:
 
 
 def set_water_index(index: float) -> None:
-    """Tell the groups of indices that of the water against air."""
+    """Tell the groups of indices, which a file's scenes share, that of the water against air."""
     _set_water(IN_WATER, index)
 
 

@@ -23,7 +23,8 @@ EXTENT = water_body.WaterExtent(50.0, 10.0)
 
 
 def _water(a=0.05, b=0.1, **changes):
-    column = columns.grey_column(a, b, **{"floor_depth": 9.0, "floor_reflectance": 0.3} | changes)
+    floor = {"floor_depth": 9.0, "floor_reflectance": 0.3, "refractive_index": 1.34}
+    column = columns.grey_column(a, b, **floor | changes)
     return frame_water.realtime_water(column, PHASE, 5.0, np.eye(3), shafts=True)
 
 
