@@ -131,7 +131,7 @@ class WaterSettings:
         },
     )
     planar_reflections: bool = stored(
-        False, "Planar reflections",
+        True, "Planar reflections",
         "Show objects near the surface mirrored in it, seen from below, in renders; a frame takes "
         "twice as long where there are some",
         "waves", needs={"surface": ("flat", WAVES)}, engine="eevee",

@@ -37,7 +37,7 @@ class EeveeFrames:
         cache: Cache,
     ) -> None:
         self.scene, self.camera, self.eyes, self.cache = scene, camera, eyes, cache
-        self._pictures = planar_picture.PlanarPictures(scene, camera, cache)
+        self.pictures = planar_picture.PlanarPictures(scene, camera, cache)
         self._shows: tuple[bool, bool] | None = None  # in the first frame, as the nodes are
         self._water = functools.lru_cache(maxsize=1)(self._water_at)
 
@@ -51,8 +51,8 @@ class EeveeFrames:
         water = eevee_water(plan, scene, Eye(camera, depth, eyes), every, self.cache)
         water = with_waves(scene, plan, water)
         if self._shows is None:
-            mirrors = planar_picture.may_show(camera, plan, eyes, self._pictures)
-            air = planar_picture.may_show_air(scene, camera, plan, eyes, self._pictures)
+            mirrors = planar_picture.may_show(camera, plan, eyes, self.pictures)
+            air = planar_picture.may_show_air(scene, camera, plan, eyes, self.pictures)
             self._shows = mirrors, air
         mirrors, air = self._shows
         if mirrors:
@@ -75,4 +75,4 @@ class EeveeFrames:
 
     def show(self, now: RenderPlan, water: RealtimeWater) -> None:
         """Draw what the surface of a water mirrors and lets through."""
-        self._pictures.show(now, water)
+        self.pictures.show(now, water)

@@ -44,7 +44,7 @@ def water_in(
             if first.shape.shafts:
                 _warm_up(scene)
             notes += limits.of_eevee(scene, camera, plan, frames.cache, first, eyes)
-            notes += planar_picture.notes(camera, plan, eyes)
+            notes += planar_picture.notes(camera, plan, eyes, frames.pictures)
             yield notes + planar_picture.notes_of_air(scene, camera, plan, eyes)
     finally:
         scene_water.remove(scene)

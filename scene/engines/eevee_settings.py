@@ -39,6 +39,8 @@ def wanted_settings(
         (render, "film_transparent", False),
         (render, "use_sequencer", False),
         (render, "use_stamp", False),
+        # Lines of a pixel hardly throw shadows.
+        (render, "hair_type", "STRIP" if render.hair_type == "STRAND" else render.hair_type),
         (eevee, "taa_render_samples", samples),
         (eevee, "use_raytracing", False),
         (eevee, "use_fast_gi", False),

@@ -31,9 +31,11 @@ from ..water.occlusion import Cache
 from .eevee_layers import depth_map
 from .exr_output import write_float_exr
 
-# Optical depths of the clearest band, by the surface, after which nothing is looked for.
-_REACH = 3.0
+# Optical depths of the clearest band, by the surface, after which nothing is looked for. What is
+# seen against the sky has more contrast.
+_REACH, _REACH_IN_AIR = 1.5, 3.0
 _FARTHEST = 200.0  # m
+_NO_PINHOLE = "the camera is no perspective one, or mirrored by a negative scale"
 
 
 class PlanarPictures:
@@ -56,7 +58,7 @@ class PlanarPictures:
         return self._eye(plan, plan.column.refractive_index)
 
     def _eye(self, plan: RenderPlan, *index: float) -> MirroredEye | None:
-        waves, reach = plan.settings.surface == WAVES, _reach(plan)
+        waves, reach = plan.settings.surface == WAVES, _reach(plan, in_air=bool(index))
         asked = self._scene.frame_current_final, reach, waves, index
         known = self._eyes.get(bool(index))
         if known is None or known[0] != asked:
@@ -155,11 +157,20 @@ def may_show_air(
 
 
 def notes(
-    camera: bpy.types.Object, plan: RenderPlan, eyes: Sequence[tuple[float, ...]]
+    camera: bpy.types.Object,
+    plan: RenderPlan,
+    eyes: Sequence[tuple[float, ...]],
+    mirrored: PlanarPictures,
 ) -> list[str]:
-    """Return why objects are not mirrored in a surface, if they are not."""
+    """Return why objects are not mirrored in a surface to a camera in the water, if they are not.
+
+    Of a single frame, if there are any.
+    """
     why = _why_not(camera, plan, eyes)
     if not (plan.settings.planar_reflections and plan.column.reflects and why):
+        return []
+    lowest = min(eye[2] for eye in (cameras.eye_of(camera), *eyes))
+    if lowest >= 0.0 or (len(eyes) <= 1 and why != _NO_PINHOLE and mirrored.eye(plan) is None):
         return []
     return [f"objects are not seen mirrored in the water surface: {why}"]
 
@@ -188,7 +199,7 @@ def _why_not(camera: bpy.types.Object, plan: RenderPlan, eyes: Sequence[tuple[fl
     if cameras.before_water(camera):
         return "the camera looks through a port"
     if camera.data.type != "PERSP" or camera.matrix_world.is_negative:
-        return "the camera is no perspective one, or mirrored by a negative scale"
+        return _NO_PINHOLE
     if moving_surface.has_heights(plan.settings):
         return "the waves have height"
     if plan.column.below:
@@ -198,6 +209,6 @@ def _why_not(camera: bpy.types.Object, plan: RenderPlan, eyes: Sequence[tuple[fl
     return ""
 
 
-def _reach(plan: RenderPlan) -> float:
+def _reach(plan: RenderPlan, *, in_air: bool) -> float:
     clearest = float(plan.column.attenuation.min())
-    return min(_REACH / max(clearest, 1e-6), _FARTHEST)
+    return min((_REACH_IN_AIR if in_air else _REACH) / max(clearest, 1e-6), _FARTHEST)

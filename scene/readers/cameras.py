@@ -117,12 +117,17 @@ def camera_depth(camera: bpy.types.Object, floor_depth: float) -> float:
 
 
 def require_usable(camera: bpy.types.Object, place: Matrix) -> None:
-    """Refuse a camera whose place or direction is not finite, or that is too far away."""
+    """Refuse a camera that looks nowhere, is too far away, or has no finite place or direction."""
     if not has_place(place):
         raise InputError(
             f"camera {camera.name!r}: its place or direction at frame "
             f"{bpy.context.scene.frame_current} is not finite, or farther away than 1000 km; check "
             "its transforms, constraints and drivers"
+        )
+    if not all(axis.length for axis in place.to_3x3().col):
+        raise InputError(
+            f"camera {camera.name!r} has a scale of 0 at frame "
+            f"{bpy.context.scene.frame_current}, by which it looks nowhere; give it one of 1"
         )
 
 

@@ -108,7 +108,8 @@ class PlacedMesh:
 
     def hit(self, direction: Vector, distance: float, normal: Vector, triangle: int) -> Hit:
         """Describe what was hit."""
-        normal = (self.turn.transposed() @ normal).normalized()
+        # What is squeezed to a point has no normal.
+        normal = (self.turn.transposed() @ normal).normalized() if normal.length else direction
         colour = self.colours[self.mesh.parts[triangle]] if self.colours else None
         return Hit(distance, normal if normal.dot(direction) < 0 else -normal, colour)
 

@@ -164,14 +164,22 @@ def test_only_where_objects_are_mirrored_there_is_anything_to_draw(
 
 def test_what_is_not_mirrored_is_said(empty_blender):
     camera = _camera(empty_blender, MIRRORED)
-    assert planar_picture.notes(camera, _plan(), ()) == []
-    (note,) = planar_picture.notes(camera, _plan(layers="J"), ())
+
+    def said(plan):
+        pictures = PlanarPictures(empty_blender, camera, Cache())
+        return planar_picture.notes(camera, plan, (), pictures)
+
+    assert said(_plan(layers="J")) == []
+    _ball(np.array(BALL))
+    bpy.context.view_layer.update()
+    assert said(_plan()) == []
+    (note,) = said(_plan(layers="J"))
     assert "layers" in note
+    assert said(_plan(surface="none")) == []
+    assert said(_plan(layers="J", planar_reflections=False)) == []
     camera.location.z = 1.0
     bpy.context.view_layer.update()
-    (note,) = planar_picture.notes(camera, _plan(), ())
-    assert "above the water" in note
-    assert planar_picture.notes(camera, _plan(surface="none"), ()) == []
+    assert said(_plan(layers="J")) == []
 
 
 def test_the_mirrored_eye_shows_points_where_their_mirror_images_are(empty_blender):

@@ -266,6 +266,7 @@ CLEAR_TO_MURKY = st.sampled_from([0.0, 1e-12, 1e-4, 1e-3, 0.02, 0.1, 1.0, 10.0, 
 FLOORS = st.sampled_from([0.05, 0.5, 3.0, 20.0, 200.0, 1000.0, math.inf])
 # hg:0.99 and narrower: 32 streams leave ripples around their peak.
 WIDER = tuple(name for name in FORWARD if name != "hg:0.99")
+LEVEL_SUN = math.cos(math.radians(85.0))
 MOST_TABLE = 0.25
 """Relative error of what is looked up, at worst; nine cases in ten are below half of that."""
 SKIES_AND_SUNS = st.sampled_from([(1, 0), (1, 0.1), (0, 1)])
@@ -383,11 +384,16 @@ def test_solved_field_keeps_the_energy(cases_, record_property):
 
 @few_or_many(30, 400)
 def test_tables_are_close_to_the_solved_field(cases_, record_property):
-    """Not near the sun and the horizon, against the mean radiance there of the brightest band."""
+    """Not near the sun and the horizon, against the mean radiance there of the brightest band.
+
+    Nor under a level sun that nothing refracts: see docs/measured/stress.md.
+    """
     errors = []
 
     def check(column, seed):
         field, _ = column
+        if -field.sun[2] < LEVEL_SUN:
+            return
         table, w = tabulate(field), _directions(field, seed)
         away = -np.asarray(field.sun) @ w < math.cos(math.radians(20.0))
         w = w[:, away & (np.abs(w[2]) > 0.1)]
@@ -412,7 +418,7 @@ def test_tables_are_close_to_the_solved_field(cases_, record_property):
 # Radiance of 1 % of a white surface in the light there: errors below 1e-3 of it are a thirtieth
 # of the darkest step of an 8-bit picture (3e-4) that is exposed for it.
 VISIBLE = 0.01
-MOST_TRANSPORT = 300.0
+MOST_TRANSPORT = 250.0
 """Optical depth b(1 - χ1) y_f of the column up to which 1e-3 holds: see docs/measured/stress.md."""
 
 

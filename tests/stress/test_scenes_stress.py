@@ -201,6 +201,11 @@ def test_live_water_leaves_no_trace(registered, name):
     scene.underwater.phase = "hg:0.924"
     scene.underwater.exposure = "0"
     before = snapshot.snapshot()
+    if name == "scale 0":
+        with pytest.raises(InputError, match="looks nowhere"):
+            live.add(scene)
+        assert snapshot.differences(before, snapshot.snapshot()) == []
+        return
     live.add(scene)
     scene.underwater.floor_depth = 4.0
     scene.underwater.floor_depth = 0.0
@@ -233,8 +238,9 @@ def test_what_extreme_scenes_require(name):
             target=4.0, keep=frozenset({"bands"}),
         )  # fmt: skip
 
-    if name == "huge":  # 500 km down
-        with pytest.raises(InputError, match="no light at that depth"):
+    refused = {"huge": "no light at that depth", "scale 0": "looks nowhere"}  # 500 km down
+    if name in refused:
+        with pytest.raises(InputError, match=refused[name]):
             choose()
     else:
         _finite(choose())

@@ -40,7 +40,7 @@ from underwater_spectral.validation.monte_carlo import (
     solver,
 )
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 PHASES = [
     Isotropic(),
@@ -589,7 +589,7 @@ class _Doubled(Isotropic):
 @pytest.mark.slow
 def test_command_line(tmp_path):
     table, picture = tmp_path / "out.csv", tmp_path / "out.png"
-    command = [sys.executable, "-m", "reference", "--water", "jerlov:II"]
+    command = [sys.executable, "-m", "validation", "--water", "jerlov:II"]
     command += ["--bands", "3", "--depths", "1,5", "--photons", "2000", "--surface", "flat"]
     command += ["--engine", "numpy", "--floor-depth", "8", "--floor-reflectance", "0.2"]
     done = subprocess.run(
