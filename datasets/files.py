@@ -78,7 +78,7 @@ def make_folder(path: Path) -> Path:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"cannot make the folder {path}: {error.strerror}; choose another"
+            f"cannot write to {path}: {error.strerror}; choose another --out"
         ) from error
     return path
 

@@ -95,16 +95,6 @@ def layers_path(path: Path) -> Path:
     return path.with_name(f"{path.stem}_layers.exr")
 
 
-def make_folder(folder: Path) -> None:
-    """Make a folder for passes, or raise InputError."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot write to {folder}: {error.strerror}; choose another --out"
-        ) from error
-
-
 def look_at(
     path: Path, key: str, size: tuple[int, int], *, layers: bool = False
 ) -> tuple[State, Stamp | None]:

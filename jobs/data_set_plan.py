@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 from ..datasets.enumeration import unfinished
+from ..datasets.files import make_folder
 from ..datasets.grouping import group_views
 from ..datasets.index import NAME, Index, IndexedView, indexed, read_index, write_index
 from ..datasets.specification import DataSetSpec
@@ -18,7 +19,6 @@ from ..settings.former_names import in_present_names
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError, unknown_name
 from . import job_files
-from .band_passes import make_folder
 from .job import Job
 from .scene_objects import objects_of
 from .scene_views import views_in

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..datasets.files import make_folder
 from ..settings.scene_settings import BY_PICTURE, flag
 from ..settings.water_settings import AUTO
 from ..uw_spectral.errors import InputError
-from . import band_passes, job_files
+from . import job_files
 from .exposures import Light, developed_views
 from .frame_plans import FramePlans
 from .manifest import SHOWN, Exposed, Manifest, View
@@ -115,5 +116,5 @@ def take_folder(manifest: Manifest, views: Sequence[View]) -> None:
         if taken is not None:
             raise InputError(f"{taken} is there; name another --out, nothing was overwritten")
     for view in views:
-        band_passes.make_folder(manifest.folder(view))
+        make_folder(manifest.folder(view))
     write_manifest(place, manifest)

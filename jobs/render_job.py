@@ -12,6 +12,7 @@ from pathlib import Path
 
 import bpy
 
+from ..datasets.files import make_folder
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError, first_of
 from . import band_passes, pictures, work
@@ -72,7 +73,7 @@ def render(
 @contextlib.contextmanager
 def _alone(out: Path) -> Iterator[None]:
     """Let no other whole job begin in a folder while the block runs."""
-    band_passes.make_folder(out)
+    make_folder(out)
     place = out / JOB_FILE
     with claimed(place) as ours:
         if not ours:
@@ -130,7 +131,7 @@ def begin(manifest: Manifest, *, resume: bool) -> Manifest:
     job, with the frames that are there; its water is as wide as theirs. Raises InputError if the
     folder cannot be written to, another job's passes are there, or workers render some.
     """
-    band_passes.make_folder(manifest.out)
+    make_folder(manifest.out)
     place = manifest.out / JOB_FILE
     if not resume:
         passes = [manifest.pass_path(view, number) for view, number in manifest.tasks()]
@@ -215,7 +216,7 @@ def join(manifest: Manifest) -> None:
 
     Raises InputError if the folder cannot be written to, or holds another job.
     """
-    band_passes.make_folder(manifest.out)
+    make_folder(manifest.out)
     place = manifest.out / JOB_FILE
     if not place.exists():
         write_manifest(place, manifest)

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 from ..datasets.exporting import needed_layers
+from ..datasets.files import make_folder
 from ..datasets.grouping import ViewJob
 from ..datasets.index import job_folder
 from ..datasets.specification import DataSetSpec
@@ -17,7 +18,6 @@ from ..settings.render_plan import quiet
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
-from .band_passes import make_folder
 from .format_checks import require_formats
 from .job import Job
 from .manifest_files import JOB_FILE, read_manifest, write_manifest

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..datasets.files import make_folder
 from ..datasets.layer_file import read_layers
 from ..scene.engines import transparent_film
 from ..settings.render_plan import RenderPlan
@@ -76,7 +77,7 @@ class ViewPasses:
         images = np.stack([read_exr(item.file.path)[0].astype(np.float64) for item in parts])
         mean, variance = mean_of_parts(images, np.array(samples, dtype=np.float64))
         path, bands = self.manifest.mean_path(self.view, parts[0].task.number), parts[0].file.bands
-        band_passes.make_folder(path.parent)
+        make_folder(path.parent)
         write_rgb_exr(path, mean)
         seconds = [item.file.seconds for item in parts if item.file.seconds is not None]
         file = RenderedPass(path, bands, sum(seconds) if seconds else None)

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterable, Iterator
 
 import bpy
 
+from ..datasets.files import make_folder
 from ..scene import contents
 from ..scene.materials import own_water
 from ..scene.readers import picture_size
-from . import band_passes
 from .camera_water import CameraWater, SceneJob
 from .claims import claimed
 from .frame_plans import FramePlans
@@ -74,7 +74,7 @@ def _round(
                     yield kept.from_before
                     continue
                 path = manifest.pass_path(task.view, task.number)
-                band_passes.make_folder(path.parent)
+                make_folder(path.parent)
                 with claimed(path, force=force) as ours:
                     kept = done(manifest, task, thorough=insist)  # by now
                     found = water.render(task) if ours and kept is None else None

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.occlusion.occlusion_table import (
+    IRRADIANCE,
     OFF_SURFACE,
-    ON_PATCH,
     PATCHES,
     SCATTERED,
     STEPS,
@@ -90,7 +90,7 @@ class Occlusion:
         """Look up the light on a patch at a point, over the unoccluded."""
         off = OFF_SURFACE / self._box.per_metre
         beside = [x + n * off for x, n in zip(point, normal, strict=True)]
-        return self._mixed(ON_PATCH, beside, normal)
+        return self._mixed(IRRADIANCE, beside, normal)
 
     def on_path(
         self, camera: Sequence[NodeValue], w: Sequence[NodeValue], P: NodeValue

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ...uw_spectral.occlusion.grid import Array
-from ...uw_spectral.occlusion.occlusion_table import ON_PATCH, OcclusionTable
+from ...uw_spectral.occlusion.occlusion_table import IRRADIANCE, OcclusionTable
 from ...uw_spectral.occlusion.probes import spiral
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels, grown
 from .cameras import ray_arrays
@@ -59,7 +59,7 @@ class _Room:
 
     def __init__(self, occlusion: OcclusionTable, voxels: SurfaceVoxels) -> None:
         self._grid, self._voxels = occlusion.grid, voxels
-        some = slice(ON_PATCH, ON_PATCH + _SIDES)
+        some = slice(IRRADIANCE, IRRADIANCE + _SIDES)
         weight = np.array(occlusion.box.weight[some])[:, None, None, None]
         light = (occlusion.atlas[some, 1:-1, 1:-1, 1:-1, 0] / weight).mean(axis=0)
         self._light = np.ascontiguousarray(light.transpose(2, 1, 0))

@@ -134,7 +134,7 @@ def test_patches_are_occluded_as_the_table_says(tmp_path):
     assert normal @ column.sun_direction > 0.1, "the sun shines on its back"
     points = (view.rays() * P[..., None])[on_it] + [0.0, 0.0, -5.0]
     beside = points + normal * tables.OFF_SURFACE * table.grid.cell
-    three = table.mixed(tables.ON_PATCH, beside, np.tile(normal, (len(beside), 1)))
+    three = table.mixed(tables.IRRADIANCE, beside, np.tile(normal, (len(beside), 1)))
     wanted = three[:, :1] + three[:, 1:] @ table.spectra[:ON_PATH]
     ratio = pictures[0][on_it] / pictures[1][on_it]
     assert on_it.sum() > 30

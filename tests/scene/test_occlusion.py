@@ -18,7 +18,7 @@ from underwater_spectral.scene.water import occlusion
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.uw_spectral.occlusion.occlusion_table import ON_PATCH, SCATTERED
+from underwater_spectral.uw_spectral.occlusion.occlusion_table import IRRADIANCE, SCATTERED
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore::underwater_spectral.uw_spectral.errors.DataWarning"
@@ -70,7 +70,7 @@ def _read(table):
     return np.concatenate(
         [
             table.mixed(first, BELOW, np.tile(w, (len(BELOW), 1)))[:, 0]
-            for first in (ON_PATCH, SCATTERED)
+            for first in (IRRADIANCE, SCATTERED)
             for w in ways
         ]
     )
@@ -228,7 +228,7 @@ def test_between_tall_walls_there_is_occlusion_without_a_roof_and_it_is_steady()
         bpy.context.view_layer.update()
         read.append(_table(scene, plan))
     between, up = np.array([(0.0, 0.0, -7.4), (0.0, 0.0, -6.4)]), np.array([[0.0, 0.0, 1.0]] * 2)
-    light = [table.mixed(ON_PATCH, between, up)[:, 0] for table in read]
+    light = [table.mixed(IRRADIANCE, between, up)[:, 0] for table in read]
     assert (light[0] < 0.7).all()
     for one in light[1:]:
         np.testing.assert_allclose(one, light[0], rtol=1e-3)

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from underwater_spectral.datasets.files import make_folder
 from underwater_spectral.jobs import band_passes, batch, render_job
 from underwater_spectral.tests.scene import manifests, scenes
 from underwater_spectral.uw_spectral.errors import InputError
@@ -284,7 +285,7 @@ def test_damaged_output_folders(tmp_path):
     blocked = planned.out / "passes"
     blocked.write_text("")
     with pytest.raises(InputError, match="choose another --out"):
-        band_passes.make_folder(blocked / "0001")
+        make_folder(blocked / "0001")
 
 
 def test_damaged_scenes(empty_blender, tmp_path, capfd, record_property):

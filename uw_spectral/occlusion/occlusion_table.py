@@ -27,7 +27,7 @@ from .grid import Array, Grid
 from .probe_irradiance import FADE, ProbeIrradiance
 
 PATCHES = 6
-ON_PATCH, SCATTERED = 0, PATCHES
+IRRADIANCE, SCATTERED = 0, PATCHES
 """First tiles of the irradiance on patches, and of the light scattered along a ray."""
 TILES = PATCHES + views.COUNT
 STEPS = 4
@@ -76,7 +76,7 @@ class OcclusionBox:
     ) -> Operand:
         """Mix the three tiles that lie towards a unit vector.
 
-        ``first`` is :data:`ON_PATCH` or :data:`SCATTERED`; ``texel`` looks a tile up, by its
+        ``first`` is :data:`IRRADIANCE` or :data:`SCATTERED`; ``texel`` looks a tile up, by its
         number.
         """
         total: Operand = 0.0
@@ -171,7 +171,7 @@ class OcclusionTable:
 
     def on_patches(self, points: Array, normal: Array) -> Array:
         """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
-        return self.mixed(ON_PATCH, self._beside(points, normal), normal)
+        return self.mixed(IRRADIANCE, self._beside(points, normal), normal)
 
     def sunlit(self, points: Array, normal: Array) -> Array:
         """Fraction of the sun that is seen from there, (m,)."""

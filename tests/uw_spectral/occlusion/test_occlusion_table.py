@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import (
-    ON_PATCH,
+    IRRADIANCE,
     SCATTERED,
     TILES,
     occlusion_table,
@@ -35,7 +35,7 @@ def _read(table, first, x, w):
 
 
 @pytest.mark.parametrize("w", WAYS)
-@pytest.mark.parametrize("first", [ON_PATCH, SCATTERED])
+@pytest.mark.parametrize("first", [IRRADIANCE, SCATTERED])
 def test_occlusion_ends_beyond_a_box_with_nothing_around(first, w):
     table = _table(0.2, 0.4, alone=True)
     for x in (0.0, 2.6, -2.7):
@@ -74,10 +74,10 @@ def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
     ratio = np.ones(GRID.shape)
     ratio[4:8, 4:8] = 0.0
     table = _table(ratio.ravel(), 1.0, alone=True, valid=ratio.ravel() > 0)
-    on_top = table.mixed(ON_PATCH, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
+    on_top = table.mixed(IRRADIANCE, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
     np.testing.assert_allclose(on_top, [1.0, 0.0, 0.0], atol=1e-6)
     # Deeper within the grid it stays dark.
-    assert table.mixed(ON_PATCH, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6
+    assert table.mixed(IRRADIANCE, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6
 
 
 def test_patches_keep_the_spectrum_of_their_light():
@@ -90,6 +90,6 @@ def test_patches_keep_the_spectrum_of_their_light():
     )  # fmt: skip
     table = occlusion_table(light, np.full(3, 0.2), np.array([3.0, 2.0, 0.2]))
     for place in (7, 500, 1000):
-        read = table.mixed(ON_PATCH, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
+        read = table.mixed(IRRADIANCE, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
         found = read[0] + read[1:] @ table.spectra[:ON_PATH]
         np.testing.assert_allclose(found, ratios[place, 0], atol=1e-5)
