@@ -28,6 +28,7 @@ from .point_spread import at_middle, spread
 from .visibility_buffer import VisibilityBuffer
 
 _LEAST = 1e-6
+_BRIGHTER = 1.25  # than the mean around: so much a texel may be
 _EDGE = 0.2  # difference from which on surfaces are not one
 _SIDES = 3.0  # added to normals: those of a crease then differ much, of round objects little
 _AROUND_EDGE = 2  # texels: a look-up reaches one, and so do soft edges
@@ -80,6 +81,9 @@ def adjacency(
     )
     own = np.clip(within * covered / np.maximum(blocked, _LEAST), 0.0, 1.0)
     own += (1.0 - own) * _one_surface(buffer, of_floor, known)
+    # Among what is darker, a dark pixel of a bright texel must not lose more than it sends.
+    brighter = own * L > _BRIGHTER * np.maximum(mean, 0.0)
+    own = np.where(brighter, np.maximum(mean, 0.0) / np.where(brighter, L, 1.0), own)
     blocks = known & (blocked > _LEAST)
     own, beside = np.where(blocks, own, 1.0), np.where(blocks, mean - own * L, 0.0)
     own = 1.0 + _extended(own - 1.0, known)

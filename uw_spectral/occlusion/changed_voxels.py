@@ -25,6 +25,7 @@ class ChangedVoxels:
         one, other = before.number[both], now.number[both]
         differ = (before.centre[one] != now.centre[other]).any(axis=1)
         differ |= (before.normal[one] != now.normal[other]).any(axis=1)
+        differ |= (before.extent[one] != now.extent[other]).any(axis=1)
         self.mask[both] = differ
         self.renumbered = now.number[was]
         """New number of each old surface, -1 where there is none any more."""

@@ -7,6 +7,8 @@ many are full as they are covered in the mean, always the same ones of a lattice
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,7 @@ _STEPS = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703
 """Of a sequence that fills (0, 1) evenly along all axes: powers of the root of x⁴ = x + 1."""
 _FIRST = 3e-3, 2e-3, 0.0  # of a side: which of two faces of an edge counts must not be chance
 _UNIT = np.eye(3, dtype=np.intp)
+_BESIDE = [steps for steps in itertools.product((-1, 0, 1), repeat=2) if any(steps)]
 
 
 def left_free(
@@ -39,14 +42,18 @@ def left_free(
     number = np.where(_UNIT[axis], 0, place + np.asarray(grid.first))
     limit = number @ np.asarray(_STEPS) % 1.0
     few = np.flatnonzero(ways.max(axis=(1, 2), initial=0.0) < limit)
-    full = np.zeros(grid.shape, bool)
-    full.ravel()[voxels] = True
+    facing = np.full(grid.shape, -1, np.int8)
+    facing.ravel()[voxels] = axis
     # Beyond the grid surfaces go on.
-    full = np.pad(full, 1, constant_values=True)
+    full = np.pad(facing >= 0, 1, constant_values=True)
+    facing = np.pad(facing, 1, constant_values=-1)
     axis, place = axis[few], place[few] + 1
     ends = np.zeros(len(few), bool)
-    for turn, way in ((1, 1), (1, -1), (2, 1), (2, -1)):
-        beside = place + way * _UNIT[(axis + turn) % 3]
+    # Where walls meet, little of the voxel between them is covered.
+    beyond = [facing[tuple((place + k * _UNIT[axis]).T)] for k in (-1, 1)]
+    meets = np.logical_or.reduce([(x >= 0) & (x != axis) for x in beyond])
+    for one, other in _BESIDE:
+        beside = place + one * _UNIT[(axis + 1) % 3] + other * _UNIT[(axis + 2) % 3]
         goes_on = [full[tuple((beside + k * _UNIT[axis]).T)] for k in (-1, 0, 1)]
         ends |= ~np.logical_or.reduce(goes_on)
-    return voxels[few[ends]]
+    return voxels[few[ends & ~meets]]

@@ -133,13 +133,15 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
         keep &= grid.inside(points)
         points, normals, colours, areas = (x[keep] for x in (points, normals, colours, areas))
         own = cells_of(grid, points)
-        cells = cells_of(grid, sunk(grid, own, points, normals, areas))
+        places, thin = sunk(grid, own, points, normals, areas)
+        cells = cells_of(grid, places)
         there_too = gaps(grid, cells, own).ravel()[own]
         again = np.concatenate([np.arange(len(points)), np.flatnonzero(there_too)])
         cells = np.concatenate([cells, own[there_too]])
         full = ~np.isin(cells, left_free(grid, cells, normals[again], areas[again]))
         again = again[full]
-        return voxelise(grid, points[again], normals[again], colours[again], cells[full])
+        some = points[again], normals[again], colours[again]
+        return voxelise(grid, *some, cells[full], thin[again])
     return voxelise(grid, points[keep], normals[keep], colours[keep])
 
 
@@ -151,11 +153,14 @@ def _merged(before: SurfaceVoxels, now: SurfaceVoxels, touched: NDArray[np.bool_
         cells = np.flatnonzero(voxels.number.ravel() >= 0)
         keep = wanted[cells]
         ways.append(
-            (cells[keep], *(x[keep] for x in (voxels.centre, voxels.normal, voxels.colour)))
+            (
+                cells[keep],
+                *(x[keep] for x in (voxels.centre, voxels.normal, voxels.colour, voxels.extent)),
+            )
         )
-    cells, centre, normal, colour = (np.concatenate(x) for x in zip(*ways, strict=True))
+    cells, centre, normal, colour, extent = (np.concatenate(x) for x in zip(*ways, strict=True))
     order = np.argsort(cells)
     number = np.full(grid.count, -1, np.int32)
     number[cells[order]] = np.arange(len(cells))
     number = number.reshape(grid.shape)
-    return SurfaceVoxels(grid, number, centre[order], normal[order], colour[order])
+    return SurfaceVoxels(grid, number, centre[order], normal[order], colour[order], extent[order])

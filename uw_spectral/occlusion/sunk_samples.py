@@ -21,8 +21,10 @@ _THIN, _SMALLEST = 0.02, 1e-12  # voxels between them, at least; m²
 Mask = NDArray[np.bool_]
 
 
-def sunk(grid: Grid, cells: NDArray[np.intp], points: Array, normals: Array, areas: Array) -> Array:
-    """Return where samples (m, 3) in cells (m,) fill voxels.
+def sunk(
+    grid: Grid, cells: NDArray[np.intp], points: Array, normals: Array, areas: Array
+) -> tuple[Array, Mask]:
+    """Return where samples (m, 3) in cells (m,) fill voxels, and which are of thinner walls.
 
     Normals are outward, areas in m².
     """
@@ -30,12 +32,43 @@ def sunk(grid: Grid, cells: NDArray[np.intp], points: Array, normals: Array, are
     ways = np.maximum(normals[:, :, None] * [1, -1] * areas[:, None, None], 0.0)
     size = _sums(ways, which, len(voxels))
     height = _sums(ways * points[:, :, None], which, len(voxels)) / np.maximum(size, _SMALLEST)
-    # What touches has two sides as well, but nothing between them.
-    thick = height[..., 0] - height[..., 1] > _THIN * grid.cell
-    most = size.max(axis=(1, 2))
-    both = (thick & (size.min(axis=2) > _BOTH_SIDES * most[:, None])).any(axis=1)
-    depth = np.where(both[which], 0.0, 0.5 * grid.cell * np.abs(normals).sum(axis=1))
-    return points - normals * depth[:, None]
+    thickness = _thickness(
+        grid, voxels, height, size > _BOTH_SIDES * size.max(axis=(1, 2))[:, None, None]
+    )
+    axis = np.abs(normals).argmax(axis=1)
+    each = np.arange(len(normals))
+    own = thickness[which, axis, np.where(normals[each, axis] > 0.0, 0, 1)]
+    steep = np.abs(normals[each, axis])
+    thin = np.isfinite(own)
+    # The rims of a thin wall stay in it.
+    in_thin = np.isfinite(thickness).any(axis=(1, 2))[which]
+    solid = np.where(in_thin, 0.0, 0.5 * grid.cell * np.abs(normals).sum(axis=1))
+    depth = np.where(thin, 0.5 * np.where(thin, own, 0.0) * steep, solid)
+    return points - normals * depth[:, None], in_thin
+
+
+def _thickness(grid: Grid, voxels: NDArray[np.intp], height: Array, faces: Mask) -> Array:
+    """Thickness in m behind what looks each way in voxels (k,), if it is less than one, (k, 3, 2).
+
+    Else it is infinite. The other side lies in the same voxel, or in the next one.
+    """
+    number = np.full(grid.count + 1, -1, np.intp)
+    number[voxels] = np.arange(len(voxels))
+    place = np.stack(np.unravel_index(voxels, grid.shape), axis=1)
+    found = np.full(height.shape, np.inf)
+    for axis, side, step in itertools.product(range(3), (0, 1), (0, 1)):
+        way = 1 - 2 * side
+        behind = place - way * step * np.eye(3, dtype=np.intp)[axis]
+        inside = ((behind >= 0) & (behind < grid.shape)).all(axis=1)
+        other = number[
+            np.where(inside, grid.flat(np.where(inside[:, None], behind, 0)), grid.count)
+        ]
+        apart = way * (height[:, axis, side] - height[other, axis, 1 - side])
+        # What touches has two sides as well, but nothing between them.
+        thin = (other >= 0) & (apart > _THIN * grid.cell) & (apart < grid.cell)
+        thin &= faces[:, axis, side] & faces[other, axis, 1 - side]
+        found[thin, axis, side] = np.minimum(found[thin, axis, side], apart[thin])
+    return found
 
 
 def _sums(values: Array, which: NDArray[np.intp], count: int) -> Array:

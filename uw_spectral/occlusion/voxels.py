@@ -22,12 +22,15 @@ from .walls import RAYS, hidden_rays
 _FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
 _WITHIN = 0.5  # of a voxel: step close to surfaces
 _AT_ONCE = 1 << 17  # rays
+_NEAR_PLANE = 1.5  # voxels from where a ray is to where it crosses a plane, at most
+_PLANE = 0.95  # of the length of normals is that of their mean, or more, in a plane
 _HIDDEN = 0.25  # of the directions upwards: water to which objects beside it close more is walled
 _WALLED = 1.5  # m that such water is deep: about small objects it matters to few pixels
 _DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, that is below it
 _BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
+Reals = NDArray[np.floating]
 _Value = TypeVar("_Value", bound=np.generic)
 
 
@@ -40,6 +43,9 @@ class SurfaceVoxels:
     centre: Array  #: Mean of the samples of a surface, m, (k, 3).
     normal: Array  #: Unit normal of its first side, (k, 3).
     colour: Array  #: Mean base colour, linear Rec.709, (k, 3).
+    #: How far it fills its voxel before and behind the plane through its centre, m; infinite where
+    #: it may fill all of it, (k, 2).
+    extent: Array
     #: Height, m, below which the lowest surface of a column is the ground: a seabed is a sheet, but
     #: there is no water under it.
     ground_below: float = -math.inf
@@ -52,7 +58,7 @@ class SurfaceVoxels:
         same = self.grid == other.grid and self.ground_below == other.ground_below
         return same and all(
             np.array_equal(getattr(self, name), getattr(other, name))
-            for name in ("number", "centre", "normal", "colour")
+            for name in ("number", "centre", "normal", "colour", "extent")
         )
 
     @functools.cached_property
@@ -126,6 +132,7 @@ class SurfaceVoxels:
         distance = np.full(len(origin), start, np.float32)
         number, crossed = self._padded
         _, ny, nz = (n + 2 for n in self.grid.shape)
+        plane = bool(np.isfinite(self.extent).any())
         rays = np.flatnonzero(distance < end)
         x, y, z, u, v, w, per, until, t = (
             part[rays] for part in (*at.T, *heading.T, per_cell, end, distance)
@@ -135,6 +142,9 @@ class SurfaceVoxels:
             place += (y + v * t).astype(np.int32) * nz
             place += (z + w * t).astype(np.int32)
             hit = number.take(place)
+            if plane and len(met := np.flatnonzero(hit >= 0)):
+                ways = ((x[met], y[met], z[met]), (u[met], v[met], w[met]))
+                hit[met[self._passed(hit[met], ways, t[met])]] = -1
             going = hit < 0
             steps = np.floor(crossed.take(place) * per)
             np.maximum(steps, 1.0, out=steps)
@@ -149,6 +159,40 @@ class SurfaceVoxels:
                     part.take(left) for part in (x, y, z, u, v, w, per, until, t)
                 )
         return np.minimum(distance, end).astype(np.float64) * cell_size, found
+
+    def _passed(
+        self, number: Indices, rays: tuple[Sequence[Reals], Sequence[Reals]], t: Reals
+    ) -> NDArray[np.bool_]:
+        """Whether rays (m,) in the voxels of surfaces go past what is smaller than these.
+
+        Else walls would have steps that close what is seen along them, and openings in sheets be
+        the narrower, the more obliquely one looks through. Origins and directions are in cells of
+        the padded box, by axis. What crosses the side of a wall where a full voxel is meets it.
+        """
+        (origin, heading), (full, _) = rays, self._padded
+        _, ny, nz = (n + 2 for n in self.grid.shape)
+        normal, offset, before, behind = (part[number] for part in self._planes)
+        along = sum(d * n for d, n in zip(heading, normal.T, strict=True))
+        height = sum(o * n for o, n in zip(origin, normal.T, strict=True)) - offset
+        now = height + t * along
+        met = (now <= before) & (now >= -behind)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            sides = [(side - height) / along for side in (before, -behind)]
+        for s in sides:
+            near = np.flatnonzero(np.abs(s - t) < _NEAR_PLANE)
+            x, y, z = (
+                np.clip(o[near] + d[near] * s[near], 0, n + 1).astype(np.int32)
+                for o, d, n in zip(origin, heading, self.grid.shape, strict=True)
+            )
+            met[near] |= full.take(x * (ny * nz) + y * nz + z) >= 0
+        return ~met
+
+    @functools.cached_property
+    def _planes(self) -> tuple[Reals, ...]:
+        """Normals, heights of planes over the origin along them, and extents, in padded cells."""
+        centre = (self.centre - self.grid.lower) / self.grid.cell + 1.0
+        offset, extent = (centre * self.normal).sum(axis=1), self.extent / self.grid.cell
+        return tuple(x.astype(np.float32) for x in (self.normal, offset, *extent.T))
 
     def free_between(
         self, start: Array, end: Array, between: Sequence[float] = _BETWEEN
@@ -252,16 +296,18 @@ def voxelise(
     normals: Array,
     colours: Array,
     cells: NDArray[np.intp] | None = None,
+    thin: NDArray[np.bool_] | None = None,
 ) -> SurfaceVoxels:
     """Fill the voxels that samples of surfaces lie in, or those given for them, (m,).
 
     Samples of surfaces, no farther apart than a voxel, (m, 3): m, unit vectors to either side,
-    linear Rec.709.
+    linear Rec.709. ``thin`` tells which of them are of something thinner than a voxel, (m,).
     """
     inside = grid.inside(points)
     if not inside.any():
         nothing = np.zeros((0, 3))
-        return SurfaceVoxels(grid, np.full(grid.shape, -1, np.int32), nothing, nothing, nothing)
+        none = np.full(grid.shape, -1, np.int32)
+        return SurfaceVoxels(grid, none, nothing, nothing, nothing, nothing[:, :2])
     points, normals, colours = points[inside], normals[inside], colours[inside]
     cells = cells_of(grid, points) if cells is None else cells[inside]
     voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
@@ -274,12 +320,17 @@ def voxelise(
     normal = _means(turned, which, counts)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.where(length > 1e-6, normal / np.maximum(length, 1e-6), first)
+    centre, extent = _means(points, which, counts), np.full((len(voxels), 2), np.inf)
+    if thin is not None:
+        off = np.abs(((points - centre[which]) * normal[which]).sum(axis=1))
+        plane = length[:, 0] > _PLANE
+        extent[plane] = (np.bincount(which, off, len(voxels)) / counts)[plane, None]
+        solid = np.bincount(which, ~thin[inside], len(voxels)) == counts
+        mixed = ~solid & (np.bincount(which, thin[inside], len(voxels)) < counts)
+        extent[solid, 1] = np.inf
+        extent[mixed] = np.inf
     return SurfaceVoxels(
-        grid,
-        number.reshape(grid.shape),
-        _means(points, which, counts),
-        normal,
-        _means(colours, which, counts),
+        grid, number.reshape(grid.shape), centre, normal, _means(colours, which, counts), extent
     )
 
 
