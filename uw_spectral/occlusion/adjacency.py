@@ -28,6 +28,7 @@ from .point_spread import at_middle, spread
 from .visibility_buffer import VisibilityBuffer
 
 _LEAST = 1e-6
+_ON_THIS_SIDE = 0.5  # cells before a surface where its light is looked up
 _BRIGHTER = 1.25  # than the mean around: so much a texel may be
 _EDGE = 0.2  # difference from which on surfaces are not one
 _SIDES = 3.0  # added to normals: those of a crease then differ much, of round objects little
@@ -172,7 +173,10 @@ def _radiance(
     """Radiance of patches of mean colours in some texels, 0 elsewhere, (3, SIZE, SIZE)."""
     found = np.zeros((_COLOUR_COUNT, *here.shape))
     P = distance[here][:, None]
-    points = buffer.view.ways().reshape(*here.shape, 3)[here] * P + np.asarray(buffer.view.centre)
+    # A texel at the foot of a wall has something of what lies behind that, too.
+    near = np.maximum(P - _ON_THIS_SIDE * occlusion.grid.cell, 0.5 * P)
+    points = buffer.view.ways().reshape(*here.shape, 3)[here] * near
+    points += np.asarray(buffer.view.centre)
     mean, *fractions = occlusion.on_patches(points, normal).T[..., None]
     sunlit = occlusion.sunlit(points, normal)
     facing = np.maximum(normal @ -np.asarray(water.sun, np.float64), 0.0) * sunlit / np.pi

@@ -133,7 +133,10 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
         keep &= grid.inside(points)
         points, normals, colours, areas = (x[keep] for x in (points, normals, colours, areas))
         own = cells_of(grid, points)
-        places, thin = sunk(grid, own, points, normals, areas)
+        places, thin, rim = sunk(grid, own, points, normals, areas)
+        own, places, points, normals, colours, areas, thin = (
+            x[~rim] for x in (own, places, points, normals, colours, areas, thin)
+        )
         cells = cells_of(grid, places)
         there_too = gaps(grid, cells, own).ravel()[own]
         again = np.concatenate([np.arange(len(points)), np.flatnonzero(there_too)])

@@ -17,34 +17,34 @@ from .grid import Array, Grid
 
 _BOTH_SIDES = 0.3  # of the most that faces one way: a voxel with so much of the other has two sides
 _THIN, _SMALLEST = 0.02, 1e-12  # voxels between them, at least; m²
+_NUDGE = 1e-4  # voxels
 
 Mask = NDArray[np.bool_]
 
 
 def sunk(
     grid: Grid, cells: NDArray[np.intp], points: Array, normals: Array, areas: Array
-) -> tuple[Array, Mask]:
-    """Return where samples (m, 3) in cells (m,) fill voxels, and which are of thinner walls.
+) -> tuple[Array, Mask, Mask]:
+    """Return where samples (m, 3) in cells (m,) fill voxels.
 
-    Normals are outward, areas in m².
+    And which are of the sides of walls thinner than a voxel, and which of the rims of such walls,
+    that fill nothing. Normals are outward, areas in m².
     """
     voxels, which = np.unique(cells, return_inverse=True)
     ways = np.maximum(normals[:, :, None] * [1, -1] * areas[:, None, None], 0.0)
     size = _sums(ways, which, len(voxels))
     height = _sums(ways * points[:, :, None], which, len(voxels)) / np.maximum(size, _SMALLEST)
-    thickness = _thickness(
-        grid, voxels, height, size > _BOTH_SIDES * size.max(axis=(1, 2))[:, None, None]
-    )
-    axis = np.abs(normals).argmax(axis=1)
-    each = np.arange(len(normals))
-    own = thickness[which, axis, np.where(normals[each, axis] > 0.0, 0, 1)]
-    steep = np.abs(normals[each, axis])
+    faces = size > _BOTH_SIDES * size.max(axis=(1, 2))[:, None, None]
+    thickness = _thickness(grid, voxels, height, faces)
+    axis, each = np.abs(normals).argmax(axis=1), np.arange(len(normals))
+    facing = normals[each, axis]
+    own = thickness[which, axis, np.where(facing > 0.0, 0, 1)]
     thin = np.isfinite(own)
-    # The rims of a thin wall stay in it.
-    in_thin = np.isfinite(thickness).any(axis=(1, 2))[which]
-    solid = np.where(in_thin, 0.0, 0.5 * grid.cell * np.abs(normals).sum(axis=1))
-    depth = np.where(thin, 0.5 * np.where(thin, own, 0.0) * steep, solid)
-    return points - normals * depth[:, None], in_thin
+    to_middle = np.where(thin, 0.5 * own, 0.0) * np.abs(facing)
+    depth = np.where(thin, to_middle, 0.5 * grid.cell * np.abs(normals).sum(axis=1))
+    # What lies between two voxels fills one of them.
+    places = points - normals * depth[:, None] + thin[:, None] * (_NUDGE * grid.cell)
+    return places, thin, np.isfinite(thickness).any(axis=(1, 2))[which] & ~thin
 
 
 def _thickness(grid: Grid, voxels: NDArray[np.intp], height: Array, faces: Mask) -> Array:

@@ -23,6 +23,7 @@ _FARTHEST_STEP = 12  # voxels that a ray skips at once, at most
 _WITHIN = 0.5  # of a voxel: step close to surfaces
 _AT_ONCE = 1 << 17  # rays
 _NEAR_PLANE = 1.5  # voxels from where a ray is to where it crosses a plane, at most
+_ONE_SIDE = 0.5  # of the samples of a wall, more on one side than on the other
 _PLANE = 0.95  # of the length of normals is that of their mean, or more, in a plane
 _HIDDEN = 0.25  # of the directions upwards: water to which objects beside it close more is walled
 _WALLED = 1.5  # m that such water is deep: about small objects it matters to few pixels
@@ -322,13 +323,14 @@ def voxelise(
     normal = np.where(length > 1e-6, normal / np.maximum(length, 1e-6), first)
     centre, extent = _means(points, which, counts), np.full((len(voxels), 2), np.inf)
     if thin is not None:
-        off = np.abs(((points - centre[which]) * normal[which]).sum(axis=1))
+        off = ((points - centre[which]) * normal[which]).sum(axis=1)
         plane = length[:, 0] > _PLANE
-        extent[plane] = (np.bincount(which, off, len(voxels)) / counts)[plane, None]
-        solid = np.bincount(which, ~thin[inside], len(voxels)) == counts
-        mixed = ~solid & (np.bincount(which, thin[inside], len(voxels)) < counts)
-        extent[solid, 1] = np.inf
-        extent[mixed] = np.inf
+        extent[plane] = (np.bincount(which, np.abs(off), len(voxels)) / counts)[plane, None]
+        of_thin = np.bincount(which, thin[inside], len(voxels))
+        extent[of_thin == 0, 1] = np.inf
+        # Where walls meet there may be little but the outer side of one.
+        one_side = np.bincount(which, (normals * first[which]).sum(axis=1), len(voxels)) / counts
+        extent[(of_thin > 0) & ((of_thin < counts) | (np.abs(one_side) > _ONE_SIDE))] = np.inf
     return SurfaceVoxels(
         grid, number.reshape(grid.shape), centre, normal, _means(colours, which, counts), extent
     )

@@ -9,6 +9,7 @@ import pytest
 from underwater_spectral.uw_spectral.occlusion.filled_voxels import FilledVoxels, Filling, Samples
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 
+NAMES = "points", "normals", "colours", "areas"
 GRID = Grid((-2.0, -2.0, -2.0), 0.25, (16, 16, 16))
 
 
@@ -104,8 +105,7 @@ def block(low, high, spacing=0.025):
 
 
 def joined(samples):
-    names = "points", "normals", "colours", "areas"
-    return Samples(*(np.concatenate([getattr(x, name) for x in samples]) for name in names))
+    return Samples(*(np.concatenate([getattr(x, name) for x in samples]) for name in NAMES))
 
 
 @pytest.mark.parametrize("thick", [0.35, 0.7])
@@ -123,6 +123,36 @@ def test_windows_are_about_as_large_as_they_are(thick):
         free = ~filled(joined(parts), to_edges=True).any(axis=1)
         found.append(free.sum() * GRID.cell**2)
     assert np.mean(found) == pytest.approx((size - 0.25 * GRID.cell) ** 2, rel=0.08)
+
+
+@pytest.mark.parametrize("thick", [0.02, 0.12])
+def test_windows_in_thin_walls_let_through_what_comes_obliquely(thick):
+    """A wall of a voxel's thickness kept a fifth of it off, one between two layers of them more."""
+    size, random, part = 0.8, np.random.default_rng(0), []
+    for z in np.arange(-0.12, 0.13, 0.06):
+        low, high = z - thick / 2.0, z + thick / 2.0
+        for x, y in random.uniform(-0.6, -0.2, (4, 2)):
+            blocks = [
+                block((-2.0, -2.0, low), (x, 2.0, high)),
+                block((x + size, -2.0, low), (2.0, 2.0, high)),
+                block((x, -2.0, low), (x + size, y, high)),
+                block((x, y + size, low), (x + size, 2.0, high)),
+            ]
+            wall = joined(blocks)
+            inner = (np.abs(wall.normals[:, 0]) > 0.5) & (np.abs(wall.points[:, 0]) < 1.9)
+            inner &= np.abs(wall.points[:, 1] - y - size / 2.0) > size / 2.0  # not of its surface
+            wall = Samples(*(getattr(wall, name)[~inner] for name in NAMES))
+            voxels = FilledVoxels().of(GRID, Filling([b"w"], [wall], [False], True))
+            start = np.concatenate([random.uniform(-1.5, 1.5, (2, 4000)), [np.full(4000, -1.0)]]).T
+            end = random.uniform((-1.5, -1.5, 1.0), (1.5, 1.5, 1.0), (4000, 3))
+            way = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+            gets, _ = voxels.trace(start, way)
+            free = np.ones(4000, bool)
+            for side in (low, high):
+                at = start + way * ((side - start[:, 2]) / way[:, 2])[:, None] - (x, y, 0.0)
+                free &= ((at[:, :2] > 0.0) & (at[:, :2] < size)).all(axis=1)
+            part.append(((start + way * gets[:, None])[:, 2] > 0.9).mean() / free.mean())
+    assert np.mean(part) == pytest.approx(1.0, abs=0.08), part
 
 
 def test_nothing_fills_nothing():
