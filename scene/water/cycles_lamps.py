@@ -32,6 +32,7 @@ def let_through(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
     nothing = bpy.data.collections.new("UW Nothing")
     nothing[marks.MARK] = True
     nothing.objects.link(unblocked[0])
+    marks.collection_of(scene).children.link(nothing)
     for item in unblocked:
         item.light_linking.blocker_collection = nothing
 

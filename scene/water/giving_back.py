@@ -34,6 +34,7 @@ def let_go() -> list[str]:
         bpy.data.collections.remove(stray)
     for item in [o for o in bpy.data.objects if o.is_editable]:
         if MARK in item and not held.intersection(item.users_collection):
+            lamps.discard(item)
             bpy.data.objects.remove(item)
         elif item not in lamps:
             marks.show_again(item)
@@ -74,7 +75,8 @@ def dry_but(wet: Collection[bpy.types.Material]) -> list[str]:
 def strays() -> list[bpy.types.Collection]:
     """Collections of waters that no scene holds, the scene being deleted or they being unlinked."""
     found = [c for c in bpy.data.collections if MARK in c and c.is_editable]
-    held = set(marks.waters().values()) if found else set()
+    waters = marks.waters().values() if found else ()
+    held = {part for water in waters for part in (water, *water.children_recursive)}
     return [collection for collection in found if collection not in held]
 
 
