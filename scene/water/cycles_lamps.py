@@ -27,12 +27,13 @@ def let_through(scene: bpy.types.Scene, lamps: SceneLamps) -> None:
     """
     followers = zip(marks.followers(scene), lamps.lamps, strict=True)
     unblocked = [item for item, lamp in followers if lamp.unblocked]
-    if not unblocked:
+    water = marks.collection_of(scene)
+    if not unblocked or water is None:
         return
     nothing = bpy.data.collections.new("UW Nothing")
     nothing[marks.MARK] = True
     nothing.objects.link(unblocked[0])
-    marks.collection_of(scene).children.link(nothing)
+    water.children.link(nothing)
     for item in unblocked:
         item.light_linking.blocker_collection = nothing
 

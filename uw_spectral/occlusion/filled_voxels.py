@@ -131,21 +131,24 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
     keep[small] = (np.bincount(which, areas[small], grid.count) >= grid.cell**2)[which]
     if filling.to_edges:
         keep &= grid.inside(points)
-        points, normals, colours, areas = (x[keep] for x in (points, normals, colours, areas))
-        own = cells_of(grid, points)
-        places, thin, rim = sunk(grid, own, points, normals, areas)
-        own, places, points, normals, colours, areas, thin = (
-            x[~rim] for x in (own, places, points, normals, colours, areas, thin)
-        )
-        cells = cells_of(grid, places)
-        there_too = gaps(grid, cells, own).ravel()[own]
-        again = np.concatenate([np.arange(len(points)), np.flatnonzero(there_too)])
-        cells = np.concatenate([cells, own[there_too]])
-        full = ~np.isin(cells, left_free(grid, cells, normals[again], areas[again]))
-        again = again[full]
-        some = points[again], normals[again], colours[again]
-        return voxelise(grid, *some, cells[full], thin[again])
+        return _to_edges(grid, points[keep], normals[keep], colours[keep], areas[keep])
     return voxelise(grid, points[keep], normals[keep], colours[keep])
+
+
+def _to_edges(
+    grid: Grid, points: Array, normals: Array, colours: Array, areas: Array
+) -> SurfaceVoxels:
+    """Fill voxels so that solids, walls and openings are as large as they are."""
+    own = cells_of(grid, points)
+    places, thin, rim = sunk(grid, own, points, normals, areas)
+    some = np.flatnonzero(~rim)
+    own, cells = own[some], cells_of(grid, places[some])
+    there_too = gaps(grid, cells, own).ravel()[own]
+    some = np.concatenate([some, some[there_too]])
+    cells = np.concatenate([cells, own[there_too]])
+    full = ~np.isin(cells, left_free(grid, cells, normals[some], areas[some]))
+    some, cells = some[full], cells[full]
+    return voxelise(grid, points[some], normals[some], colours[some], cells, thin[some])
 
 
 def _merged(before: SurfaceVoxels, now: SurfaceVoxels, touched: NDArray[np.bool_]) -> SurfaceVoxels:
