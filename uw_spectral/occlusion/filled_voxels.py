@@ -67,9 +67,9 @@ class _Filled:
             self.voxels = _fill(grid, filling, parts)
             return
         # On a border the closest voxel is another than the one that a sample lies in, it may fill
-        # one beside it, and gaps and the ends of surfaces are looked for beside it.
+        # one beside it, and other sides, gaps and the ends of surfaces are looked for beside it.
         concerned = grown(grown(grown(grown(touched.reshape(grid.shape)))))
-        around = grown(grown(grown(concerned))).ravel()
+        around = grown(grown(grown(grown(concerned)))).ravel()
         parts = [self.places[key].among(around) for key in self.keys]
         self.voxels = _merged(before.voxels, _fill(grid, filling, parts), concerned.ravel())
 

@@ -2,7 +2,7 @@
 
 All voxels that a surface crosses make a solid half a voxel larger on each side, and openings as
 much narrower. Half a voxel further in those are full whose middles lie in the solid. Walls thinner
-than a voxel stay where they are, and no gaps open where surfaces meet: rooms stay closed.
+than a voxel go to their middle, and no gaps open where surfaces meet: rooms stay closed.
 """
 
 from __future__ import annotations

@@ -44,6 +44,24 @@ def test_what_moves_comes_or_goes_leaves_the_voxels_as_if_filled_at_once(to_edge
         assert 200 < len(found) < GRID.count
 
 
+def test_walls_that_move_leave_the_voxels_as_if_filled_at_once():
+    """What is behind a side decides where it fills voxels."""
+    cache, random = FilledVoxels(), np.random.default_rng(0)
+
+    def wall():
+        low = random.uniform(-1.6, 0.6, 3)
+        size = np.where(np.arange(3) == random.integers(3), random.uniform(0.02, 0.3), 0.9)
+        return block(low, low + size, 0.06)
+
+    walls = [wall() for _ in range(12)]
+    for frame in range(60):
+        walls[frame % 3] = wall()
+        keys = [x.points.tobytes() for x in walls]
+        cache.next_frame()
+        wanted = Filling(keys, walls, [False] * len(walls), to_edges=True)
+        assert cache.of(GRID, wanted).equals(FilledVoxels().of(GRID, wanted)), frame
+
+
 def test_no_more_is_kept_than_of_the_last_frame():
     cache = FilledVoxels()
     for z in range(40):
