@@ -17,6 +17,7 @@ from .grid import Array, Grid
 
 _BOTH_SIDES = 0.3  # of the most that faces one way: a voxel with so much of the other has two sides
 _THIN, _SMALLEST = 0.02, 1e-12  # voxels between them, at least; m²
+_RIM = 1.5  # voxels long at most, in each
 _NUDGE = 1e-4  # voxels
 
 Mask = NDArray[np.bool_]
@@ -44,7 +45,11 @@ def sunk(
     depth = np.where(thin, to_middle, 0.5 * grid.cell * np.abs(normals).sum(axis=1))
     # What lies between two voxels fills one of them.
     places = points - normals * depth[:, None] + thin[:, None] * (_NUDGE * grid.cell)
-    return places, thin, np.isfinite(thickness).any(axis=(1, 2))[which] & ~thin
+    # What touches, as boxes of a wall do, has two sides of one area there, and is no surface.
+    others = np.abs(_sums(normals * (areas * ~thin)[:, None], which, len(voxels))).sum(axis=1)
+    thickest = np.where(np.isfinite(thickness), thickness, 0.0).max(axis=(1, 2))
+    has_rim = (thickest > 0.0) & (others <= _RIM * grid.cell * thickest)
+    return places, thin, has_rim[which] & ~thin
 
 
 def _thickness(grid: Grid, voxels: NDArray[np.intp], height: Array, faces: Mask) -> Array:

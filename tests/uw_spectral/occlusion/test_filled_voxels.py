@@ -126,6 +126,15 @@ def joined(samples):
     return Samples(*(np.concatenate([getattr(x, name) for x in samples]) for name in NAMES))
 
 
+def test_a_surface_in_which_something_thin_stands_is_whole():
+    """Its samples there were taken for rims, and a reef was brighter by what came through."""
+    bed = block((-1.9, -1.9, -1.9), (1.9, 1.9, 0.1))
+    blades = [block((x, y, 0.05), (x + 0.4, y + 0.02, 0.5)) for x, y in np.eye(2) - 0.3]
+    found = FilledVoxels().of(GRID, Filling([b"bed"], [joined([bed, *blades])], [False], True))
+    below = found.number[:, :, 7] >= 0
+    assert below[1:-1, 1:-1].all()
+
+
 @pytest.mark.parametrize("thick", [0.35, 0.7])
 def test_windows_are_about_as_large_as_they_are(thick):
     """They were up to half a voxel narrower on each side; an eighth of one is left."""
