@@ -129,7 +129,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
     lowest, highest = shown.bounds
     if (highest < low).any() or (lowest > high).any():
         nothing = np.empty((0, 3))
-        return Samples(nothing, nothing, nothing, np.empty(0))
+        return Samples(nothing, nothing, nothing, np.empty(0), nothing)
     corners, parts = shown.corners, shown.arrays.parts
     # Whatever the box, so that the same places have the same samples.
     more = 1.0
@@ -140,7 +140,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         keep |= _longest(one, other) > spacing / 2.0
         corners, parts = corners[keep], parts[keep]
         more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
-    points, normals, colours, areas = [], [], [], []
+    points, normals, colours, areas, extents = [], [], [], [], []
     for level in range(_DEEPEST):
         first, second, third = np.moveaxis(corners, 1, 0)
         highest = np.maximum(np.maximum(first, second), third)
@@ -157,12 +157,14 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         )
         colours.append(shown.colours[parts[small]])
         areas.append(size[small] * (more / 2.0))
+        extent = (highest - lowest)[within][small]
+        extents.append(extent if more == 1.0 else np.full_like(extent, np.inf))
         corners, parts = corners[~small], parts[~small]
         if not len(corners):
             break
         corners, parts = quartered(corners), np.tile(parts, 4)
-    parts = (np.concatenate(x).astype(np.float64) for x in (points, normals, colours, areas))
-    found = Samples(*parts)
+    parts = points, normals, colours, areas, extents
+    found = Samples(*(np.concatenate(x).astype(np.float64) for x in parts))
     flat = (found.normals**2).sum(axis=1) < 0.5
     found.normals[flat] = [0.0, 0.0, 1.0]
     return found

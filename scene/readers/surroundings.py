@@ -198,7 +198,9 @@ class Surroundings:
         roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
         shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
         grid = _near(low, high, self.eyes, shift, self.middle)
-        return _voxels(self.surfaces, grid.finer(VOXELS), self.samples, to_edges=True), grid
+        voxels = _voxels(self.surfaces, grid.finer(VOXELS), self.samples, to_edges=True)
+        # What gets through a seabed beside what sticks in it must not make water of what is below.
+        return replace(voxels, ground_below=self.coarse.ground_below), grid
 
     def is_whole(self, grid: Grid) -> bool:
         """Whether a grid of :meth:`under_objects` holds all of that water about the cameras."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import collections
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..last_used import LastUsed
-from .covered_voxels import left_free
+from .covered_voxels import covered_by_walls, left_free
 from .grid import Array, Grid
 from .sunk_samples import gaps, sunk
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
@@ -18,12 +19,23 @@ from .voxels import SurfaceVoxels, cells_of, grown, voxelise
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points on surfaces, unit normals and base colours, (m, 3), and areas they stand for, m²."""
+    """Points on surfaces, unit normals and base colours, (m, 3)."""
 
     points: Array
     normals: Array
     colours: Array
-    areas: Array
+    areas: Array  #: That they stand for, m².
+    extents: Array  #: Of these areas along the axes, m; infinite where only some are drawn, (m, 3).
+
+    def some(self, which: NDArray[Any]) -> Samples:
+        """Return some of them."""
+        return Samples(*(getattr(self, field.name)[which] for field in fields(self)))
+
+
+def _joined(parts: Sequence[Samples]) -> Samples:
+    nothing = np.empty((0, 3))
+    every = [Samples(nothing, nothing, nothing, np.empty(0), nothing), *parts]
+    return Samples(*(np.concatenate([getattr(x, f.name) for x in every]) for f in fields(Samples)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,37 +130,34 @@ class _Places:
 def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> SurfaceVoxels:
     """Fill the voxels of a grid with parts of the samples."""
     some = [x for x in zip(filling.samples, filling.small, parts, strict=True) if len(x[2])]
-    names = "points", "normals", "colours"
-    points, normals, colours = (
-        np.concatenate([np.empty((0, 3)), *(getattr(x, name)[part] for x, _, part in some)])
-        for name in names
-    )
-    areas = np.concatenate([np.empty(0), *(x.areas[part] for x, _, part in some)])
+    samples = _joined([x.some(part) for x, _, part in some])
     small = np.repeat([is_small for _, is_small, _ in some], [len(part) for _, _, part in some])
     small = small.astype(bool)
     keep = ~small
-    which = grid.index(points[small])
-    keep[small] = (np.bincount(which, areas[small], grid.count) >= grid.cell**2)[which]
+    which = grid.index(samples.points[small])
+    keep[small] = (np.bincount(which, samples.areas[small], grid.count) >= grid.cell**2)[which]
     if filling.to_edges:
-        keep &= grid.inside(points)
-        return _to_edges(grid, points[keep], normals[keep], colours[keep], areas[keep])
-    return voxelise(grid, points[keep], normals[keep], colours[keep])
+        return _to_edges(grid, samples.some(keep & grid.inside(samples.points)))
+    return voxelise(grid, samples.points[keep], samples.normals[keep], samples.colours[keep])
 
 
-def _to_edges(
-    grid: Grid, points: Array, normals: Array, colours: Array, areas: Array
-) -> SurfaceVoxels:
+def _to_edges(grid: Grid, samples: Samples) -> SurfaceVoxels:
     """Fill voxels so that solids, walls and openings are as large as they are."""
+    points, normals, areas = samples.points, samples.normals, samples.areas
     own = cells_of(grid, points)
     places, thin, rim = sunk(grid, own, points, normals, areas)
+    covered = covered_by_walls(
+        grid, places[thin], normals[thin], areas[thin], samples.extents[thin]
+    )
     some = np.flatnonzero(~rim)
     own, cells = own[some], cells_of(grid, places[some])
     there_too = gaps(grid, cells, own).ravel()[own]
     some = np.concatenate([some, some[there_too]])
     cells = np.concatenate([cells, own[there_too]])
-    full = ~np.isin(cells, left_free(grid, cells, normals[some], areas[some]))
+    free = left_free(grid, cells, normals[some], areas[some], thin[some], covered)
+    full = ~np.isin(cells, free)
     some, cells = some[full], cells[full]
-    return voxelise(grid, points[some], normals[some], colours[some], cells, thin[some])
+    return voxelise(grid, points[some], normals[some], samples.colours[some], cells, thin[some])
 
 
 def _merged(before: SurfaceVoxels, now: SurfaceVoxels, touched: NDArray[np.bool_]) -> SurfaceVoxels:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from underwater_spectral.uw_spectral.occlusion.filled_voxels import FilledVoxels, Filling, Samples
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 
-NAMES = "points", "normals", "colours", "areas"
+NAMES = "points", "normals", "colours", "areas", "extents"
 GRID = Grid((-2.0, -2.0, -2.0), 0.25, (16, 16, 16))
 
 
@@ -19,7 +20,9 @@ def surface(seed, at):
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     # Some lie on the border of two voxels, and some beside the box.
     points = np.round((np.asarray(at) + 0.7 * normals) / 0.125, 1) * 0.125
-    return Samples(points, normals, random.random((300, 3)), np.full(300, 0.02))
+    return Samples(
+        points, normals, random.random((300, 3)), np.full(300, 0.02), np.full((300, 3), 0.14)
+    )
 
 
 def filling(places, *, to_edges=False):
@@ -70,6 +73,11 @@ def test_no_more_is_kept_than_of_the_last_frame():
     assert len(cache._before) + len(cache._now) == 2
 
 
+def patches(points, normals, spacing):
+    grey, extents = np.full(points.shape, 0.5), np.full(points.shape, spacing)
+    return Samples(points, normals, grey, np.full(len(points), spacing**2), extents)
+
+
 def sheet(low, high, z, spacing=0.025):
     """Samples of both sides of a level board of 2 cm."""
     x, y = (np.arange(a + spacing / 2.0, b, spacing) for a, b in zip(low, high, strict=True))
@@ -77,7 +85,7 @@ def sheet(low, high, z, spacing=0.025):
     above = [0.0, 0.0, 0.01]
     points = np.concatenate([points.reshape(-1, 3) + above, points.reshape(-1, 3) - above])
     up = np.repeat([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]], len(points) // 2, axis=0)
-    return Samples(points, up, np.full(points.shape, 0.5), np.full(len(points), spacing**2))
+    return patches(points, up, spacing)
 
 
 def filled(samples, *, to_edges):
@@ -96,6 +104,27 @@ def test_planks_and_the_gaps_between_them_are_as_wide_as_they_are():
     assert filled(samples, to_edges=False).sum() * GRID.cell**2 > 1.5 * covered
 
 
+def test_slits_of_boards_let_through_as_much_as_they_do():
+    """Narrower than a voxel they were closed."""
+    width, pitch, found = 0.36, 0.46, []
+    for first in np.arange(-2.6, -2.6 + pitch, 0.04):
+        boards = [sheet((x, -1.9), (x + width, 1.9), 0.13) for x in np.arange(first, 2.2, pitch)]
+        found.append(1.0 - filled(joined(boards), to_edges=True)[2:-2, 2:-2].any(axis=2).mean())
+    assert np.mean(found) == pytest.approx(1.0 - width / pitch, abs=0.03)
+
+
+def test_walls_have_no_slits_however_their_samples_fall():
+    """Voxels have two or three of samples a third of them wide; these are spread over them."""
+    for spacing in np.arange(0.064, 0.125, 0.007):
+        wall = sheet((-2.2, -2.2), (2.2, 2.2), 0.13, spacing)
+        assert filled(wall, to_edges=True).any(axis=2).all()
+        drawn = dataclasses.replace(wall, extents=np.full(wall.points.shape, np.inf)).some(
+            np.random.default_rng(0).random(len(wall.points)) < 0.7
+        )
+        crossed = filled(drawn, to_edges=False)
+        assert (filled(drawn, to_edges=True) | ~crossed)[1:-1, 1:-1].all()
+
+
 def test_walls_and_slopes_hold():
     flat = sheet((-2.0, -2.0), (2.0, 2.0), 0.1)
     assert filled(flat, to_edges=True).any(axis=2).all()
@@ -103,7 +132,9 @@ def test_walls_and_slopes_hold():
         wide = sheet((-4.0, -2.0), (4.0, 2.0), 0.03)
         c, s = np.cos(turn), np.sin(turn)
         turned = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
-        slope = Samples(wide.points @ turned, wide.normals @ turned, wide.colours, wide.areas)
+        points, normals = wide.points @ turned, wide.normals @ turned
+        extents = wide.extents * [c, 1.0, s]
+        slope = dataclasses.replace(wide, points=points, normals=normals, extents=extents)
         full, crossed = (
             filled(slope, to_edges=x).any(axis=2 if c > s else 0) for x in (True, False)
         )
@@ -119,7 +150,7 @@ def block(low, high, spacing=0.025):
         parts.append(np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1).reshape(-1, 3))
     normals = np.repeat(np.kron(np.eye(3), [[-1.0], [1.0]]), [len(x) for x in parts], axis=0)
     points = np.concatenate(parts)
-    return Samples(points, normals, np.full(points.shape, 0.5), np.full(len(points), spacing**2))
+    return patches(points, normals, spacing)
 
 
 def joined(samples):
@@ -183,4 +214,4 @@ def test_windows_in_thin_walls_let_through_what_comes_obliquely(thick):
 
 
 def test_nothing_fills_nothing():
-    assert not filled(Samples(*np.zeros((3, 0, 3)), np.zeros(0)), to_edges=True).any()
+    assert not filled(patches(*np.zeros((2, 0, 3)), 0.1), to_edges=True).any()
