@@ -9,7 +9,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 # Fitted to what Cycles 5.2 throws back in a white furnace, roughness .1 to 1, within .03.
 _SHEEN = (0.056, 0.236, 2.6, -1.793)
 _SMOOTHEST = 0.05
-_HAIR, _DARKEST = 1.7, 1e-6
+_HAIR, _DARKEST = (0.6, 0.2, 16.0), 1e-6
 
 
 BOTH_SIDES = 0.5
@@ -63,12 +63,15 @@ def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) ->
 def hair_albedo(colour: Operand, m: Mathematics = NUMPY) -> Operand:
     """Colour of matte threads that throw back what a tuft of hair of a colour does.
 
-    Hair sends light on into the tuft, where more of it is lost; white hair loses none. Measured in
-    Cycles 5.2: .52 to .63 of matte threads, for a golden tuft in sea water.
+    Hair sends light on into the tuft, where more of it is lost; white hair loses none. Fitted to
+    Cycles 5.2, tufts of six colours over matte ones, under a sky and suns from four sides:
+    reflecting hair .3 to .8, pigment in water .9 (dark) to .4 (bright).
 
     Examples
     --------
-    >>> float(hair_albedo(1.0)), hair_albedo(0.5).round(3).item()
-    (1.0, 0.308)
+    >>> hair_albedo(1.0).round(3).item(), hair_albedo(0.5).round(3).item()
+    (1.0, 0.25)
     """
-    return m.power(m.maximum(colour, _DARKEST), _HAIR)
+    dark, bright, steep = _HAIR
+    white = m.power(m.maximum(colour, _DARKEST), steep)
+    return colour * (dark - bright * colour) + (1.0 - dark + bright) * white
