@@ -177,6 +177,8 @@ class KnownLight:
             self._keep_slots(was, changed)
         self.kind = self.looks = kind[self.order]
         """Sets of directions of the light of probes, and of the rays along which they look."""
+        self.narrow = False
+        """Whether they look along all sets, one after another."""
         self.place = np.zeros(rays.grid.count, np.intp)
         self.place[self.order] = np.arange(len(self.order))
         self.beside = self.place[rays.probe_of_side]
@@ -189,8 +191,9 @@ class KnownLight:
         self.has_seen = np.zeros(len(self.order), bool)
 
     def turned(self, rows: NDArray[np.intp], by: int) -> KnownLight:
-        """Return the same where some probes look along another of the sets."""
+        """Return the same where some probes look along one of all sets."""
         found = copy.copy(self)
+        found.narrow = True
         found.looks = (self.kind + by) % SETS
         found.rays = self.rays.along(self.order[rows], found.looks[rows])
         found.cells, found.seen = np.zeros_like(self.cells), np.zeros_like(self.seen)
@@ -283,7 +286,8 @@ class PartOfProbes:
 
     def __init__(self, rows: Rows, known: KnownLight, kind: int) -> None:
         self.rows, self.kind, self._known = rows, kind, known
-        self._kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
+        kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
+        self._sums = functools.partial(kernel.sums, narrow=known.narrow)
 
     def prepare(self) -> tuple[Light, Light, Light, Light]:
         """Compute what other probes do not change; return the start of the light."""
@@ -297,7 +301,8 @@ class PartOfProbes:
         at_floor = distance < to_side
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
-        at, end = light.along(depth, kind, ways), light.along(end_depth, kind, ways)
+        along = functools.partial(light.along, kind=kind, narrow=self._known.narrow)
+        at, end = along(depth, ways=ways), along(end_depth, ways=ways)
         on_way = self._known.seen[:, self.rows]
         # Probes on the way have other directions; the closest stands for the ray's.
         self._on_way = [
@@ -317,7 +322,7 @@ class PartOfProbes:
         T_out, z = T[out], end_depth[out]
         last_depth = np.maximum(z - far * w[out[1], 2], 0.0)
         T_last = _transmitted(light, z, last_depth, far)
-        last = light.along(last_depth, kind, out[1])
+        last = along(last_depth, ways=out[1])
         near = FADE * rays.grid.cell
         brought_from = 1.0 / (
             light.extinction(z, last_depth) + 2.0 / np.maximum(far, near)[:, None]
@@ -343,7 +348,7 @@ class PartOfProbes:
         self._side = self._known.slot[hit.ravel()[self._met]]
         unoccluded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
-            for x in self._kernel.sums(flat(at.scattered + at.single + at.image), last=True)
+            for x in self._sums(flat(at.scattered + at.single + at.image), last=True)
         )
         # A sum over few directions is not an irradiance; over another such sum it is.
         irradiance = light.irradiance(depth[:, 0])
@@ -367,15 +372,14 @@ class PartOfProbes:
 
     def round(self, now: LightOfProbes) -> tuple[Light, Light]:
         """Return irradiance and scattered light as all probes' light makes them."""
-        E, J = self._kernel.sums(*self._radiance(now))
+        E, J = self._sums(*self._radiance(now))
         E = (E * self._exact).astype(np.float32, copy=False)
         return E, np.minimum(J / self._source, _MOST)
 
-    def ratios(self, now: LightOfProbes) -> tuple[Light, Light]:
-        """Return what :class:`ProbeIrradiance` has of irradiance and scattered light."""
-        E, _, scattered = self._kernel.sums(*self._radiance(now), last=True)
-        irradiance = np.minimum(E / self._unoccluded, _MOST)
-        return irradiance, np.minimum(scattered / self._scattered0, _MOST)
+    def last_sums(self, now: LightOfProbes) -> tuple[Light, ...]:
+        """Return irradiance and scattered light, and what they would be without objects."""
+        E, _, scattered = self._sums(*self._radiance(now), last=True)
+        return E, scattered, self._unoccluded, self._scattered0
 
     def _radiance(self, now: LightOfProbes) -> tuple[Light, Light]:
         """Radiance along all rays, and what of it surfaces send, (m RAYS, n)."""
@@ -406,25 +410,42 @@ class _Kernel:
         self._of_surfaces = even - patches
         views = unoccluded_field.phase_weights(kind, lattice(SIDE), OCCLUSION_STREAMS)
         self._weights = np.concatenate([patches, ways, views], axis=2)
+        narrow, even = unoccluded_field.patch_weights(kind, narrow=True)
+        self._narrow = np.concatenate([narrow, ways, views], axis=2)
+        self._of_narrow_surfaces = even - narrow
 
     def nearest(self, other: _Kernel) -> NDArray[np.intp]:
         """Direction of this set that is closest to each of another, (RAYS,)."""
         return (directions()[self.kind] @ directions()[other.kind].T).argmax(axis=0)
 
     def sums(
-        self, L: Light, of_surfaces: Light | None = None, *, last: bool = False
+        self,
+        L: Light,
+        of_surfaces: Light | None = None,
+        *,
+        last: bool = False,
+        narrow: bool = False,
     ) -> list[Light]:
         """Sum radiances (m RAYS, n) into irradiances on patches that face the axes, (m, 6, n).
 
         And into light scattered against each direction, (m, RAYS, n), in the ``last`` round also
-        against those of :mod:`.view_directions`, (m, COUNT, n).
+        against those of :mod:`.view_directions`, (m, COUNT, n). What is ``narrow`` is to be added
+        up over all sets.
         """
-        weights = self._weights if last else self._weights[..., : 6 + RAYS]
+        weights = self._narrow if narrow else self._weights
+        weights = weights if last else weights[..., : 6 + RAYS]
         found = product_of_rows(by_band(L), weights)
         if of_surfaces is not None:
-            found[..., :6] += product_of_rows(by_band(of_surfaces), self._of_surfaces)
+            evenly = self._of_narrow_surfaces if narrow else self._of_surfaces
+            found[..., :6] += product_of_rows(by_band(of_surfaces), evenly)
         found = np.ascontiguousarray(found.transpose(1, 2, 0))
         return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
+
+
+def ratios(sums: Sequence[Light]) -> tuple[Light, Light]:
+    """Return what :class:`ProbeIrradiance` has, from :meth:`PartOfProbes.last_sums`."""
+    E, scattered, unoccluded, scattered0 = sums
+    return np.minimum(E / unoccluded, _MOST), np.minimum(scattered / scattered0, _MOST)
 
 
 def _transmitted(light: UnoccludedField, y: Array, z: Array, distance: Array) -> Light:

@@ -25,6 +25,7 @@ from .probe_irradiance import (
     ProbeIrradiance,
     Solution,
     lengthened,
+    ratios,
 )
 from .probe_rows import Light, joined
 from .probes import SETS, Rays
@@ -99,10 +100,16 @@ def _solved(known: KnownLight) -> Solution:
     return Solution(known, now, irradiance, scattered, kept)
 
 
+def _gather(
+    parts: Sequence[PartOfProbes], now: LightOfProbes, pool: ThreadPoolExecutor
+) -> list[tuple[Light, ...]]:
+    return list(pool.map(functools.partial(PartOfProbes.last_sums, now=now), parts))
+
+
 def _ratios(
     parts: Sequence[PartOfProbes], now: LightOfProbes, pool: ThreadPoolExecutor
 ) -> list[tuple[Light, Light]]:
-    return list(pool.map(functools.partial(PartOfProbes.ratios, now=now), parts))
+    return [ratios(sums) for sums in _gather(parts, now, pool)]
 
 
 def _settle(
@@ -160,17 +167,18 @@ def _gathered(found: Solution) -> tuple[Light, Light]:
     rows = np.flatnonzero((free < _ENCLOSED) & rays.valid[known.order])
     if not len(rows):
         return found.tables
-    totals = [table.copy() for table in found.tables]
+    totals = [np.zeros_like(table) for table in 2 * found.tables]
     with ThreadPoolExecutor(_processors()) as pool:
-        for by in range(1, SETS):
+        for by in range(SETS):
             parts = known.turned(rows, by).parts(rows)
             list(pool.map(PartOfProbes.prepare, parts))
-            for part, values in zip(parts, _ratios(parts, found.light, pool), strict=True):
+            for part, values in zip(parts, _gather(parts, found.light, pool), strict=True):
                 for total, value in zip(totals, values, strict=True):
                     total[part.rows] += value
-    for total in totals:
-        total[rows] /= SETS
-    return totals[0], totals[1]
+    tables = [table.copy() for table in found.tables]
+    for table, values in zip(tables, ratios([total[rows] for total in totals]), strict=True):
+        table[rows] = values
+    return tables[0], tables[1]
 
 
 class _Again:

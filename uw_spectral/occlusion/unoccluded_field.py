@@ -70,9 +70,11 @@ class UnoccludedField:
         self._bright = np.maximum(bright, _DARKEST)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
-        means = [_summed(kind, np.moveaxis(every, 1, 0)) / _count(kind) for kind in range(SETS)]
-        parts_of_sets = np.moveaxis(np.stack(means), 2, 1).reshape(-1, every.shape[-1])
-        self._parts = parts_of_sets.astype(np.float32)
+        every = np.moveaxis(every, 1, 0)
+        self._parts = [
+            np.concatenate([_means(kind, every, narrow) for kind in range(SETS)])
+            for narrow in (False, True)
+        ]
         self._beam = field.beam(self._depths).T * field.light.E / field.light.mu_s
 
     @property
@@ -88,15 +90,20 @@ class UnoccludedField:
     @property
     def faintest(self) -> float:
         """What counts as light at all."""
-        return max(_DARK * float(self._parts.max()), float(np.finfo(np.float32).tiny))
+        return max(_DARK * float(self._parts[False].max()), float(np.finfo(np.float32).tiny))
 
-    def along(self, y: Array, kind: int, ways: NDArray[np.intp]) -> RayLight:
-        """Light along directions (..., ) of a set at depths y, m, that fit them."""
+    def along(
+        self, y: Array, kind: int, ways: NDArray[np.intp], *, narrow: bool = False
+    ) -> RayLight:
+        """Light along directions (..., ) of a set at depths y, m, that fit them.
+
+        Means over what each stands for in its set; if that is ``narrow``, in all of them.
+        """
         low, fraction = self._place(y)
         which = (kind * _LEVELS + low) * RAYS + ways
         fraction = np.broadcast_to(fraction.astype(np.float32), (*which.shape, 1))
-        found = self._parts.take(which, axis=0)
-        above = self._parts.take(which + RAYS, axis=0)
+        parts = self._parts[narrow]
+        found, above = parts.take(which, axis=0), parts.take(which + RAYS, axis=0)
         above -= found
         above *= fraction
         found += above
@@ -147,19 +154,22 @@ class UnoccludedField:
         weights[:, straight, np.arange(len(towards))] += np.maximum(left, 0.0)
         return (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
 
-    def patch_weights(self, kind: int) -> tuple[Light, Light]:
+    def patch_weights(self, kind: int, *, narrow: bool = False) -> tuple[Light, Light]:
         """Irradiance on patches that face the axes per radiance along directions of a set.
 
         Of light that is spread as the unoccluded is within what a direction stands for, (n, RAYS,
-        6), and of light that is the same throughout, (RAYS, 6).
+        6), and of light that is the same throughout, (RAYS, 6). If that is ``narrow``, the mean of
+        all sets is an irradiance, not that of each.
         """
         cosine = np.maximum(_fine() @ AXES.T, 0.0)
         bright = self._bright[:, None, :]
-        spread = _summed(kind, bright * cosine[..., None]) / _summed(kind, bright)
-        fraction = 4.0 * math.pi / _FINE
-        spread *= fraction * _count(kind)
+        count = _count(kind, narrow)
+        sums = _summed(kind, bright * cosine[..., None], narrow)
+        spread = sums / np.maximum(_summed(kind, bright, narrow), _DARKEST)
+        fraction = 4.0 * math.pi / _FINE * (SETS if narrow else 1)
+        spread *= fraction * count
         return np.moveaxis(spread, 2, 0).astype(np.float32), (
-            fraction * _summed(kind, cosine)
+            fraction * _summed(kind, cosine, narrow)
         ).astype(np.float32)
 
     @functools.cached_property
@@ -207,21 +217,34 @@ def _fine() -> Array:
     return spiral(_FINE)
 
 
-@functools.lru_cache(maxsize=SETS)
-def _groups(kind: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Order in which many directions lie by the one of a set that is closest, and each's first."""
-    nearest = (_fine() @ directions()[kind].T).argmax(axis=1)
+@functools.lru_cache(maxsize=2 * SETS)
+def _groups(kind: int, narrow: bool) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Many directions by the one of a set that is closest, each's first, and how many it has.
+
+    If that is narrow, closest of all sets': of a few there are none.
+    """
+    ways = directions() if narrow else directions()[kind : kind + 1]
+    nearest = (_fine() @ ways.reshape(-1, 3).T).argmax(axis=1) - RAYS * kind * narrow
     order = np.argsort(nearest, kind="stable")
-    return order, np.searchsorted(nearest[order], np.arange(RAYS))
+    order = order[(nearest[order] >= 0) & (nearest[order] < RAYS)]
+    first = np.searchsorted(nearest[order], np.arange(RAYS))
+    count = np.bincount(nearest[order], minlength=RAYS).astype(np.float64)
+    return order, np.minimum(first, len(order) - 1), count
 
 
-def _summed(kind: int, values: NDArray[np.floating]) -> Array:
+def _summed(kind: int, values: NDArray[np.floating], narrow: bool = False) -> Array:
     """Sums of values of many directions (:data:`_FINE`, ...) by those of a set, (RAYS, ...)."""
-    order, first = _groups(kind)
-    return np.add.reduceat(values[order], first, axis=0)
+    order, first, _ = _groups(kind, narrow)
+    found = np.add.reduceat(values[order], first, axis=0)
+    return found * (_count(kind, narrow) > 0).reshape(-1, *(1,) * (found.ndim - 1))
 
 
-def _count(kind: int) -> Array:
+def _means(kind: int, values: NDArray[np.floating], narrow: bool) -> Light:
+    """Means of values of many directions (:data:`_FINE`, l, n), (l RAYS, n)."""
+    found = _summed(kind, values, narrow) / np.maximum(_count(kind, narrow), 1.0)
+    return np.moveaxis(found, 1, 0).reshape(-1, values.shape[-1]).astype(np.float32)
+
+
+def _count(kind: int, narrow: bool = False) -> Array:
     """How many belong to each of a set, (RAYS, 1, 1)."""
-    first = _groups(kind)[1]
-    return np.diff(first, append=_FINE).astype(np.float64)[:, None, None]
+    return _groups(kind, narrow)[2][:, None, None]

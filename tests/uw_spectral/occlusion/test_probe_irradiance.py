@@ -17,6 +17,7 @@ from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import OFF_SURFACE
 from underwater_spectral.uw_spectral.occlusion.probe_solution import probe_irradiance
 from underwater_spectral.uw_spectral.occlusion.probes import (
+    RAYS,
     SETS,
     cast,
     directions,
@@ -248,6 +249,25 @@ def test_walls_of_a_room_are_lit_evenly_through_a_window(monkeypatch):
     blotched, before = scatter()
     assert even < 0.6 * blotched
     assert mean == pytest.approx(before, rel=0.25)
+
+
+def test_all_sets_together_see_every_direction_once_and_snells_window_apart():
+    """What one of a set's stands for is wide: through a window came light from beside it."""
+    known, ways = UnoccludedField(field(), (0.5, 6.0)), np.arange(RAYS)[None]
+    E, image = np.zeros((2, 6, 3)), []
+    for kind in range(SETS):
+        for narrow in (False, True):
+            light = known.along(np.full((1, 1), 3.5), kind, ways, narrow=narrow)
+            total = (light.scattered + light.single + light.image)[0]
+            E[int(narrow)] += np.einsum(
+                "rn,nrp->pn", total, known.patch_weights(kind, narrow=narrow)[0]
+            )
+        image.append(light.image[0].mean(axis=1))
+    np.testing.assert_allclose(E[1], E[0], rtol=0.01)
+    # Below the water's surface a clear sky is darker than what that mirrors beside it.
+    z, image = directions()[..., 2].ravel(), np.concatenate(image)
+    beside, in_it = ((z > a) & (z < b) for a, b in ((0.5, 0.61), (0.73, 0.85)))
+    assert image[in_it].mean() < 0.15 * image[beside].mean()
 
 
 def test_walls_have_the_light_that_is_there_and_not_the_one_before_them():
