@@ -93,14 +93,15 @@ def covered_by_walls(
     half[np.arange(len(axis)), axis] = 0.0
     low = np.floor(position - half).astype(np.intp)
     in_low = np.clip((low + 1.0 - position + half) / np.maximum(2.0 * half, _NARROW), 0.0, 1.0)
-    found = np.zeros(math.prod(shape) * 6)
+    ways, parts = [], []
     for step in itertools.product((0, 1), repeat=3):
-        part = np.where(step, 1.0 - in_low, in_low).prod(axis=1)
+        part = np.where(step, 1.0 - in_low, in_low).prod(axis=1) * area
         some = np.flatnonzero(part > 0)
         at = np.clip(low[some] + step, 0, shape - 1)
         cell = (at[:, 0] * shape[1] + at[:, 1]) * shape[2] + at[:, 2]
-        way = 2 * axis[some] + (facing[some] < 0)
-        found += np.bincount(6 * cell + way, part[some] * area[some], len(found))
+        ways.append(6 * cell + 2 * axis[some] + (facing[some] < 0))
+        parts.append(part[some])
+    found = np.bincount(np.concatenate(ways), np.concatenate(parts), 6 * math.prod(shape))
     # What reaches into the grid from beyond it is not among the samples.
     inner = np.zeros(shape, bool)
     inner[2:-2, 2:-2, 2:-2] = True
