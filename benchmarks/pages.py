@@ -53,7 +53,7 @@ PAGES = (
     Row("planar_refraction", "met", "surface_views"),
     Row("waterline", "met", "surface_views"),
     Row("objects_in_light", "met but for large ones seen from below", "objects_in_light"),
-    Row("occlusion", "nine of thirteen views met", "occlusion"),
+    Row("occlusion", "eleven of thirteen views met", "occlusion"),
     Row("lamps", "met in clear water", "lamps_in_scenes"),
     Row("moving_lamps", "median met, worst block missed", "moving_lamps"),
     Row("lamp_light", "errors by case", "lamp_light"),
