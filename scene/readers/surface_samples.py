@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...uw_spectral.last_used import LastUsed
-from ...uw_spectral.occlusion.filled_voxels import FilledVoxels, Samples
+from ...uw_spectral.occlusion.filled_voxels import NO_SAMPLES, FilledVoxels, Samples
 from ...uw_spectral.occlusion.triangles import quartered
 from .mesh_parts import MeshArrays, MeshCache
 from .visible_meshes import VisibleMesh, visible_meshes
@@ -128,8 +128,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
     """Sample a mesh in a box, at least once in every cell of ``spacing`` m that it crosses."""
     lowest, highest = shown.bounds
     if (highest < low).any() or (lowest > high).any():
-        nothing = np.empty((0, 3))
-        return Samples(nothing, nothing, nothing, np.empty(0), nothing)
+        return NO_SAMPLES
     corners, parts = shown.corners, shown.arrays.parts
     # Whatever the box, so that the same places have the same samples.
     more = 1.0

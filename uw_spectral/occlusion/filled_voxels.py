@@ -32,9 +32,12 @@ class Samples:
         return Samples(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
+_NOTHING = np.empty((0, 3))
+NO_SAMPLES = Samples(_NOTHING, _NOTHING, _NOTHING, np.empty(0), _NOTHING)
+
+
 def _joined(parts: Sequence[Samples]) -> Samples:
-    nothing = np.empty((0, 3))
-    every = [Samples(nothing, nothing, nothing, np.empty(0), nothing), *parts]
+    every = [NO_SAMPLES, *parts]
     return Samples(*(np.concatenate([getattr(x, f.name) for x in every]) for f in fields(Samples)))
 
 

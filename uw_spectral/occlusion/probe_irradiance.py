@@ -406,13 +406,13 @@ class _Kernel:
 
     def __init__(self, unoccluded_field: UnoccludedField, kind: int, ways: Light) -> None:
         self.kind = kind
-        patches, even = unoccluded_field.patch_weights(kind)
-        self._of_surfaces = even - patches
         views = unoccluded_field.phase_weights(kind, lattice(SIDE), OCCLUSION_STREAMS)
-        self._weights = np.concatenate([patches, ways, views], axis=2)
-        narrow, even = unoccluded_field.patch_weights(kind, narrow=True)
-        self._narrow = np.concatenate([narrow, ways, views], axis=2)
-        self._of_narrow_surfaces = even - narrow
+        self._weights: list[Light] = []  # of wide directions, and of narrow ones
+        self._of_surfaces: list[Light] = []
+        for narrow in (False, True):
+            patches, even = unoccluded_field.patch_weights(kind, narrow=narrow)
+            self._weights.append(np.concatenate([patches, ways, views], axis=2))
+            self._of_surfaces.append(even - patches)
 
     def nearest(self, other: _Kernel) -> NDArray[np.intp]:
         """Direction of this set that is closest to each of another, (RAYS,)."""
@@ -432,12 +432,11 @@ class _Kernel:
         against those of :mod:`.view_directions`, (m, COUNT, n). What is ``narrow`` is to be added
         up over all sets.
         """
-        weights = self._narrow if narrow else self._weights
+        weights = self._weights[narrow]
         weights = weights if last else weights[..., : 6 + RAYS]
         found = product_of_rows(by_band(L), weights)
         if of_surfaces is not None:
-            evenly = self._of_narrow_surfaces if narrow else self._of_surfaces
-            found[..., :6] += product_of_rows(by_band(of_surfaces), evenly)
+            found[..., :6] += product_of_rows(by_band(of_surfaces), self._of_surfaces[narrow])
         found = np.ascontiguousarray(found.transpose(1, 2, 0))
         return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
 

@@ -64,7 +64,7 @@ def hair_albedo(colour: Operand, m: Mathematics = NUMPY) -> Operand:
     """Colour of matte threads that throw back what a tuft of hair of a colour does.
 
     Hair sends light on into the tuft, where more of it is lost; white hair loses none. Fitted to
-    Cycles 5.2, tufts of six colours over matte ones, under a sky and suns from four sides:
+    Cycles 5.2, tufts of five colours over matte ones, under a sky and suns from four sides:
     reflecting hair .3 to .8, pigment in water .9 (dark) to .4 (bright).
 
     Examples

@@ -199,7 +199,7 @@ def test_windows_in_thin_walls_let_through_what_comes_obliquely(thick):
             wall = joined(blocks)
             inner = (np.abs(wall.normals[:, 0]) > 0.5) & (np.abs(wall.points[:, 0]) < 1.9)
             inner &= np.abs(wall.points[:, 1] - y - size / 2.0) > size / 2.0  # not of its surface
-            wall = Samples(*(getattr(wall, name)[~inner] for name in NAMES))
+            wall = wall.some(~inner)
             voxels = FilledVoxels().of(GRID, Filling([b"w"], [wall], [False], True))
             start = np.concatenate([random.uniform(-1.5, 1.5, (2, 4000)), [np.full(4000, -1.0)]]).T
             end = random.uniform((-1.5, -1.5, 1.0), (1.5, 1.5, 1.0), (4000, 3))
