@@ -23,8 +23,8 @@ class ChangedVoxels:
         self.mask = was != full
         both = was & full
         one, other = before.number[both], now.number[both]
-        differ = (before.centre[one] != now.centre[other]).any(axis=1)
-        differ |= (before.normal[one] != now.normal[other]).any(axis=1)
+        differ = (before.middle[one] != now.middle[other]).any(axis=(1, 2))
+        differ |= (before.facing[one] != now.facing[other]).any(axis=(1, 2))
         differ |= (before.extent[one] != now.extent[other]).any(axis=1)
         self.mask[both] = differ
         self.renumbered = now.number[was]

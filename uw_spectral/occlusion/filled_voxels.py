@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..last_used import LastUsed
 from .covered_voxels import covered_by_walls, left_free
 from .grid import Array, Grid
-from .sunk_samples import gaps, sunk
+from .sunk_samples import gaps, out_of_edges, sunk
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
 
 
@@ -152,8 +152,10 @@ def _to_edges(grid: Grid, samples: Samples) -> SurfaceVoxels:
     covered = covered_by_walls(
         grid, places[thin], normals[thin], areas[thin], samples.extents[thin]
     )
-    some = np.flatnonzero(~rim)
-    own, cells = own[some], cells_of(grid, places[some])
+    cells = cells_of(grid, places)
+    out = out_of_edges(grid, own, cells, points, normals, areas, ~(rim | thin))
+    some = np.flatnonzero(~(rim | out))
+    own, cells = own[some], cells[some]
     there_too = gaps(grid, cells, own).ravel()[own]
     some = np.concatenate([some, some[there_too]])
     cells = np.concatenate([cells, own[there_too]])
@@ -173,12 +175,12 @@ def _merged(before: SurfaceVoxels, now: SurfaceVoxels, touched: NDArray[np.bool_
         ways.append(
             (
                 cells[keep],
-                *(x[keep] for x in (voxels.centre, voxels.normal, voxels.colour, voxels.extent)),
+                *(x[keep] for x in (voxels.middle, voxels.facing, voxels.colour, voxels.extent)),
             )
         )
-    cells, centre, normal, colour, extent = (np.concatenate(x) for x in zip(*ways, strict=True))
+    cells, middle, facing, colour, extent = (np.concatenate(x) for x in zip(*ways, strict=True))
     order = np.argsort(cells)
     number = np.full(grid.count, -1, np.int32)
     number[cells[order]] = np.arange(len(cells))
     number = number.reshape(grid.shape)
-    return SurfaceVoxels(grid, number, centre[order], normal[order], colour[order], extent[order])
+    return SurfaceVoxels(grid, number, middle[order], facing[order], colour[order], extent[order])

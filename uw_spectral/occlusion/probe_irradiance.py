@@ -457,12 +457,12 @@ class _Sides:
     """The sides of the surfaces: what light they send."""
 
     def __init__(self, rays: Rays, reflectance: Array, unoccluded_field: UnoccludedField) -> None:
-        normal = np.stack([rays.voxels.normal, -rays.voxels.normal], axis=1).reshape(-1, 3)
+        normal = rays.voxels.facing.reshape(-1, 3)
         self._squared = np.where(normal[:, :, None] * [1, -1] > 0, normal[:, :, None] ** 2, 0.0)
         self._squared = self._squared.reshape(-1, 6).astype(np.float32)
         self._rho = (np.repeat(reflectance, 2, axis=0) / math.pi).astype(np.float32)
         facing = np.maximum(-normal @ np.asarray(unoccluded_field.sun), 0.0) * rays.side_sunlit
-        depth = np.repeat(np.maximum(-rays.voxels.centre[:, 2], 0.0), 2)
+        depth = np.maximum(-rays.voxels.middle[..., 2].ravel(), 0.0)
         self._sun = (unoccluded_field.beam(depth) * facing[:, None]).astype(np.float32)
 
     def are(self, other: _Sides) -> bool:

@@ -22,6 +22,7 @@ SETS = 8
 """Sets of directions; eight probes around a point have different ones."""
 _COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
 _GRAZING = 0.2
+_HIGH_SUN = 0.7  # cosine of the sun on a surface
 _BEFORE_HIT = 1.5  # voxels
 _OFF_SIDE = (1.8, 3.0, 4.2)  # the same to the probe that stands for it
 _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along its normal
@@ -95,7 +96,7 @@ class Rays:
     blocked: NDArray[np.bool_]
     probe_of_side: NDArray[np.intp]  #: Valid probe next to each side of each surface, (2 k,).
     sunlit: Array  #: Fraction of the sun that reaches a probe's surroundings, (p,).
-    side_sunlit: Array  #: Whether the sun reaches each side of each surface, (2 k,).
+    side_sunlit: Array  #: Fraction of each side of each surface that the sun reaches, (2 k,).
     beyond: SurfaceVoxels  #: Surfaces in a larger box.
     to_sun: Array  #: Shape (3,).
     reached: NDArray[np.bool_]  #: Voxels of water, (nx, ny, nz).
@@ -199,7 +200,7 @@ def cast(
     distance[new], hit[new], further[new], blocked[new] = _seen(voxels, beyond, sides, *ways)
     beside = _probes_beside(voxels, grid, valid, point, sides, facing)
     lit = _lit(voxels, beyond, reached, sun, before, changes)
-    clear = _sides_lit(voxels, beyond, sides, facing, sun, before, changes)
+    clear = _sides_lit(voxels, beyond, sun, before, changes)
     return Rays(
         grid, voxels, point, valid, distance, hit, further, blocked, beside,
         _fraction_lit(grid, lit, inner), clear, beyond, sun, reached, lit,
@@ -262,25 +263,24 @@ def _seen(
     t, number = voxels.trace(origin, heading)
     met = number >= 0
     side = np.full(len(t), -1, np.int32)
-    side[met] = 2 * number[met]
-    side[met] += (voxels.normal[number[met]] * heading[met]).sum(axis=1) > 0
     end = origin + heading * t[:, None]
+    side[met] = voxels.side_met(number[met], origin[met], heading[met])
     side[met] = _in_sight(voxels, end[met], heading[met], side[met], sides)
-    t[met] = _to_plane(voxels, origin[met], heading[met], t[met], number[met])
+    t[met] = _to_plane(voxels, origin[met], heading[met], t[met], side[met])
     far, blocked = np.zeros(len(t)), met & (side < 0)
     far[~met], blocked[~met] = _follow(beyond, end[~met], heading[~met])
     return t, side, far, blocked
 
 
 def _to_plane(
-    voxels: SurfaceVoxels, origin: Array, heading: Array, t: Array, number: NDArray[np.int32]
+    voxels: SurfaceVoxels, origin: Array, heading: Array, t: Array, side: NDArray[np.int32]
 ) -> Array:
-    """Distance to the mean plane of the surface in a voxel, if that is about where it was met."""
-    normal = voxels.normal[number]
+    """Distance to the plane of the side that is met, if that is about where it was."""
+    normal = voxels.facing.reshape(-1, 3)[side]
     along = (heading * normal).sum(axis=1)
     along = np.where(np.abs(along) < _GRAZING, np.inf, along)
-    plane = ((voxels.centre[number] - origin) * normal).sum(axis=1) / along
-    near = (np.abs(plane - t) < 2.0 * voxels.grid.cell) & (plane > 0)
+    plane = ((voxels.middle.reshape(-1, 3)[side] - origin) * normal).sum(axis=1) / along
+    near = (side >= 0) & (np.abs(plane - t) < 2.0 * voxels.grid.cell) & (plane > 0)
     return np.where(near, plane, t)
 
 
@@ -325,9 +325,8 @@ def stand_ins(grid: Grid, valid: NDArray[np.bool_]) -> NDArray[np.intp]:
 
 def _beside(voxels: SurfaceVoxels) -> tuple[Array, Array]:
     """Points beside both sides of each surface, and the ways the sides face, (2 k, 3)."""
-    away = np.stack([voxels.normal, -voxels.normal], axis=1)
-    points = voxels.centre[:, None] + away * (_OFF_WALL * voxels.grid.cell)
-    return points.reshape(-1, 3), away.reshape(-1, 3)
+    points = voxels.middle + voxels.facing * (_OFF_WALL * voxels.grid.cell)
+    return points.reshape(-1, 3), voxels.facing.reshape(-1, 3)
 
 
 def _probes_beside(
@@ -342,7 +341,7 @@ def _probes_beside(
 
     Nor behind another: where that one is hidden, the closest that is seen, if there is any.
     """
-    centre, stand_in = np.repeat(voxels.centre, 2, axis=0), stand_ins(grid, valid)
+    centre, stand_in = voxels.middle.reshape(-1, 3), stand_ins(grid, valid)
     found = np.full(len(centre), -1, np.intp)
     for voxels_off in _OFF_SIDE:
         probe = stand_in[grid.index(centre + facing * (voxels_off * voxels.grid.cell))]
@@ -440,24 +439,38 @@ def _lit(
 def _sides_lit(
     voxels: SurfaceVoxels,
     beyond: SurfaceVoxels,
-    sides: Array,
-    facing: Array,
     to_sun: Array,
     before: Rays | None,
     changes: _Changes | None,
 ) -> Array:
-    """Whether the sun reaches each side of each surface."""
-    towards = facing @ to_sun > 0
-    clear, new = np.zeros(len(sides)), towards.copy()
+    """Fraction of each side of each surface that the sun reaches."""
+    facing = voxels.facing.reshape(-1, 3)
+    along = facing @ to_sun
+    # Towards the sun, or the light on a floor would be found beside its place; under a low sun that
+    # is too far off.
+    high = along > _HIGH_SUN
+    way = np.where(high[:, None], to_sun / np.where(high, along, 1.0)[:, None], facing)
+    starts = voxels.middle.reshape(-1, 3) + _OFF_WALL * voxels.grid.cell * way
+    clear, new = np.zeros(len(facing)), along > 0
+    parts = [starts + part * voxels.grid.cell for part in _quarters(facing)]
     if before is not None and changes is not None:
         near = changes[0]
         same = np.repeat(~near.mask[voxels.number >= 0], 2)
         # Those of unchanged voxels follow one another as before.
         was = np.repeat(~near.mask[before.voxels.number >= 0], 2)
         clear[same] = before.side_sunlit[was]
-        new &= ~same | _sun_crosses(sides, to_sun, changes)
-    clear[new] = _sunlit(voxels, beyond, sides[new], to_sun)
+        new &= ~same | np.any([_sun_crosses(part, to_sun, changes) for part in parts], axis=0)
+    lit = [_sunlit(voxels, beyond, part[new], to_sun) for part in parts]
+    clear[new] = np.mean(lit, axis=0)
     return clear
+
+
+def _quarters(facing: Array) -> list[Array]:
+    """Middles of the quarters of squares of size 1 that face some ways, (m, 3) each."""
+    one = np.cross(facing, np.eye(3)[np.abs(facing).argmin(axis=1)])
+    one /= np.linalg.norm(one, axis=1, keepdims=True)
+    other = np.cross(facing, one)
+    return [0.25 * (u * one + v * other) for u in (-1, 1) for v in (-1, 1)]
 
 
 def _sun_crosses(points: Array, to_sun: Array, changes: _Changes) -> NDArray[np.bool_]:

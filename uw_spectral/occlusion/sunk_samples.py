@@ -2,7 +2,8 @@
 
 All voxels that a surface crosses make a solid half a voxel larger on each side, and openings as
 much narrower. Half a voxel further in those are full whose middles lie in the solid. Walls thinner
-than a voxel go to their middle, and no gaps open where surfaces meet: rooms stay closed.
+than a voxel go to their middle, and no gaps open where surfaces meet: rooms stay closed. What sinks
+obliquely beside an edge would come out of the solid there, and narrow openings.
 """
 
 from __future__ import annotations
@@ -19,6 +20,10 @@ _BOTH_SIDES = 0.3  # of the most that faces one way: a voxel with so much of the
 _THIN, _SMALLEST = 0.02, 1e-12  # voxels between them, at least; m²
 _RIM = 1.5  # voxels long at most, in each
 _NUDGE = 1e-4  # voxels
+_REACH = 0.5  # voxels from the middle of the samples in a voxel to where their face ends
+_LARGE = 0.2  # of a side of a voxel: what is smaller is the end of a thin thing
+_EDGE, _PAST = 0.7, 0.1  # cosine of the turn from face to face, at most; voxels
+_OUT = 0.3  # voxels: of windows in thick walls as much is open, in the mean, as there is
 
 Mask = NDArray[np.bool_]
 
@@ -50,6 +55,87 @@ def sunk(
     thickest = np.where(np.isfinite(thickness), thickness, 0.0).max(axis=(1, 2))
     has_rim = (thickest > 0.0) & (others <= _RIM * grid.cell * thickest)
     return places, thin, has_rim[which] & ~thin
+
+
+def out_of_edges(
+    grid: Grid,
+    own: NDArray[np.intp],
+    cells: NDArray[np.intp],
+    points: Array,
+    normals: Array,
+    areas: Array,
+    thick: Mask,
+) -> Mask:
+    """Which samples (m,) fill voxels whose middles lie before another face, beyond an edge.
+
+    That is the face closest to them, if all that fills them lies behind it: so are the sides of a
+    window that is narrow. ``own`` are the voxels that samples lie in, ``cells`` those that they
+    would fill; faces are those of what is ``thick``.
+    """
+    found = np.zeros(len(thick), bool)
+    own, cells, points, normals, areas = (x[thick] for x in (own, cells, points, normals, areas))
+    faces, middle, facing = _faces(grid, own, points, normals, areas)
+    if not len(faces):
+        return found
+    voxels, which = np.unique(cells, return_inverse=True)
+    centre, closest = grid.centres()[voxels], _closest(grid, voxels, faces, middle, facing)
+    # Of what fills each voxel: its mean normal, and whether any of it goes on beyond the face.
+    normal, face = _unit(_sums(normals * areas[:, None], which, len(voxels))), closest[which]
+    beyond = ((points - middle[face]) * facing[face]).sum(axis=1) > _PAST * grid.cell
+    out = (closest >= 0) & (np.bincount(which, beyond, len(voxels)) == 0)
+    out &= ((centre - middle[closest]) * facing[closest]).sum(axis=1) > _OUT * grid.cell
+    out &= (normal * facing[closest]).sum(axis=1) < _EDGE
+    found[thick] = out[which]
+    return found
+
+
+def _closest(
+    grid: Grid, voxels: NDArray[np.intp], faces: NDArray[np.intp], middle: Array, facing: Array
+) -> NDArray[np.intp]:
+    """Face in or next to each of some voxels (k,) that is closest to its middle, -1 for none."""
+    number = np.full((grid.count + 1, 6), -1, np.intp)
+    number.ravel()[faces] = np.arange(len(faces))
+    place, centre = np.stack(np.unravel_index(voxels, grid.shape), axis=1), grid.centres()[voxels]
+    least, closest = np.full(len(voxels), np.inf), np.full(len(voxels), -1, np.intp)
+    for step in itertools.product((-1, 0, 1), repeat=3):
+        beside = place + step
+        inside = ((beside >= 0) & (beside < grid.shape)).all(axis=1)
+        at = np.where(inside, grid.flat(np.where(inside[:, None], beside, 0)), grid.count)
+        some, side = np.nonzero(number[at] >= 0)
+        face = number[at[some], side]
+        apart = (centre[some] - middle[face]) / grid.cell
+        height = (apart * facing[face]).sum(axis=1)
+        along = np.sqrt(np.maximum((apart**2).sum(axis=1) - height**2, 0.0))
+        distance = np.hypot(height, np.maximum(along - _REACH, 0.0))
+        # Of several faces of one voxel the closest comes last.
+        order = np.argsort(-distance, kind="stable")
+        some, face, distance = some[order], face[order], distance[order]
+        nearer = distance < least[some]
+        least[some[nearer]], closest[some[nearer]] = distance[nearer], face[nearer]
+    return closest
+
+
+def _faces(
+    grid: Grid, own: NDArray[np.intp], points: Array, normals: Array, areas: Array
+) -> tuple[NDArray[np.intp], Array, Array]:
+    """What looks each way in voxels: six times the voxel and the way, middles, and normals."""
+    each, axis = np.arange(len(normals)), np.abs(normals).argmax(axis=1)
+    ways = 6 * own + 2 * axis + (normals[each, axis] < 0)
+    faces, which = np.unique(ways, return_inverse=True)
+    weighed = np.hstack([normals, points, np.ones((len(each), 1))]) * areas[:, None]
+    sums = _sums(weighed, which, len(faces))
+    middle = sums[:, 3:6] / np.maximum(sums[:, 6:], _SMALLEST)
+    # Where boxes of a wall touch there is no surface.
+    other = np.minimum(np.searchsorted(faces, faces ^ 1), len(faces) - 1)
+    axis, rows = faces % 6 // 2, np.arange(len(faces))
+    touch = np.abs(middle[rows, axis] - middle[other, axis]) < _THIN * grid.cell
+    touch &= (faces[other] == faces ^ 1) & (sums[:, 6] < (1.0 + _BOTH_SIDES) * sums[other, 6])
+    some = ~touch & (sums[:, 6] > _LARGE * grid.cell**2)
+    return faces[some], middle[some], _unit(sums[some, :3])
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), _SMALLEST)
 
 
 def _thickness(grid: Grid, voxels: NDArray[np.intp], height: Array, faces: Mask) -> Array:

@@ -1,8 +1,8 @@
 """Surfaces of objects as voxels, and rays through them.
 
 A voxel that any surface crosses is full: thin walls hold, and openings narrower than a voxel
-close. Each keeps one mean normal and tells its two sides apart, so that a wall thinner than
-a voxel is bright on one side and dark on the other.
+close. Each has two sides, so that a wall thinner than a voxel is bright on one side and dark on the
+other, and the inner face of a wall is not as bright as the reveal of a window.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ _AT_ONCE = 1 << 17  # rays
 _NEAR_PLANE = 1.5  # voxels from where a ray is to where it crosses a plane, at most
 _ONE_SIDE = 0.5  # of the samples of a wall, more on one side than on the other
 _PLANE = 0.95  # of the length of normals is that of their mean, or more, in a plane
+_FACE = 0.1  # of the samples of the larger face of an edge that the other has, or more
 _HIDDEN = 0.25  # of the directions upwards: water to which objects beside it close more is walled
 _WALLED = 1.5  # m that such water is deep: about small objects it matters to few pixels
 _DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, that is below it
@@ -41,8 +42,9 @@ class SurfaceVoxels:
 
     grid: Grid
     number: Indices  #: Of the surface in a voxel, -1 in free ones, (nx, ny, nz).
-    centre: Array  #: Mean of the samples of a surface, m, (k, 3).
-    normal: Array  #: Unit normal of its first side, (k, 3).
+    middle: Array  #: Of the sides of a surface, m, (k, 2, 3).
+    #: Unit normals of its sides: one way and the other, or those of two faces, (k, 2, 3).
+    facing: Array
     colour: Array  #: Mean base colour, linear Rec.709, (k, 3).
     #: How far it fills its voxel before and behind the plane through its centre, m; infinite where
     #: it may fill all of it, (k, 2).
@@ -54,12 +56,38 @@ class SurfaceVoxels:
     def __len__(self) -> int:
         return len(self.centre)
 
+    @property
+    def centre(self) -> Array:
+        """Middle of a surface, m, (k, 3)."""
+        return self.middle.mean(axis=1)
+
+    @property
+    def normal(self) -> Array:
+        """Unit normal of the first side, (k, 3)."""
+        return self.facing[:, 0]
+
+    def side_met(self, number: NDArray[np.integer], origin: Array, heading: Array) -> Indices:
+        """Return the sides that rays meet: twice the number of the surface, or one more."""
+        facing, middle = self.facing[number], self.middle[number]
+        along = (facing * heading[:, None]).sum(axis=2)
+        height = ((middle - origin[:, None]) * facing).sum(axis=2)
+        farther = height[:, 1] * along[:, 0] > height[:, 0] * along[:, 1]
+        # A ray is in a solid behind both faces of an edge, and behind one of those of a corner.
+        either = (along < 0).all(axis=1)
+        second = np.where(either, farther == self._is_edge[number], along[:, 1] < along[:, 0])
+        return (2 * number + second).astype(np.int32)
+
+    @functools.cached_property
+    def _is_edge(self) -> NDArray[np.bool_]:
+        """Where two faces of a solid meet that do not see each other, (k,)."""
+        return ((self.middle[:, 1] - self.middle[:, 0]) * self.facing[:, 0]).sum(axis=1) < 0
+
     def equals(self, other: SurfaceVoxels) -> bool:
         """Whether all of another's voxels are the same, to the bit."""
         same = self.grid == other.grid and self.ground_below == other.ground_below
         return same and all(
             np.array_equal(getattr(self, name), getattr(other, name))
-            for name in ("number", "centre", "normal", "colour", "extent")
+            for name in ("number", "middle", "facing", "colour", "extent")
         )
 
     @functools.cached_property
@@ -186,7 +214,16 @@ class SurfaceVoxels:
                 for o, d, n in zip(origin, heading, self.grid.shape, strict=True)
             )
             met[near] |= full.take(x * (ny * nz) + y * nz + z) >= 0
+        edges = np.flatnonzero(self._is_edge[number])
+        at = np.stack([(o + d * t)[edges] for o, d in zip(origin, heading, strict=True)], axis=1)
+        apart = at[:, None] - self._middles[number[edges]]
+        met[edges] = ((apart * self.facing[number[edges]]).sum(axis=2) <= 0).all(axis=1)
         return ~met
+
+    @functools.cached_property
+    def _middles(self) -> Array:
+        """The same in padded cells."""
+        return (self.middle - self.grid.lower) / self.grid.cell + 1.0
 
     @functools.cached_property
     def _planes(self) -> tuple[Reals, ...]:
@@ -306,9 +343,8 @@ def voxelise(
     """
     inside = grid.inside(points)
     if not inside.any():
-        nothing = np.zeros((0, 3))
-        none = np.full(grid.shape, -1, np.int32)
-        return SurfaceVoxels(grid, none, nothing, nothing, nothing, nothing[:, :2])
+        none, sides = np.full(grid.shape, -1, np.int32), np.zeros((0, 2, 3))
+        return SurfaceVoxels(grid, none, sides, sides, np.zeros((0, 3)), np.zeros((0, 2)))
     points, normals, colours = points[inside], normals[inside], colours[inside]
     cells = cells_of(grid, points) if cells is None else cells[inside]
     voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
@@ -322,6 +358,7 @@ def voxelise(
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.where(length > 1e-6, normal / np.maximum(length, 1e-6), first)
     centre, extent = _means(points, which, counts), np.full((len(voxels), 2), np.inf)
+    middle, facing = np.stack([centre, centre], axis=1), np.stack([normal, -normal], axis=1)
     if thin is not None:
         off = ((points - centre[which]) * normal[which]).sum(axis=1)
         plane = length[:, 0] > _PLANE
@@ -331,9 +368,36 @@ def voxelise(
         # Where walls meet there may be little but the outer side of one.
         one_side = np.bincount(which, (normals * first[which]).sum(axis=1), len(voxels)) / counts
         extent[(of_thin > 0) & ((of_thin < counts) | (np.abs(one_side) > _ONE_SIDE))] = np.inf
+        few = ~(plane | (of_thin > 0))[which]
+        _part_faces(middle, facing, points[few], normals[few], which[few])
     return SurfaceVoxels(
-        grid, number.reshape(grid.shape), centre, normal, _means(colours, which, counts), extent
+        grid, number.reshape(grid.shape), middle, facing, _means(colours, which, counts), extent
     )
+
+
+def _part_faces(
+    middle: Array, facing: Array, points: Array, normals: Array, which: NDArray[np.intp]
+) -> None:
+    """Give voxels in which two faces of a solid meet these as sides."""
+    axis = np.abs(normals).argmax(axis=1)
+    way = 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
+    size = np.bincount(6 * which + way, minlength=6 * len(facing)).reshape(-1, 6)
+    each = np.arange(len(facing))
+    one = size.argmax(axis=1)
+    others = size.copy()
+    others[each, one] = others[each, one ^ 1] = 0
+    other = others.argmax(axis=1)
+    few = np.maximum(_FACE * size[each, one], 1.0)
+    # What has two sides each way is a wall, seen from one of them or the other.
+    met = (size[each, other] >= few) & (
+        np.maximum(size[each, one ^ 1], size[each, other ^ 1]) < few
+    )
+    for side, ways in enumerate((one, other)):
+        some = (way == ways[which]) & met[which]
+        faces = which[some]
+        middle[met, side] = _means(points[some], faces, size[each, ways])[met]
+        mean = _means(normals[some], faces, size[each, ways])[met]
+        facing[met, side] = mean / np.linalg.norm(mean, axis=1, keepdims=True)
 
 
 def cells_of(grid: Grid, points: Array) -> NDArray[np.intp]:

@@ -21,9 +21,12 @@ def _blocks(*boxes):
         full[x0 + 1 : x1 - 1, y0 + 1 : y1 - 1, z0 + 1 : z1 - 1] = False
     number = np.where(full, np.cumsum(full).reshape(full.shape) - 1, -1).astype(np.int32)
     count = int(full.sum())
-    return SurfaceVoxels(
-        GRID, number, *np.zeros((3, count, 3)), np.full((count, 2), np.inf), ground_below=-2.0
+    sides, colour, extent = (
+        np.zeros((count, 2, 3)),
+        np.zeros((count, 3)),
+        np.full((count, 2), np.inf),
     )
+    return SurfaceVoxels(GRID, number, sides, sides, colour, extent, ground_below=-2.0)
 
 
 def _marched(full, at):
