@@ -133,13 +133,13 @@ class Cache:
         return self._last[1]
 
     def table(
-        self, light: ProbeIrradiance, extinction: Array, seen: Array, *, alone: bool
+        self, light: ProbeIrradiance, extinction: Array, seen: Array, *, alone: bool, enclosed: bool
     ) -> OcclusionTable:
         """Return the table of a light; that of before, if it is the same."""
-        given = extinction.tobytes() + seen.tobytes() + bytes([alone])
+        given = extinction.tobytes() + seen.tobytes() + bytes([alone, enclosed])
         last = self._table
         if last is None or last[0] is not light or last[1] != given:
-            table = occlusion_table(light, extinction, seen, alone=alone)
+            table = occlusion_table(light, extinction, seen, alone=alone, enclosed=enclosed)
             self._table = last = light, given, table
         return last[2]
 
@@ -181,4 +181,6 @@ def table_of(
     light = cache.light(_Inputs(voxels, around.coarse, grid, eyes, bands, field))
     cache.has_begun = True
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
-    return cache.table(light, field.extinction, seen, alone=around.is_whole(grid))
+    enclosed = light.solution is None or light.solution.known.rays.enclosed(eyes)
+    alone = around.is_whole(grid)
+    return cache.table(light, field.extinction, seen, alone=alone, enclosed=enclosed)

@@ -20,7 +20,8 @@ from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
 from .unoccluded_field import AXES
 
-_LEAST = 1e-3  # of the light of open water, below which errors are not relative any more
+_LEAST, _DARK_OUTSIDE = 1e-3, 0.3
+"""Of the light of open water, below which errors are not relative: seen from within, and not."""
 _APART = 0.05  # of the light: cells that differ less are not looked at
 _UNSEEN = 0.002  # of what is read: so much of cells that are not seen does not count
 _STEADY = 0.1  # weight of no change across a cell
@@ -59,11 +60,13 @@ class FittedCells:
     Those of their border, which stand for what lies beyond the grid, stay.
     """
 
-    def __init__(self, rays: Rays) -> None:
+    def __init__(self, rays: Rays, *, enclosed: bool = True) -> None:
         self._rays, self._points = rays, rays.voxels.grid.centres()
         stand_in = rays.stand_in.reshape(rays.grid.shape)
         self._probe = np.pad(stand_in, 1, constant_values=-1).ravel()
         """Whose light a cell has, -1 on the border."""
+        # Within a thing that is seen from outside, light may be wrong rather than beside it.
+        self._dark = _LEAST if enclosed else _DARK_OUTSIDE
 
     def fit_faces(self, atlas: Array, tiles: Array, off: float) -> None:
         """Fit tiles that face :data:`.AXES`, which surfaces look up ``off`` m before them.
@@ -121,7 +124,8 @@ class FittedCells:
         there = place < len(concerned)
         there[there] = concerned[place[there]] == some[there]
         targets[place[there]] = wanted[there]
-        counts = (np.maximum(targets[:, ::3].mean(axis=1), 0.0) + least) ** -2.0
+        dark = self._dark * level.max()
+        counts = (np.maximum(targets[:, ::3].mean(axis=1), 0.0) + dark) ** -2.0
         _approach(values, fitted, replaced, readers.some(concerned), targets, counts)
         changed = values.reshape(*atlas.shape[1:4], len(atlas), 3)
         atlas[...] = np.moveaxis(changed, 3, 0)

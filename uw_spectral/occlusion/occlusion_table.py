@@ -191,13 +191,18 @@ class OcclusionTable:
 
 
 def occlusion_table(
-    light: ProbeIrradiance, extinction: Array, importance: Array, *, alone: bool = True
+    light: ProbeIrradiance,
+    extinction: Array,
+    importance: Array,
+    *,
+    alone: bool = True,
+    enclosed: bool = True,
 ) -> OcclusionTable:
     """Tabulate probe irradiance.
 
     ``extinction`` is without the forward peak, 1/m; ``importance`` how bright the water is in each
     band. ``alone`` tells whether nothing occludes beyond the grid; else it is there as on its
-    sides.
+    sides. ``enclosed``: it is looked at from where little of the open is seen.
     """
     nx, ny, nz = light.grid.shape
     weight = light.weight[:, None]
@@ -230,7 +235,7 @@ def occlusion_table(
     atlas = _ringed(atlas, beyond)
     grid = light.grid
     if light.solution is not None:
-        fitted = FittedCells(light.solution.known.rays)
+        fitted = FittedCells(light.solution.known.rays, enclosed=enclosed)
         fitted.fit_faces(atlas[:PATCHES], tiles[:, :PATCHES], OFF_SURFACE * grid.cell)
         fitted.fit_water(atlas[PATCHES:], tiles[:, PATCHES:])
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))

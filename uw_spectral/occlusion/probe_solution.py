@@ -28,13 +28,12 @@ from .probe_irradiance import (
     ratios,
 )
 from .probe_rows import Light, joined
-from .probes import SETS, Rays
+from .probes import ENCLOSED, SETS, Rays
 from .unoccluded_field import depths_of
 
 _ROUNDS = 40
 _SETTLED = 0.001  # change of a round that is none, in every probe
 _FAINT = 0.01  # of the unoccluded light: changes of less are those of this
-_ENCLOSED = 0.25  # of a probe's rays that leave: light that comes by fewer is found by chance
 _MOST_AGAIN = 0.5  # of the probes, or all are solved
 
 
@@ -164,7 +163,7 @@ def _gathered(found: Solution) -> tuple[Light, Light]:
     """
     known, rays = found.known, found.known.rays
     free = rays.open_water[known.order].mean(axis=1)
-    rows = np.flatnonzero((free < _ENCLOSED) & rays.valid[known.order])
+    rows = np.flatnonzero((free < ENCLOSED) & rays.valid[known.order])
     if not len(rows):
         return found.tables
     totals = [np.zeros_like(table) for table in 2 * found.tables]

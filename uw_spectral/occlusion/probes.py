@@ -20,6 +20,8 @@ RAYS = 64
 """Directions from each probe."""
 SETS = 8
 """Sets of directions; eight probes around a point have different ones."""
+ENCLOSED = 0.25
+"""Of a probe's rays that leave: light that comes by fewer is found by chance."""
 _COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
 _GRAZING = 0.2
 _HIGH_SUN = 0.7  # cosine of the sun on a surface
@@ -110,6 +112,11 @@ class Rays:
     def leaves(self, probes: NDArray[np.intp] | slice) -> NDArray[np.bool_]:
         """Which rays of some probes leave the box."""
         return (self.hit[probes] < 0) & ~(self.blocked[probes] & (self.further[probes] == 0))
+
+    def enclosed(self, points: Array) -> bool:
+        """Whether from any of some points (m, 3) in the grid little of the open is seen."""
+        probes = self.nearest(points[self.grid.inside(points)])
+        return bool((self.open_water[probes].mean(axis=1) < ENCLOSED).any())
 
     def nearest(self, points: Array) -> NDArray[np.intp]:
         """Valid probe close to each of the points (..., 3)."""
