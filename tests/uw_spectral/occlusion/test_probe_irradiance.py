@@ -245,7 +245,7 @@ def test_walls_of_a_room_are_lit_evenly_through_a_window(monkeypatch):
         return np.abs(np.log(found[:, None] / found))[pairs].mean(), found.mean()
 
     even, mean = scatter()
-    monkeypatch.setattr(probe_solution, "_ENCLOSED", 0.0)
+    monkeypatch.setattr(probe_solution, "ENCLOSED", 0.0)
     blotched, before = scatter()
     assert even < 0.6 * blotched
     assert mean == pytest.approx(before, rel=0.25)
@@ -268,6 +268,15 @@ def test_all_sets_together_see_every_direction_once_and_snells_window_apart():
     z, image = directions()[..., 2].ravel(), np.concatenate(image)
     beside, in_it = ((z > a) & (z < b) for a, b in ((0.5, 0.61), (0.73, 0.85)))
     assert image[in_it].mean() < 0.15 * image[beside].mean()
+
+
+def test_what_is_in_a_room_is_enclosed_and_what_is_beside_it_not():
+    """Else dark insides of things would darken the sand beside them for those outside."""
+    rays = rays_in_a_room()
+    outside = MIDDLE + [0.0, 2.3, 0.0]
+    assert rays.enclosed(MIDDLE[None])
+    assert not rays.enclosed(np.stack([outside, MIDDLE + [100.0, 0.0, 0.0]]))
+    assert rays.enclosed(np.stack([outside, MIDDLE]))
 
 
 def test_walls_have_the_light_that_is_there_and_not_the_one_before_them():
