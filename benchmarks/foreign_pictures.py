@@ -81,7 +81,8 @@ Cycles (two pictures of {samples} samples, 6 bands), 240 × 135. ΔE2000 of bloc
 ## What differs
 - Cut-out leaves a few pixels wide are dark in EEVEE, in plain scenes too: a leaf of 64 texels has
   0.99 of its brightness over 64 pixels, 0.86 over 16 and 0.44 over 4 (software rasteriser).
-- Under cars and chairs EEVEE's occlusion is too light.
+- Under cars and chairs EEVEE's occlusion is too light; on sand beside small things it is too
+  strong, by a soft edge of a cell (0.3 m).
 - A material that transmits has no look of glass in real time, which is said.
 - Objects with two faces in one place are black or speckled in Cycles (*machines*, *furniture*,
   *clothes*).

@@ -273,9 +273,9 @@ def test_all_sets_together_see_every_direction_once_and_snells_window_apart():
 def test_what_is_in_a_room_is_enclosed_and_what_is_beside_it_not():
     """Else dark insides of things would darken the sand beside them for those outside."""
     rays = rays_in_a_room()
-    outside = MIDDLE + [0.0, 2.3, 0.0]
+    outside, far = MIDDLE + np.array([[0.0, 2.3, 0.0], [100.0, 0.0, 0.0]])
     assert rays.enclosed(MIDDLE[None])
-    assert not rays.enclosed(np.stack([outside, MIDDLE + [100.0, 0.0, 0.0]]))
+    assert not rays.enclosed(np.stack([outside, far]))
     assert rays.enclosed(np.stack([outside, MIDDLE]))
 
 
