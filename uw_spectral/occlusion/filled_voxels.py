@@ -153,8 +153,10 @@ def _to_edges(grid: Grid, samples: Samples) -> SurfaceVoxels:
         grid, places[thin], normals[thin], areas[thin], samples.extents[thin]
     )
     cells = cells_of(grid, places)
-    out = out_of_edges(grid, own, cells, points, normals, areas, ~(rim | thin))
-    some = np.flatnonzero(~(rim | out))
+    solid = np.flatnonzero(~(rim | thin))
+    out = out_of_edges(grid, own[solid], cells[solid], points[solid], normals[solid], areas[solid])
+    rim[solid[out]] = True
+    some = np.flatnonzero(~rim)
     own, cells = own[some], cells[some]
     there_too = gaps(grid, cells, own).ravel()[own]
     some = np.concatenate([some, some[there_too]])

@@ -23,7 +23,7 @@ _NUDGE = 1e-4  # voxels
 _REACH = 0.5  # voxels from the middle of the samples in a voxel to where their face ends
 _LARGE = 0.2  # of a side of a voxel: what is smaller is the end of a thin thing
 _EDGE, _PAST = 0.7, 0.1  # cosine of the turn from face to face, at most; voxels
-_OUT = 0.3  # voxels: of windows in solid walls as much is open, in the mean, as there is
+_OUT = 0.3  # voxels: of windows in thick walls as much is open, in the mean, as there is
 
 Mask = NDArray[np.bool_]
 
@@ -64,19 +64,16 @@ def out_of_edges(
     points: Array,
     normals: Array,
     areas: Array,
-    solid: Mask,
 ) -> Mask:
-    """Which samples (m,) fill voxels whose middles lie before another face, beyond an edge.
+    """Which samples (m,) of solids fill voxels whose middles lie before another face, past an edge.
 
     That is the face closest to them, if all that fills them lies behind it: so are the sides of a
     window that is narrow. ``own`` are the voxels that samples lie in, ``cells`` those that they
-    would fill; faces are those of what is ``solid``.
+    would fill.
     """
-    found = np.zeros(len(solid), bool)
-    own, cells, points, normals, areas = (x[solid] for x in (own, cells, points, normals, areas))
     faces, middle, facing = _faces(grid, own, points, normals, areas)
     if not len(faces):
-        return found
+        return np.zeros(len(own), bool)
     voxels, which = np.unique(cells, return_inverse=True)
     centre, closest = grid.centres()[voxels], _closest(grid, voxels, faces, middle, facing)
     # Of what fills each voxel: its mean normal, and whether any of it goes on beyond the face.
@@ -85,8 +82,7 @@ def out_of_edges(
     out = (closest >= 0) & (np.bincount(which, beyond, len(voxels)) == 0)
     out &= ((centre - middle[closest]) * facing[closest]).sum(axis=1) > _OUT * grid.cell
     out &= (normal * facing[closest]).sum(axis=1) < _EDGE
-    found[solid] = out[which]
-    return found
+    return out[which]
 
 
 def _closest(
