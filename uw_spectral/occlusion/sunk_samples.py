@@ -115,19 +115,19 @@ def _faces(
     grid: Grid, own: NDArray[np.intp], points: Array, normals: Array, areas: Array
 ) -> tuple[NDArray[np.intp], Array, Array]:
     """What looks each way in voxels: six times the voxel and the way, middles, and normals."""
-    each, axis = np.arange(len(normals)), np.abs(normals).argmax(axis=1)
-    ways = 6 * own + 2 * axis + (normals[each, axis] < 0)
-    faces, which = np.unique(ways, return_inverse=True)
-    weighed = np.hstack([normals, points, np.ones((len(each), 1))]) * areas[:, None]
-    sums = _sums(weighed, which, len(faces))
-    middle = sums[:, 3:6] / np.maximum(sums[:, 6:], _SMALLEST)
+    axis = np.abs(normals).argmax(axis=1)
+    ways = 6 * own + 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
+    size = np.bincount(ways, areas, 6 * grid.count)
+    weighed = (x * areas for x in (*normals.T, *points.T))
+    sums = np.stack([np.bincount(ways, x, len(size)) for x in weighed], axis=1)
+    middle = sums[:, 3:] / np.maximum(size, _SMALLEST)[:, None]
+    faces = np.flatnonzero(size > _LARGE * grid.cell**2)
     # Where boxes of a wall touch there is no surface.
-    other = np.minimum(np.searchsorted(faces, faces ^ 1), len(faces) - 1)
-    axis, rows = faces % 6 // 2, np.arange(len(faces))
-    touch = np.abs(middle[rows, axis] - middle[other, axis]) < _THIN * grid.cell
-    touch &= (faces[other] == faces ^ 1) & (sums[:, 6] < (1.0 + _BOTH_SIDES) * sums[other, 6])
-    some = ~touch & (sums[:, 6] > _LARGE * grid.cell**2)
-    return faces[some], middle[some], _unit(sums[some, :3])
+    other, axis = faces ^ 1, faces % 6 // 2
+    touch = np.abs(middle[faces, axis] - middle[other, axis]) < _THIN * grid.cell
+    touch &= size[faces] < (1.0 + _BOTH_SIDES) * size[other]
+    faces = faces[~touch]
+    return faces, middle[faces], _unit(sums[faces, :3])
 
 
 def _unit(vectors: Array) -> Array:
