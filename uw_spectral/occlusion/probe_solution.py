@@ -28,7 +28,7 @@ from .probe_irradiance import (
     ratios,
 )
 from .probe_rows import Light, joined
-from .probes import ENCLOSED, SETS, Rays
+from .probes import SETS, Rays
 from .unoccluded_field import depths_of
 
 _ROUNDS = 40
@@ -162,8 +162,7 @@ def _gathered(found: Solution) -> tuple[Light, Light]:
     Few of one set's find a window, and the walls of a room would be blotched.
     """
     known, rays = found.known, found.known.rays
-    free = rays.open_water[known.order].mean(axis=1)
-    rows = np.flatnonzero((free < ENCLOSED) & rays.valid[known.order])
+    rows = np.flatnonzero(rays.in_enclosed(known.order) & rays.valid[known.order])
     if not len(rows):
         return found.tables
     totals = [np.zeros_like(table) for table in 2 * found.tables]

@@ -115,8 +115,11 @@ class Rays:
 
     def enclosed(self, points: Array) -> bool:
         """Whether from any of some points (m, 3) in the grid little of the open is seen."""
-        probes = self.nearest(points[self.grid.inside(points)])
-        return bool((self.open_water[probes].mean(axis=1) < ENCLOSED).any())
+        return bool(self.in_enclosed(self.nearest(points[self.grid.inside(points)])).any())
+
+    def in_enclosed(self, probes: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether from some probes little of the open is seen."""
+        return self.leaves(probes).mean(axis=1) < ENCLOSED
 
     def nearest(self, points: Array) -> NDArray[np.intp]:
         """Valid probe close to each of the points (..., 3)."""

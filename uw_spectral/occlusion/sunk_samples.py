@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .grid import Array, Grid
+from .voxels import ways_of
 
 _BOTH_SIDES = 0.3  # of the most that faces one way: a voxel with so much of the other has two sides
 _THIN, _SMALLEST = 0.02, 1e-12  # voxels between them, at least; m²
@@ -94,9 +95,7 @@ def _closest(
     place, centre = np.stack(np.unravel_index(voxels, grid.shape), axis=1), grid.centres()[voxels]
     least, closest = np.full(len(voxels), np.inf), np.full(len(voxels), -1, np.intp)
     for step in itertools.product((-1, 0, 1), repeat=3):
-        beside = place + step
-        inside = ((beside >= 0) & (beside < grid.shape)).all(axis=1)
-        at = np.where(inside, grid.flat(np.where(inside[:, None], beside, 0)), grid.count)
+        at = _cells_at(grid, place + step)
         some, side = np.nonzero(number[at] >= 0)
         face = number[at[some], side]
         apart = (centre[some] - middle[face]) / grid.cell
@@ -115,8 +114,7 @@ def _faces(
     grid: Grid, own: NDArray[np.intp], points: Array, normals: Array, areas: Array
 ) -> tuple[NDArray[np.intp], Array, Array]:
     """What looks each way in voxels: six times the voxel and the way, middles, and normals."""
-    axis = np.abs(normals).argmax(axis=1)
-    ways = 6 * own + 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
+    ways = 6 * own + ways_of(normals)
     size = np.bincount(ways, areas, 6 * grid.count)
     weighed = (x * areas for x in (*normals.T, *points.T))
     sums = np.stack([np.bincount(ways, x, len(size)) for x in weighed], axis=1)
@@ -146,16 +144,19 @@ def _thickness(grid: Grid, voxels: NDArray[np.intp], height: Array, faces: Mask)
     for axis, side, step in itertools.product(range(3), (0, 1), (0, 1)):
         way = 1 - 2 * side
         behind = place - way * step * np.eye(3, dtype=np.intp)[axis]
-        inside = ((behind >= 0) & (behind < grid.shape)).all(axis=1)
-        other = number[
-            np.where(inside, grid.flat(np.where(inside[:, None], behind, 0)), grid.count)
-        ]
+        other = number[_cells_at(grid, behind)]
         apart = way * (height[:, axis, side] - height[other, axis, 1 - side])
         # What touches has two sides as well, but nothing between them.
         thin = (other >= 0) & (apart > _THIN * grid.cell) & (apart < grid.cell)
         thin &= faces[:, axis, side] & faces[other, axis, 1 - side]
         found[thin, axis, side] = np.minimum(found[thin, axis, side], apart[thin])
     return found
+
+
+def _cells_at(grid: Grid, place: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Cells at places (k, 3) of a grid, beyond it one more than all."""
+    inside = ((place >= 0) & (place < grid.shape)).all(axis=1)
+    return np.where(inside, grid.flat(np.where(inside[:, None], place, 0)), grid.count)
 
 
 def _sums(values: Array, which: NDArray[np.intp], count: int) -> Array:

@@ -54,7 +54,7 @@ class SurfaceVoxels:
     ground_below: float = -math.inf
 
     def __len__(self) -> int:
-        return len(self.centre)
+        return len(self.middle)
 
     @property
     def centre(self) -> Array:
@@ -215,14 +215,16 @@ class SurfaceVoxels:
             )
             met[near] |= full.take(x * (ny * nz) + y * nz + z) >= 0
         edges = np.flatnonzero(self._is_edge[number])
-        at = np.stack([(o + d * t)[edges] for o, d in zip(origin, heading, strict=True)], axis=1)
+        at = np.stack(
+            [o[edges] + d[edges] * t[edges] for o, d in zip(origin, heading, strict=True)], axis=1
+        )
         apart = at[:, None] - self._middles[number[edges]]
         met[edges] = ((apart * self.facing[number[edges]]).sum(axis=2) <= 0).all(axis=1)
         return ~met
 
     @functools.cached_property
     def _middles(self) -> Array:
-        """The same in padded cells."""
+        """Middles of sides in padded cells."""
         return (self.middle - self.grid.lower) / self.grid.cell + 1.0
 
     @functools.cached_property
@@ -379,8 +381,7 @@ def _part_faces(
     middle: Array, facing: Array, points: Array, normals: Array, which: NDArray[np.intp]
 ) -> None:
     """Give voxels in which two faces of a solid meet these as sides."""
-    axis = np.abs(normals).argmax(axis=1)
-    way = 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
+    way = ways_of(normals)
     size = np.bincount(6 * which + way, minlength=6 * len(facing)).reshape(-1, 6)
     each = np.arange(len(facing))
     one = size.argmax(axis=1)
@@ -398,6 +399,12 @@ def _part_faces(
         middle[met, side] = _means(points[some], faces, size[each, ways])[met]
         mean = _means(normals[some], faces, size[each, ways])[met]
         facing[met, side] = mean / np.linalg.norm(mean, axis=1, keepdims=True)
+
+
+def ways_of(normals: Array) -> NDArray[np.intp]:
+    """Way that each normal (m, 3) is closest to: twice the axis, or one more for its other way."""
+    axis = np.abs(normals).argmax(axis=1)
+    return 2 * axis + (normals[np.arange(len(axis)), axis] < 0)
 
 
 def cells_of(grid: Grid, points: Array) -> NDArray[np.intp]:

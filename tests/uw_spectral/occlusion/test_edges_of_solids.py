@@ -23,7 +23,8 @@ WIDE = 2.6
 
 def wall_with_window(low, size, thick, angle=0.0):
     """Return voxels of a wall of four blocks about a window (x, z), turned about z."""
-    (x, y, z), far = low, y_of(low, thick)
+    x, y, z = low
+    far = y + thick
     parts = [
         block((-WIDE, y, -2.0), (x, far, 2.0), 0.08),
         block((x + size, y, -2.0), (WIDE, far, 2.0), 0.08),
@@ -40,10 +41,6 @@ def wall_with_window(low, size, thick, angle=0.0):
     return FilledVoxels().of(GRID, Filling([b"wall"], [wall], [False], to_edges=True))
 
 
-def y_of(low, thick):
-    return low[1] + thick
-
-
 def about_z(angle):
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -52,7 +49,7 @@ def about_z(angle):
 def open_to(voxels, low, size, thick, angle, random, count=3000):
     """Return how many rays through about a window get through voxels, and through it."""
     x, y, z = low
-    far = y_of(low, thick)
+    far = y + thick
     start = random.uniform((-1.5, y - 1.0, -1.2), (1.5, y - 0.4, 1.2), (count, 3))
     to = random.uniform((x - 0.3, y, z - 0.3), (x + size + 0.3, y, z + size + 0.3), (count, 3))
     way = (to - start) / np.linalg.norm(to - start, axis=1, keepdims=True)

@@ -11,7 +11,7 @@ import pytest
 from scipy.ndimage import map_coordinates
 from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
-from underwater_spectral.uw_spectral.occlusion import probe_solution
+from underwater_spectral.uw_spectral.occlusion import probes
 from underwater_spectral.uw_spectral.occlusion.fitted_cells import FittedCells
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import OFF_SURFACE
@@ -245,7 +245,7 @@ def test_walls_of_a_room_are_lit_evenly_through_a_window(monkeypatch):
         return np.abs(np.log(found[:, None] / found))[pairs].mean(), found.mean()
 
     even, mean = scatter()
-    monkeypatch.setattr(probe_solution, "ENCLOSED", 0.0)
+    monkeypatch.setattr(probes, "ENCLOSED", 0.0)
     blotched, before = scatter()
     assert even < 0.6 * blotched
     assert mean == pytest.approx(before, rel=0.25)
