@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.occlusion.filled_voxels import Filling
 from ...uw_spectral.occlusion.grid import Grid
+from ...uw_spectral.occlusion.probes import ENCLOSED, spiral
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels
 from .. import marks
 from ..rendered import ever_rendered
@@ -58,6 +59,7 @@ _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble w
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
 _STEP, _MOST_STEPS = 1.1, 30
+_LOOKS, _SKIPPED = 256, 1.0  # directions from an eye, and voxels that its own place may fill
 
 Array = NDArray[np.float64]
 Place = tuple[float, float, float]
@@ -216,6 +218,18 @@ class Surroundings:
         found = [box for box in boxes if (box[1] > box[0]).all()] or self._standing or boxes[:1]
         return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
 
+    @functools.cached_property
+    def _enclosed(self) -> bool:
+        """Whether little of the open is seen from all eyes."""
+        voxels = self._close or self.coarse
+        inside = voxels.grid.inside(self.eyes)
+        if not len(inside) or not inside.all():
+            return False
+        eyes = self.eyes[np.unique(voxels.grid.index(self.eyes), return_index=True)[1]]
+        ways = np.tile(spiral(_LOOKS), (len(eyes), 1))
+        _, met = voxels.trace(np.repeat(eyes, _LOOKS, axis=0), ways, _SKIPPED)
+        return bool(((met < 0).reshape(-1, _LOOKS).mean(axis=1) < ENCLOSED).all())
+
     @property
     def _standing(self) -> list[tuple[Array, Array]]:
         """Boxes around objects close to the eyes that stand on the ground, and what they shade."""
@@ -248,7 +262,8 @@ class Surroundings:
             # Below it, beyond its border, there is nothing to be seen.
             deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
             low[2] = min(max(low[2], deepest), high[2])
-        side = _SIDE * (high[2] - low[2]) + _MARGIN
+        # From within a room little is seen of what shades the water around it.
+        side = _MARGIN if self._enclosed else _SIDE * (high[2] - low[2]) + _MARGIN
         margin = np.array([side, side, _MARGIN])
         low, high = low - margin, high + margin
         high[2] = min(high[2], 0.0)

@@ -19,9 +19,12 @@ from ...uw_spectral.transfer.pixel_parts import COLOURS
 from ...uw_spectral.transfer.solved_field import SolvedField
 from .. import marks
 from ..water.frame_water import FLOOR, RealtimeWater
+from ..water.realtime import shadow_resolution
 from ..water.scene_frame import SceneFrame
 from ..water.term import Term
 from . import scene_occlusion as occlusion
+
+_FINEST = 0.001  # detail of the sun's shadow, m: Blender's default
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +66,11 @@ class OcclusionTerm(Term):
     @override
     def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
         realtime_occlusion.write_table(marks.part(scene, realtime_occlusion.PART), self.table)
+        # A filtered or coarse shadow lets sun in where walls meet or it grazes them: in a dark room
+        # nothing is as bright.
+        radius, detail = (0.0, _FINEST) if self.in_room else (1.0, shadow_resolution(water))
         for item in marks.suns(scene):
-            # A filtered shadow lets sun in where walls meet, its only light in a dark room.
-            item.data.shadow_filter_radius = 0.0 if self.in_room else 1.0
+            item.data.shadow_filter_radius, item.data.shadow_maximum_resolution = radius, detail
         if self.buffer is not None:
             self.write_adjacency(scene, water, self.buffer)
 

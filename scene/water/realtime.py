@@ -34,6 +34,11 @@ _OWNER = "uw_owner"
 _SHADOW, _WAVY_SHADOW = 0.01, 0.03
 
 
+def shadow_resolution(water: RealtimeWater) -> float:
+    """Finest detail of the sun's shadow in the open, m."""
+    return _WAVY_SHADOW if WaveShape in water.shape else _SHADOW
+
+
 def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExtent) -> list[str]:
     """Put real-time water into a scene, whose z = 0 is the mean water surface.
 
@@ -61,7 +66,7 @@ def add_realtime(scene: bpy.types.Scene, water: RealtimeWater, extent: WaterExte
         objects[0].data.materials.append(realtime_volume.build(shape, sources))
     sun = bpy.data.lights.new("UW Sun", "SUN")
     sun.energy = 1.0
-    sun.shadow_maximum_resolution = _WAVY_SHADOW if WaveShape in shape else _SHADOW
+    sun.shadow_maximum_resolution = shadow_resolution(water)
     filling = scene_water.Filling(
         realtime_background.build_world(realtime_background.build(shape, sources)),
         [sun],

@@ -29,7 +29,7 @@ _BEHIND = 2.5  # angle from the middle of what may be on either side of the pict
 _STANDS = 0.5  # share above the floor from which on an object counts as one
 _MOST = 0.5  # of a texel: what covers less before the floor is not what is seen there
 _LEVEL = 0.01  # downward cosine of a ray to a floor that is out of sight
-_BACK = 1e-3  # weight of faces that look away, which show where there are no others
+_BEFORE = 0.97  # of the distance of faces to the camera: faces that look away and are nearer show
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,13 +133,17 @@ class _Picture:
         # and all.
         self._sides = np.zeros((2, 2, SIZE, SIZE))
         # Sums of weights, and of distances, normals, colours and shares above the floor by them.
-        self._sums = np.zeros((9, SIZE, SIZE))
+        self._sums = np.zeros((2, 9, SIZE, SIZE))
 
     def drawn(self) -> VisibilityBuffer:
         """Return the picture."""
-        total = self._sums[0]
-        seen = total > 0.0
-        means = self._sums[1:] / np.where(seen, total, 1.0)
+        total = self._sums[:, :1]
+        away, seen = total[:, 0] > 0.0
+        behind, means = self._sums[:, 1:] / np.where(total > 0.0, total, 1.0)
+        # A closed object hides the faces that look away; a sheet, or what holds the camera, does
+        # not.
+        before = (behind[0] < _BEFORE * means[0]) & (self._sides[1, 0] > _MOST)
+        means, seen = np.where(away & (before | ~seen), behind, means), seen | away
         normal = means[1:4] / np.maximum(np.linalg.norm(means[1:4], axis=0), _LEAST)
         level = self._to_floor()
         covered, with_floor = np.minimum(self._sides.max(axis=1), 1.0)
@@ -225,8 +229,7 @@ class _Picture:
             self._sides[1, side, rows, columns] += fraction
             ahead = distance > _LEAST
             weight = np.where(ahead, fraction, 0.0) / np.where(ahead, distance, 1.0) ** _NEARER
-            weight *= 1.0 if side else _BACK
-            sums = self._sums[:, rows, columns]
+            sums = self._sums[side][:, rows, columns]
             sums[0] += weight
             sums[1] += weight * distance
             sums[2:8] += np.concatenate([facing[k], colours[k]])[:, None, None] * weight
@@ -263,9 +266,10 @@ class _Picture:
         h, v, fraction, middle = h[inside], v[inside], fraction[inside], middle[inside]
         nearest = (np.rint(v) * SIZE + np.rint(h)).astype(np.intp)
         turned = -np.sign(fraction)[:, None] * across[inside]
-        shown = np.abs(fraction) * np.where(fraction > 0.0, _BACK, 1.0)
         above = self._over_floor(middle[:, 2] + view.centre[2])
-        self._show(nearest, shown, np.sqrt(squared[inside]), turned, colours[inside], above)
+        values = nearest, np.abs(fraction), np.sqrt(squared[inside]), turned, colours[inside], above
+        for side, sign in enumerate((1.0, -1.0)):
+            self._show(side, *(x[sign * fraction > 0.0] for x in values))
         left, low = np.floor(h), np.floor(v)
         for dh in (0, 1):
             for dv in (0, 1):
@@ -277,6 +281,7 @@ class _Picture:
 
     def _show(
         self,
+        side: int,
         place: NDArray[np.intp],
         fraction: Array,
         distance: Array,
@@ -288,7 +293,7 @@ class _Picture:
         weight = fraction / distance**_NEARER
         normal = across / np.maximum(np.linalg.norm(across, axis=1), _LEAST)[:, None]
         values = [np.ones(len(place)), distance, *normal.T, *colours.T, above]
-        for total, value in zip(self._sums, values, strict=True):
+        for total, value in zip(self._sums[side], values, strict=True):
             total += _added(place, weight * value)
 
 
