@@ -29,6 +29,8 @@ _MOST_CHANGE = 0.4  # of the light, from the probes to a wall
 _UNLIT = 1e-12
 _FAR = 1e-6  # of one close by, for one farther off that alone is seen
 _ROUNDS = 6
+_ON = 2  # voxels
+_TOWARDS, _STRAIGHT = 0.2, 0.97
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 
 Cells = NDArray[np.intp]
@@ -73,8 +75,8 @@ class FittedCells:
 
         ``tiles`` (p, 6, 3) are what probes have.
         """
-        for axis, (surface, water) in enumerate(_faces(self._rays)):
-            readers = self._readers(self._points[water], surface, surface + off * AXES[axis])
+        for axis, (surface, normal, water) in enumerate(_faces(self._rays)):
+            readers = self._readers(self._points[water], surface, surface + off * normal)
             self._fit(atlas[axis : axis + 1], tiles[:, axis : axis + 1], readers, moved=True)
 
     def fit_water(self, atlas: Array, tiles: Array) -> None:
@@ -165,25 +167,38 @@ class FittedCells:
         return self._rays.voxels.free_between(start, end, ON_SIGHT)
 
 
-def _faces(rays: Rays) -> Iterator[tuple[Array, Cells]]:
-    """Of surfaces with water beside them along each axis: places, m, (m, 3), and its voxels, (m,).
+def _faces(rays: Rays) -> Iterator[tuple[Array, Array, Cells]]:
+    """Of surfaces with water beside them along each axis: places, m, normals, (m, 3), its voxels.
 
     They go on into the voxels of other surfaces, which are thicker than these.
     """
     number, grid = rays.voxels.number, rays.voxels.grid
-    full = np.pad(number >= 0, 1, constant_values=True)
+    full = np.pad(number >= 0, _ON, constant_values=True)
     for axis, way in enumerate(AXES.astype(np.intp)):
         place = np.argwhere(number >= 0)
         beside = place + way
         inside = ((beside >= 0) & (beside < grid.shape)).all(axis=1)
         place, beside = place[inside], beside[inside]
         wet = rays.reached[tuple(beside.T)]
-        surface, beside = rays.voxels.centre[number[tuple(place[wet].T)]], beside[wet]
+        surface, beside = number[tuple(place[wet].T)], beside[wet]
+        facing = rays.voxels.facing[surface]
+        side = (facing @ way).argmax(axis=1)
+        surface, normal = rays.voxels.centre[surface], facing[np.arange(len(side)), side]
+        along = normal @ way
+        ways = np.broadcast_to(AXES[axis], normal.shape)
+        oblique = (along > _TOWARDS) & (along < _STRAIGHT)
+        surface, beside = (np.concatenate([x, x[oblique]]) for x in (surface, beside))
+        normal = np.concatenate([ways, normal[oblique]])
+        found = [(surface, normal, beside)]
         for step in np.delete(AXES, [axis, axis ^ 1], axis=0):
-            ends = full[tuple((beside + step.astype(np.intp) + 1).T)]
-            surface = np.concatenate([surface, surface[ends] + grid.cell * step])
-            beside = np.concatenate([beside, beside[ends]])
-        yield surface, grid.flat(beside)
+            goes_on = np.ones(len(beside), bool)
+            for far in range(1, _ON + 1):
+                goes_on &= full[tuple((beside + far * step.astype(np.intp) + _ON).T)]
+                n = normal[goes_on]
+                along = far * grid.cell * (step - (n @ step)[:, None] * n)
+                found.append((surface[goes_on] + along, n, beside[goes_on]))
+        surface, normal, beside = (np.concatenate(x) for x in zip(*found, strict=True))
+        yield surface, normal, grid.flat(beside)
 
 
 def _approach(
