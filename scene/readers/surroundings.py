@@ -262,12 +262,16 @@ class Surroundings:
             # Below it, beyond its border, there is nothing to be seen.
             deepest = np.quantile(self.coarse.centre[self._seabed, 2], _DEEPEST)
             low[2] = min(max(low[2], deepest), high[2])
+        box = _widened(low, high, _SIDE * (high[2] - low[2]) + _MARGIN)
         # From within a room little is seen of what shades the water around it.
-        side = _MARGIN if self._enclosed else _SIDE * (high[2] - low[2]) + _MARGIN
-        margin = np.array([side, side, _MARGIN])
-        low, high = low - margin, high + margin
-        high[2] = min(high[2], 0.0)
-        return low, high
+        if _cells(*box, CELLS[0], self.middle).count > PROBES and self._enclosed:
+            return _widened(low, high, _MARGIN)
+        return box
+
+
+def _widened(low: Array, high: Array, side: float) -> tuple[Array, Array]:
+    margin = np.array([side, side, _MARGIN])
+    return low - margin, np.minimum(high + margin, (np.inf, np.inf, 0.0))
 
 
 def _has_eye(low: Array, high: Array, eyes: Array) -> bool:

@@ -18,7 +18,7 @@ from ..readers.surroundings import Surroundings, has_objects
 from ..water import continued_seabed, metering, occlusion
 from ..water.scene_frame import SceneFrame
 
-_IN_ROOM = 0.35  # of the light of open water
+_IN_ROOM = 0.5  # of the light of open water
 
 
 def has_occlusion(scene: bpy.types.Scene, plan: RenderPlan) -> bool:

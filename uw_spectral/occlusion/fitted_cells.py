@@ -19,6 +19,7 @@ from .grid import Array
 from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
 from .unoccluded_field import AXES
+from .voxels import SurfaceVoxels
 
 _LEAST, _DARK_OUTSIDE = 1e-3, 0.3
 """Of the light of open water, below which errors are not relative: seen from within, and not."""
@@ -29,8 +30,7 @@ _MOST_CHANGE = 0.4  # of the light, from the probes to a wall
 _UNLIT = 1e-12
 _FAR = 1e-6  # of one close by, for one farther off that alone is seen
 _ROUNDS = 6
-_ON = 2  # voxels
-_TOWARDS, _STRAIGHT = 0.2, 0.97
+_TOWARDS, _STRAIGHT = 0.2, 0.97  # cosines with an axis of surfaces that are oblique to it
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 
 Cells = NDArray[np.intp]
@@ -170,35 +170,44 @@ class FittedCells:
 def _faces(rays: Rays) -> Iterator[tuple[Array, Array, Cells]]:
     """Of surfaces with water beside them along each axis: places, m, normals, (m, 3), its voxels.
 
-    They go on into the voxels of other surfaces, which are thicker than these.
+    Those that are oblique count as if they faced the axis, too, for other surfaces of their voxels.
     """
-    number, grid = rays.voxels.number, rays.voxels.grid
-    full = np.pad(number >= 0, _ON, constant_values=True)
+    voxels = rays.voxels
     for axis, way in enumerate(AXES.astype(np.intp)):
-        place = np.argwhere(number >= 0)
+        place = np.argwhere(voxels.number >= 0)
         beside = place + way
-        inside = ((beside >= 0) & (beside < grid.shape)).all(axis=1)
+        inside = ((beside >= 0) & (beside < voxels.grid.shape)).all(axis=1)
         place, beside = place[inside], beside[inside]
         wet = rays.reached[tuple(beside.T)]
-        surface, beside = number[tuple(place[wet].T)], beside[wet]
-        facing = rays.voxels.facing[surface]
-        side = (facing @ way).argmax(axis=1)
-        surface, normal = rays.voxels.centre[surface], facing[np.arange(len(side)), side]
+        which, beside = voxels.number[tuple(place[wet].T)], beside[wet]
+        sides = voxels.facing[which]
+        normal = sides[np.arange(len(sides)), (sides @ way).argmax(axis=1)]
         along = normal @ way
-        ways = np.broadcast_to(AXES[axis], normal.shape)
-        oblique = (along > _TOWARDS) & (along < _STRAIGHT)
-        surface, beside = (np.concatenate([x, x[oblique]]) for x in (surface, beside))
-        normal = np.concatenate([ways, normal[oblique]])
-        found = [(surface, normal, beside)]
-        for step in np.delete(AXES, [axis, axis ^ 1], axis=0):
-            goes_on = np.ones(len(beside), bool)
-            for far in range(1, _ON + 1):
-                goes_on &= full[tuple((beside + far * step.astype(np.intp) + _ON).T)]
-                n = normal[goes_on]
-                along = far * grid.cell * (step - (n @ step)[:, None] * n)
-                found.append((surface[goes_on] + along, n, beside[goes_on]))
+        turned = np.isfinite(voxels.extent[which, 0]) & (along > _TOWARDS) & (along < _STRAIGHT)
+        steps = np.delete(AXES.astype(np.intp), [axis, axis ^ 1], axis=0)
+        straight = voxels.centre[which], np.tile(AXES[axis], (len(which), 1)), beside
+        oblique = voxels.centre[which[turned]], normal[turned], beside[turned]
+        found = [*_continued(voxels, *straight, steps, 1), *_continued(voxels, *oblique, steps, 2)]
         surface, normal, beside = (np.concatenate(x) for x in zip(*found, strict=True))
-        yield surface, normal, grid.flat(beside)
+        yield surface, normal, voxels.grid.flat(beside)
+
+
+def _continued(
+    voxels: SurfaceVoxels, surface: Array, normal: Array, beside: Cells, steps: Cells, far: int
+) -> Iterator[tuple[Array, Array, Cells]]:
+    """Yield places of surfaces, and where they go on into the voxels of others, so many at most.
+
+    For those are thicker than what they stand for, the more if both are oblique.
+    """
+    yield surface, normal, beside
+    full = np.pad(voxels.number >= 0, far, constant_values=True)
+    for step in steps:
+        here = np.ones(len(beside), bool)
+        for k in range(1, far + 1):
+            here &= full[tuple((beside + k * step + far).T)]
+            n = normal[here]
+            along = k * voxels.grid.cell * (step - (n @ step)[:, None] * n)
+            yield surface[here] + along, n, beside[here]
 
 
 def _approach(
