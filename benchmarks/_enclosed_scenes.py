@@ -188,8 +188,6 @@ def _look(at: Sequence[float], to: Sequence[float]) -> bpy.types.Object:
     return look_at((*at[:2], at[2] - _DEPTH), (*to[:2], to[2] - _DEPTH), math.radians(80.0))
 
 
-
-
 def _turned(at: Sequence[float], turn: float, origin: Sequence[float]) -> tuple[float, ...]:
     cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))
     return (
@@ -218,7 +216,7 @@ def _wall(
     ends = ((x, y)[along][0], left), (left, right), (right, (x, y)[along][1])
     for number, end in enumerate(ends):
         xy = (end, y) if along == 0 else (x, end)
-        for part in (((z[0], low), (high, z[1])) if number == 1 else (z,)):
+        for part in ((z[0], low), (high, z[1])) if number == 1 else (z,):
             _slab(f"{name} {number}", *xy, part, colour)
 
 

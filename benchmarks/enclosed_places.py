@@ -55,8 +55,10 @@ def compared(place: Place, ask: Ask, **changes: object) -> Compared:
     """Render a place by both; Cycles, unless it is kept."""
     camera = place.open()
     halves = ask.kept(f"{place.name} {place.samples}", partial(by_cycles, place, camera))
-    drawn = place.plan(place.drawn, **changes).reduction(depth_of(camera)).apply(
-        place.by_eevee(camera, **changes)
+    drawn = (
+        place.plan(place.drawn, **changes)
+        .reduction(depth_of(camera))
+        .apply(place.by_eevee(camera, **changes))
     )
     gain = _GREY / luminance(halves).mean()
     return Compared(gain * halves, {"bands": gain * drawn}, _BLOCK)
@@ -79,9 +81,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
             f"{got.noise.mean():.2f}", *(f"{x:.2f}" for x in means), *(f"{x:.2f}" for x in ratio),
         ])  # fmt: skip
         print(*rows[-1], sep=" | ", flush=True)
-        pictures[place.name] = [
-            srgb_encode(np.clip(x, 0.0, 1.0)) for x in (got.reference, drawn)
-        ]
+        pictures[place.name] = [srgb_encode(np.clip(x, 0.0, 1.0)) for x in (got.reference, drawn)]
     sheet(ask.shown("enclosed_places.jpg"), pictures, ("Cycles", "EEVEE"), across=2)
     heads = ("place", "mean ΔE", "95 %", "noise", "red", "green", "blue", "5 %", "50 %", "95 %",
              "most")  # fmt: skip

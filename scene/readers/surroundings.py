@@ -32,6 +32,8 @@ VOXELS = 3
 CELLS = (0.301, 0.331, 0.361, 0.391, 0.421, 0.461, 0.501, 0.551, 0.601, 0.651, 0.701)
 """Edges of a cell of it, m; few, so that they last. Not round, as places in scenes are: what lies
 on the side of a voxel lies on either side of it by rounding."""
+_LARGER = (0.751, 0.801, 0.851, 0.901)
+"""The same where eyes are enclosed: a room that is cut lets light in where it is."""
 _LEAST = 0.301  # m: the smallest cell of the coarse grid
 _COARSER = 1.12
 _BLOCK, _COARSE_BLOCK = 6, 9  # cells that come and go together when the camera moves
@@ -197,9 +199,8 @@ class Surroundings:
         low, high = self._occluded
         if not (high > low).all():
             return None
-        roofed = self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
-        shift = np.where(roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
-        grid = _near(low, high, self.eyes, shift, self.middle)
+        shift = np.where(self._roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
+        grid = _near(low, high, self.eyes, shift, self.middle, enclosed=self._enclosed)
         voxels = _voxels(self.surfaces, grid.finer(VOXELS), self.samples, to_edges=True)
         # What gets through a seabed beside what sticks in it must not make water of what is below.
         return replace(voxels, ground_below=self.coarse.ground_below), grid
@@ -215,15 +216,24 @@ class Surroundings:
         """Box around the water that something overhangs, walls in, or stands in; empty without."""
         # No margin: above and beside walled water, light is nearly that of open water.
         boxes = [self._overhung, self.coarse.between_objects(self.eyes)]
+        if self._enclosed:
+            # At the foot of its walls there is other water, outside.
+            (low, high), (first, last) = boxes
+            first[:2], last[:2] = np.maximum(first, low)[:2], np.minimum(last, high)[:2]
         found = [box for box in boxes if (box[1] > box[0]).all()] or self._standing or boxes[:1]
         return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
 
+    @property
+    def _roofed(self) -> NDArray[np.bool_]:
+        """Which eyes have something above them."""
+        return self.coarse.roofed.ravel()[self.coarse.grid.index(self.eyes)]
+
     @functools.cached_property
     def _enclosed(self) -> bool:
-        """Whether little of the open is seen from all eyes."""
+        """Whether all eyes are under a roof, and see little of the open."""
         voxels = self._close or self.coarse
         inside = voxels.grid.inside(self.eyes)
-        if not len(inside) or not inside.all():
+        if not len(inside) or not inside.all() or not self._roofed.all():
             return False
         eyes = self.eyes[np.unique(voxels.grid.index(self.eyes), return_index=True)[1]]
         ways = np.tile(spiral(_LOOKS), (len(eyes), 1))
@@ -413,7 +423,13 @@ def _level(ahead: Array) -> Array:
 
 
 def _near(
-    low: Array, high: Array, eyes: Array, ahead: Array, middle: Place = (0.0, 0.0, 0.0)
+    low: Array,
+    high: Array,
+    eyes: Array,
+    ahead: Array,
+    middle: Place = (0.0, 0.0, 0.0),
+    *,
+    enclosed: bool = False,
 ) -> Grid:
     """Return cells in a box, cut down to what eyes have before them if there are too many.
 
@@ -422,11 +438,12 @@ def _near(
     All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
     cut out for it has the same size wherever it looks, and moves in blocks from ``middle``.
     """
-    whole = [_cells(low, high, cell, middle) for cell in CELLS]
+    edges = (*CELLS, *_LARGER) if enclosed else CELLS
+    whole = [_cells(low, high, cell, middle) for cell in edges]
     fitting = [grid for grid in whole if grid.count <= PROBES]
     if fitting:
         return fitting[0]
-    cell, grid = CELLS[-1], whole[-1]
+    cell, grid = CELLS[-1], whole[len(CELLS) - 1]
     tries = [(len(eyes), PATH_PROBES, longer) for longer in (cell, *_PATH_CELLS)]
     for some, most, edge in (*tries, (1, PROBES, cell)):
         if 0 < some <= len(eyes):

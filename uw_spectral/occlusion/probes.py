@@ -213,7 +213,7 @@ def cast(
     clear = _sides_lit(voxels, beyond, sun, before, changes)
     return Rays(
         grid, voxels, point, valid, distance, hit, further, blocked, beside,
-        _fraction_lit(grid, lit, inner), clear, beyond, sun, reached, lit,
+        _fraction_lit(voxels, grid, lit, inner, point), clear, beyond, sun, reached, lit,
     )  # fmt: skip
 
 
@@ -382,9 +382,7 @@ def _places(
     voxels: SurfaceVoxels, grid: Grid, inner: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.bool_]]:
     """Point of each probe among its voxels, nearest the middle of its cell."""
-    parts = round(inner.shape[1] ** (1 / 3))
-    steps = np.stack(np.unravel_index(np.arange(parts**3), (parts,) * 3), axis=1)
-    offset = (steps - (parts - 1) / 2.0) * voxels.grid.cell
+    offset = _offsets(voxels, inner.shape[1])
     cost = (offset**2).sum(axis=1) / voxels.grid.cell**2
     best = np.where(inner, cost, np.inf).argmin(axis=1)
     return grid.centres() + offset[best], inner.any(axis=1)
@@ -491,8 +489,25 @@ def _sun_crosses(points: Array, to_sun: Array, changes: _Changes) -> NDArray[np.
     return found
 
 
-def _fraction_lit(grid: Grid, lit: NDArray[np.bool_], inner: NDArray[np.bool_]) -> Array:
-    """Fraction of the voxels of each probe that the sun reaches."""
-    shines = (_blocks(grid, lit) & inner).sum(axis=1)
-    count = inner.sum(axis=1)
-    return np.where(count > 0, shines / np.maximum(count, 1), 1.0)
+def _fraction_lit(
+    voxels: SurfaceVoxels,
+    grid: Grid,
+    lit: NDArray[np.bool_],
+    inner: NDArray[np.bool_],
+    point: Array,
+) -> Array:
+    """Fraction of the voxels of each probe, and in its sight, that the sun reaches."""
+    shines, count = _blocks(grid, lit) & inner, inner.sum(axis=1)
+    some = np.flatnonzero(shines.any(axis=1) & (shines.sum(axis=1) < count))
+    centres = grid.centres()[some, None] + _offsets(voxels, inner.shape[1])
+    seen = inner[some] & voxels.free_between(centres, point[some, None], ON_SIGHT)
+    count[some] = seen.sum(axis=1)
+    shines[some] &= seen
+    return np.where(count > 0, shines.sum(axis=1) / np.maximum(count, 1), 1.0)
+
+
+def _offsets(voxels: SurfaceVoxels, count: int) -> Array:
+    """Where so many voxels of a cell lie about its middle, m, (count, 3)."""
+    parts = round(count ** (1 / 3))
+    steps = np.stack(np.unravel_index(np.arange(parts**3), (parts,) * 3), axis=1)
+    return (steps - (parts - 1) / 2.0) * voxels.grid.cell

@@ -29,6 +29,7 @@ _FACE = 0.1  # of the samples of the larger face of an edge that the other has, 
 _HIDDEN = 0.25  # of the directions upwards: water to which objects beside it close more is walled
 _WALLED = 1.5  # m that such water is deep: about small objects it matters to few pixels
 _DEEPEST, _UNDER = 0.01, 0.1  # of the ground below it is left out; of a voxel, that is below it
+_OFF_SURFACE = 1.5  # voxels from a point close to a surface into the water before it
 _BETWEEN = (0.25, 0.5, 0.75)  # places between two points where a surface would keep them apart
 
 Indices = NDArray[np.int32]
@@ -307,9 +308,18 @@ class SurfaceVoxels:
         """Water that is joined with what is under open sky, or with points, (nx, ny, nz)."""
         return self._joined(~self.roofed, points)
 
+    def _off_surfaces(self, points: Array) -> Array:
+        """Move points (m, 3) in the voxels of surfaces away from these, on their side of them."""
+        if not len(self):
+            return points
+        number = self.number.ravel()[self.grid.index(points)]
+        apart = ((points[:, None] - self.middle[number]) * self.facing[number]).sum(axis=2)
+        way = self.facing[number, apart.argmax(axis=1)] * (number >= 0)[:, None]
+        return points + _OFF_SURFACE * self.grid.cell * way
+
     def _joined(self, reached: NDArray[np.bool_], points: ArrayLike) -> NDArray[np.bool_]:
         """Water that is joined with some that is reached, which is changed, or with points."""
-        points = np.asarray(points, np.float64).reshape(-1, 3)
+        points = self._off_surfaces(np.asarray(points, np.float64).reshape(-1, 3))
         reached.ravel()[self.grid.index(points[self.grid.inside(points)])] = True
         free = self._water
         reached &= free

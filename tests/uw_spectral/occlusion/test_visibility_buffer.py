@@ -76,6 +76,23 @@ def test_what_lies_on_the_floor_of_the_water_is_part_of_it():
     assert buffer_of(surface, floor_depth=20.0).covered.max() > 0.9
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_inside_of_a_sheet_hides_what_lies_behind(turned):
+    """A bright floor far behind the wall of a pipe was seen in its place."""
+    corners = 40.0 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    sheet, wall = (
+        np.column_stack([corners, np.full(4, -5.0 - far)])[[[0, 1, 2], [0, 2, 3]]]
+        for far in (2.0, 30.0)
+    )
+    sheet = sheet[:, ::-1] if turned else sheet
+    buffer = buffer_of(sheet, wall)
+    np.testing.assert_allclose(buffer.distance[MIDDLE, MIDDLE], 2.0, rtol=0.01)
+    np.testing.assert_allclose(buffer.normal[MIDDLE, MIDDLE], [[[0, 0, 1]] * 2] * 2, atol=1e-6)
+    of_ball = buffer_of(ball(4.0, math.radians(10.0), 64), wall)
+    front = 4.0 * (1.0 - math.sin(math.radians(10.0)))
+    np.testing.assert_allclose(of_ball.distance[MIDDLE, MIDDLE], front, rtol=0.01)
+
+
 def test_nothing_blocks_nothing():
     assert not empty_buffer().covered.any()
     assert not buffer_of().covered.any()
