@@ -80,8 +80,7 @@ class SurfaceVoxels:
 
     @functools.cached_property
     def _is_edge(self) -> NDArray[np.bool_]:
-        """Where two faces of a solid meet that do not see each other, (k,)."""
-        return ((self.middle[:, 1] - self.middle[:, 0]) * self.facing[:, 0]).sum(axis=1) < 0
+        return _meet_apart(self.middle, self.facing)
 
     def equals(self, other: SurfaceVoxels) -> bool:
         """Whether all of another's voxels are the same, to the bit."""
@@ -382,9 +381,31 @@ def voxelise(
         extent[(of_thin > 0) & ((of_thin < counts) | (np.abs(one_side) > _ONE_SIDE))] = np.inf
         few = ~(plane | (of_thin > 0))[which]
         _part_faces(middle, facing, points[few], normals[few], which[few])
+    number = number.reshape(grid.shape)
+    _bury_edges(number, middle, facing)
     return SurfaceVoxels(
-        grid, number.reshape(grid.shape), middle, facing, _means(colours, which, counts), extent
+        grid, number, middle, facing, _means(colours, which, counts), extent
     )
+
+
+def _bury_edges(number: NDArray[np.int32], middle: Array, facing: Array) -> None:
+    """Take those faces from edges that lie in another solid, as a roof's in the wall below it."""
+    edges = np.flatnonzero(_meet_apart(middle, facing))
+    full = np.pad(number >= 0, 1)
+    place = np.argwhere(number >= 0)[edges] + 1
+    for side in (0, 1):
+        axis, back = np.divmod(ways_of(facing[edges, side]), 2)
+        beside = place.copy()
+        beside[np.arange(len(edges)), axis] += 1 - 2 * back
+        buried = edges[full[tuple(beside.T)]]
+        middle[buried, side] = middle[buried, 1 - side]
+        facing[buried, side] = -facing[buried, 1 - side]
+
+
+def _meet_apart(middle: Array, facing: Array) -> NDArray[np.bool_]:
+    """Where two faces of a solid meet that do not see each other, (k,)."""
+    found: NDArray[np.bool_] = ((middle[:, 1] - middle[:, 0]) * facing[:, 0]).sum(axis=1) < 0
+    return found
 
 
 def _part_faces(
