@@ -96,14 +96,18 @@ PAGE = Page(
     """
 A house of three rooms with walls of .2 m (two windows, two doors, a hole in the roof), a steel
 cabin with portholes, a pipe without thickness, a hollow rock with a mouth and a chimney, a shed of
-planks; three built when the work was done: a container, a vault with an eye, a tilted ship's hold
-with two hatches (`benchmarks/_enclosed_scenes.py`). Jerlov IB, sand at 9 m, flat surface, clear
-sky, sun at 30°, 3 bands, 96 × 54; the camera is inside. EEVEE (32 samples) against denoised Cycles
-({samples} samples, two seeds), both exposed for the place; ΔE2000 of blocks of 3 × 3 pixels,
-*noise* of Cycles in it; means of the channels, and quantiles of green of the blocks, EEVEE over
-Cycles.
+planks, a turned container with an open leaf of its door, a vault on piers with an eye, a tilted
+ship's hold with two hatches (`benchmarks/_enclosed_scenes.py`). Jerlov IB, sand at 9 m, flat
+surface, clear sky, sun at 30°, 3 bands, 96 × 54; the camera is inside. EEVEE (32 samples) against
+denoised Cycles ({samples} samples, two seeds), both exposed for the place; ΔE2000 of blocks of
+3 × 3 pixels, *noise* of Cycles in it; means of the channels, and quantiles of green of the blocks,
+EEVEE over Cycles.
 
 {rows}
+
+When they were first drawn, before anything was mended for them, the means were 3.1, 5.0, 3.7, 2.6,
+9.4, 4.8, 5.1, 5.0, 4.1 and 5.4. They hang on where walls lie among the voxels: house A has 2.5 with
+cells of .46 m, 3.8 with those of .42 m that it gets.
 
 ![Cycles and EEVEE, in the order of the table](enclosed_places.jpg)
 """,
@@ -112,5 +116,5 @@ Cycles.
         Target("how far a channel's mean is off, worst place", "off", 0.15),
         Target("green of a block over Cycles, most", "most", 2.0),
     ),
-    {"samples": 1024, "places": 99},
+    {"samples": 256, "places": 99},
 )

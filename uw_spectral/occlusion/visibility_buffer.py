@@ -267,9 +267,11 @@ class _Picture:
         nearest = (np.rint(v) * SIZE + np.rint(h)).astype(np.intp)
         turned = -np.sign(fraction)[:, None] * across[inside]
         above = self._over_floor(middle[:, 2] + view.centre[2])
-        values = nearest, np.abs(fraction), np.sqrt(squared[inside]), turned, colours[inside], above
-        for side, sign in enumerate((1.0, -1.0)):
-            self._show(side, *(x[sign * fraction > 0.0] for x in values))
+        shown, distance = np.abs(fraction), np.sqrt(squared[inside])
+        colours = colours[inside]
+        for side, some in enumerate((fraction > 0.0, fraction < 0.0)):
+            what = shown[some], distance[some], turned[some], colours[some], above[some]
+            self._show(side, nearest[some], *what)
         left, low = np.floor(h), np.floor(v)
         for dh in (0, 1):
             for dv in (0, 1):

@@ -383,9 +383,7 @@ def voxelise(
         _part_faces(middle, facing, points[few], normals[few], which[few])
     number = number.reshape(grid.shape)
     _bury_edges(number, middle, facing)
-    return SurfaceVoxels(
-        grid, number, middle, facing, _means(colours, which, counts), extent
-    )
+    return SurfaceVoxels(grid, number, middle, facing, _means(colours, which, counts), extent)
 
 
 def _bury_edges(number: NDArray[np.int32], middle: Array, facing: Array) -> None:
