@@ -246,8 +246,15 @@ class SurfaceVoxels:
     def roofed_below(self, beyond: SurfaceVoxels) -> NDArray[np.bool_]:
         """The same, where objects above the box count that a larger box has."""
         top = self.grid.centres().reshape(*self.grid.shape, 3)[:, :, -1]
-        top = top + np.array([0.0, 0.0, self.grid.cell / 2.0 + beyond.grid.cell])
-        above = beyond.roofed.ravel()[beyond.grid.index(top)] & beyond.grid.inside(top)
+        top = top + np.array([0.0, 0.0, self.grid.cell / 2.0])
+        next_above = top + np.array([0.0, 0.0, beyond.grid.cell])
+        above = beyond.roofed.ravel()[beyond.grid.index(next_above)]
+        above &= beyond.grid.inside(next_above)
+        if len(beyond):
+            # What is in the voxel at the top may lie below it or above, as a solid's upper side.
+            number = beyond.number.ravel()[beyond.grid.index(top)]
+            higher = beyond.centre[number, 2] > self.grid.upper[2]
+            above |= (number >= 0) & higher & beyond.grid.inside(top)
         return self.roofed | above[..., None]
 
     def reachable_from(self, beyond: SurfaceVoxels, points: ArrayLike) -> NDArray[np.bool_]:
