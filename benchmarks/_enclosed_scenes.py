@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
+from ._occlusion_scenes import turned
 from ._scenery import ball, block, ground, look_at, matt, post
 
 _SAND, _WALL, _WOOD = (0.35, 0.32, 0.26), (0.4, 0.38, 0.33), (0.3, 0.2, 0.11)
@@ -114,7 +115,7 @@ def shed() -> bpy.types.Object:
 
 def container() -> bpy.types.Object:
     """Fill a file with a steel container of 6 m that lies turned, a leaf of its door open."""
-    origin, turn, t = (1.0, 2.0), 27.0, 0.03
+    origin, turn, t = (1.0, 2.0, -_DEPTH), 27.0, 0.03
     for name, at, size, colour in (
         ("left", (-1.2, 0.0, 1.3), (t, 6.0, 2.6), _RED),
         ("right", (1.2, 0.0, 1.3), (t, 6.0, 2.6), _RED),
@@ -123,10 +124,10 @@ def container() -> bpy.types.Object:
         ("leaf", (-0.6, -3.0, 1.3), (1.2, t, 2.6), _STEEL),
         ("crate", (0.5, 1.6, 0.45), (0.9, 0.9, 0.9), _WOOD),
     ):
-        block(name, _turned(at, turn, origin), size, colour, turn)
+        block(name, turned(at, turn, origin), size, colour, turn)
     ground(-_DEPTH, _SAND)
     at, to = ((0.9, -2.4, 1.6), (-0.4, 2.8, 1.0))
-    return look_at(_turned(at, turn, origin), _turned(to, turn, origin))
+    return look_at(turned(at, turn, origin), turned(to, turn, origin))
 
 
 def vault() -> bpy.types.Object:
@@ -186,15 +187,6 @@ def hold() -> bpy.types.Object:
 
 def _look(at: Sequence[float], to: Sequence[float]) -> bpy.types.Object:
     return look_at((*at[:2], at[2] - _DEPTH), (*to[:2], to[2] - _DEPTH), math.radians(80.0))
-
-
-def _turned(at: Sequence[float], turn: float, origin: Sequence[float]) -> tuple[float, ...]:
-    cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))
-    return (
-        cosine * at[0] - sine * at[1] + origin[0],
-        sine * at[0] + cosine * at[1] + origin[1],
-        at[2] - _DEPTH,
-    )
 
 
 def _slab(name: str, x: _Range, y: _Range, z: _Range, colour: Sequence[float]) -> None:

@@ -58,7 +58,7 @@ def tunnel(*, inside: bool) -> bpy.types.Object:
         else:
             parts.append(("roof", (0.0, 0.0, 2.75), (3.8, 5.0, 0.3), _STONE))
         for part, at, size, colour in parts:
-            block(f"{name} {part}", _turned(at, turn, (x, y, -10.0)), size, colour, turn)
+            block(f"{name} {part}", turned(at, turn, (x, y, -10.0)), size, colour, turn)
     ground(-10.0, _SAND)
     ball((0.5, -0.6, -9.6), 0.4, _SAND)
     ball((1.2, 2.6, -9.5), 0.5, _RED)
@@ -132,5 +132,6 @@ def of_file(path: Path) -> bpy.types.Object:
     return bpy.context.scene.camera
 
 
-def _turned(at: Sequence[float], turn: float, origin: Sequence[float]) -> Vector:
+def turned(at: Sequence[float], turn: float, origin: Sequence[float]) -> Vector:
+    """Place of what is turned about z by degrees, and moved to an origin."""
     return Matrix.Rotation(math.radians(turn), 3, "Z") @ Vector(at) + Vector(origin)

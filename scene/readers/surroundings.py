@@ -280,6 +280,7 @@ class Surroundings:
 
 
 def _widened(low: Array, high: Array, side: float) -> tuple[Array, Array]:
+    """Box with a margin, level of ``side`` m, that ends at the surface."""
     margin = np.array([side, side, _MARGIN])
     return low - margin, np.minimum(high + margin, (np.inf, np.inf, 0.0))
 
@@ -443,7 +444,7 @@ def _near(
     fitting = [grid for grid in whole if grid.count <= PROBES]
     if fitting:
         return fitting[0]
-    cell, grid = CELLS[-1], whole[len(CELLS) - 1]
+    cell = CELLS[-1]
     tries = [(len(eyes), PATH_PROBES, longer) for longer in (cell, *_PATH_CELLS)]
     for some, most, edge in (*tries, (1, PROBES, cell)):
         if 0 < some <= len(eyes):
@@ -451,9 +452,8 @@ def _near(
             grid = _before(*seen)
             if grid.count <= most:
                 return _grown(grid, *seen)
-    while grid.count > PROBES:
+    while (grid := _cells(low, high, cell, middle)).count > PROBES:
         cell *= _COARSER
-        grid = _cells(low, high, cell, middle)
     return grid
 
 

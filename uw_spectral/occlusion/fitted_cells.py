@@ -19,7 +19,6 @@ from .grid import Array
 from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
 from .unoccluded_field import AXES
-from .voxels import SurfaceVoxels
 
 _LEAST, _DARK_OUTSIDE = 1e-3, 0.3
 """Of the light of open water, below which errors are not relative: seen from within, and not."""
@@ -31,6 +30,7 @@ _UNLIT = 1e-12
 _FAR = 1e-6  # of one close by, for one farther off that alone is seen
 _ROUNDS = 6
 _TOWARDS, _STRAIGHT = 0.2, 0.97  # cosines with an axis of surfaces that are oblique to it
+_INTO_CORNERS = 2  # voxels that oblique surfaces go on into those of others, at most
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 
 Cells = NDArray[np.intp]
@@ -172,41 +172,49 @@ def _faces(rays: Rays) -> Iterator[tuple[Array, Array, Cells]]:
 
     Those that are oblique count as if they faced the axis, too, for other surfaces of their voxels.
     """
-    voxels = rays.voxels
-    for axis, way in enumerate(AXES.astype(np.intp)):
-        place = np.argwhere(voxels.number >= 0)
-        beside = place + way
+    voxels, axes = rays.voxels, AXES.astype(np.intp)
+    full = np.pad(voxels.number >= 0, _INTO_CORNERS, constant_values=True)
+    places = np.argwhere(voxels.number >= 0)
+    for axis, way in enumerate(axes):
+        beside = places + way
         inside = ((beside >= 0) & (beside < voxels.grid.shape)).all(axis=1)
-        place, beside = place[inside], beside[inside]
+        place, beside = places[inside], beside[inside]
         wet = rays.reached[tuple(beside.T)]
         which, beside = voxels.number[tuple(place[wet].T)], beside[wet]
         sides = voxels.facing[which]
         normal = sides[np.arange(len(sides)), (sides @ way).argmax(axis=1)]
         along = normal @ way
         turned = np.isfinite(voxels.extent[which, 0]) & (along > _TOWARDS) & (along < _STRAIGHT)
-        steps = np.delete(AXES.astype(np.intp), [axis, axis ^ 1], axis=0)
+        steps = np.delete(axes, [axis, axis ^ 1], axis=0)
         straight = voxels.centre[which], np.tile(AXES[axis], (len(which), 1)), beside
         oblique = voxels.centre[which[turned]], normal[turned], beside[turned]
-        found = [*_continued(voxels, *straight, steps, 1), *_continued(voxels, *oblique, steps, 2)]
+        found = []
+        for faces, far in ((straight, 1), (oblique, _INTO_CORNERS)):
+            found += _continued(full, voxels.grid.cell, *faces, steps, far)
         surface, normal, beside = (np.concatenate(x) for x in zip(*found, strict=True))
         yield surface, normal, voxels.grid.flat(beside)
 
 
 def _continued(
-    voxels: SurfaceVoxels, surface: Array, normal: Array, beside: Cells, steps: Cells, far: int
+    full: NDArray[np.bool_],
+    cell: float,
+    surface: Array,
+    normal: Array,
+    beside: Cells,
+    steps: Cells,
+    far: int,
 ) -> Iterator[tuple[Array, Array, Cells]]:
     """Yield places of surfaces, and where they go on into the voxels of others, so many at most.
 
     For those are thicker than what they stand for, the more if both are oblique.
     """
     yield surface, normal, beside
-    full = np.pad(voxels.number >= 0, far, constant_values=True)
     for step in steps:
         here = np.ones(len(beside), bool)
         for k in range(1, far + 1):
-            here &= full[tuple((beside + k * step + far).T)]
+            here &= full[tuple((beside + k * step + _INTO_CORNERS).T)]
             n = normal[here]
-            along = k * voxels.grid.cell * (step - (n @ step)[:, None] * n)
+            along = k * cell * (step - (n @ step)[:, None] * n)
             yield surface[here] + along, n, beside[here]
 
 

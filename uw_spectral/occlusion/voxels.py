@@ -368,6 +368,7 @@ def voxelise(
     voxels, which, counts = np.unique(cells, return_inverse=True, return_counts=True)
     number = np.full(grid.count, -1, np.int32)
     number[voxels] = np.arange(len(voxels))
+    number = number.reshape(grid.shape)
     # Samples of both sides of a wall: turn them as the first one of their voxel.
     first = np.zeros((len(voxels), 3))
     first[which[::-1]] = normals[::-1]
@@ -388,8 +389,7 @@ def voxelise(
         extent[(of_thin > 0) & ((of_thin < counts) | (np.abs(one_side) > _ONE_SIDE))] = np.inf
         few = ~(plane | (of_thin > 0))[which]
         _part_faces(middle, facing, points[few], normals[few], which[few])
-    number = number.reshape(grid.shape)
-    _bury_edges(number, middle, facing)
+        _bury_edges(number, middle, facing)
     return SurfaceVoxels(grid, number, middle, facing, _means(colours, which, counts), extent)
 
 
