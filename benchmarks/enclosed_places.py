@@ -106,11 +106,10 @@ EEVEE over Cycles.
 {rows}
 
 When they were first drawn, before anything was mended for them, the means were 3.1, 5.0, 3.7, 2.6,
-9.4, 4.8, 5.1, 5.0, 4.1 and 5.4. They hang on where walls lie among the
-voxels: house A has 2.5 with cells of .46 m, 3.8 with those of .42 m that it gets, 2.7 to 4.8 where
-these are moved by parts of a voxel. Rays through the triangles themselves, tried in their place,
-give house A 2.4 and the pipe 4.1, the container 7.9 and the hold 5.0, all of them the same mean:
-what limits is the light that surfaces and cells keep.
+9.4, 4.8, 5.1, 5.0, 4.1 and 5.4. They hang on where walls lie among the voxels: house A has 2.5 with
+cells of .46 m, 3.8 with those of .42 m that it gets, 2.7 to 4.8 where these are moved by parts of a
+voxel. Rays through the triangles themselves, tried in their place, give house A 2.4 and the pipe
+4.1, the container 7.9 and the hold 5.0, and all ten the same mean: it is not the rays that limit.
 
 ![Cycles and EEVEE, in the order of the table](enclosed_places.jpg)
 """,

@@ -114,9 +114,8 @@ def _emission_adds_and_of_nothing_is_none(case: Case) -> None:
         for times in (0.0, 1.0, 2.0)
     )
     _same(dark, none)
-    # What is left of much light, of which two large numbers are rounded; larger where a solution of
-    # the equation falls off as the beam does (a = .083984375, b = .125: 1e-10, gone at a + 1e-3).
-    _same(two - none, 2.0 * (one - none), 1e-9 * float(none.max()))
+    # What is left of much light, of which two large numbers are rounded.
+    _same(two - none, 2.0 * (one - none), 1e-11 * float(none.max()))
 
 
 def _light_turned_about_the_vertical(case: Case, angle: float = 2.1) -> None:
