@@ -25,32 +25,42 @@ from ..uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
 )
-from ..uw_spectral.surface.wave_components import WaveComponents
+from ..uw_spectral.surface.wave_components import EVEN, WaveComponents
 from ..uw_spectral.surface.waves import WaveSpectrum
 from ..uw_spectral.transfer.discrete_ordinates import OpticalLayer, solve_discrete_ordinates
 from ..uw_spectral.transfer.rough_surface import WaterSurface
 from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.transfer.sunlit_water import SunlitWater
+from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 
 WIND_AZIMUTH = 40.0  # between the sun and the wind, degrees; unknown in the field
 
 
-# Santa Barbara Channel: of the water only c(555) = 0.68 1/m is published. The rest is a model:
-# chlorophyll C = 3.1 mg/m³ from b = 0.30 C^0.62 (550/λ) = 0.61 1/m at 555 nm (Gordon & Morel
-# 1983); a = a_w (Pope & Fry 1997) + a_p (Bricaud et al. 1998) + 20 % of a(440) as CDOM.
-DARECKI_WATER = {443.0: (0.135, 0.764), 532.0: (0.090, 0.636), 670.0: (0.490, 0.505)}
+# Santa Barbara Channel, as a c-meter sees it: of the water only c(555) = 0.68 1/m is published. The
+# rest is a model: chlorophyll C = 3.1 mg/m³ from b = 0.30 C^0.62 (550/λ) = 0.61 1/m at 555 nm
+# (Gordon & Morel 1983); a = a_w (Pope & Fry 1997) + a_p (Bricaud et al. 1998) + 20 % of a(440)
+# as CDOM.
+SEEN_WATER = {443.0: (0.135, 0.764), 532.0: (0.090, 0.636), 670.0: (0.490, 0.505)}
+ACCEPTANCE = 0.93
+"""Half angle of acceptance of a WET Labs ac-9, degrees; of a C-Star it is 1.2."""
 
 
 DARECKI_WINDS = (4.1, 5.25, 6.4)  # the range of the caption, and its middle
 
 
 DARECKI_ZENITH = 31.5
+DAYS_DEPTH, DAYS_ZENITH = 1.1, 44.0  # middles of 0.91 to 1.25 m and of 42 to 46°
 
 
 # BOUSSOLE: the same model at C = 0.3 mg/m³, 510 nm; wind 5 m/s.
 GERNEZ_WATER = {510.0: (0.050, 0.153)}
+
+
+EXPOSURES = (0.0, 1.0 / 6.0, 1.0 / 3.0)
+"""Seconds over which a record is averaged."""
+_MOMENTS_OF_EXPOSURE = 16
 
 
 TRACE_WINDS, TRACE_DEPTHS = (2.0, 5.0, 10.0), (0.5, 2.0, 5.0, 10.0)
@@ -86,52 +96,95 @@ def sunlit_water(
     return SunlitWater(field)
 
 
+def within(phase: BandPhase, degrees: float) -> NDArray[np.float64]:
+    """Fraction of the light that is scattered by less than an angle, shape (n,)."""
+    angle = np.geomspace(1e-9, max(math.radians(degrees), 1e-9), 4000)
+    density = phase(np.cos(angle)) * np.sin(angle)[:, None]
+    return 2.0 * math.pi * np.asarray(np.trapezoid(density, angle, axis=0))
+
+
+def darecki_water(zenith: float, acceptance: float = ACCEPTANCE) -> SunlitWater:
+    """Solve the water whose c a meter of that acceptance sees as :data:`SEEN_WATER`."""
+    seen = sunlit_water(SEEN_WATER, zenith)
+    lost = within(seen.field.phase_at(0.0), acceptance)
+    return sunlit_water(
+        {
+            nm: (a, float(b / (1.0 - fraction)))
+            for (nm, (a, b)), fraction in zip(SEEN_WATER.items(), lost, strict=True)
+        },
+        zenith,
+    )
+
+
 def variation(
     water: SunlitWater,
     wind: float,
     depth: float,
     collector: float,
     seeds: int = 1,
-    choppiness: float = 0.0,
+    *,
+    patchy: bool = True,
 ) -> NDArray[np.float64]:
     """Coefficient of variation of Ed per band; the tile is 2.5 times the depth."""
     tile, resolution = 2.5 * depth, 1024
     squares = 0.0
     for seed in range(seeds):
         waves = WaveSpectrum(wind).realise(tile, resolution, seed)
-        pattern = caustic_pattern(
-            waves, np.asarray(water.field.sun), depth, 10.0, resolution, choppiness=choppiness
-        )
+        if not patchy:
+            waves = dataclasses.replace(waves, ripples=EVEN)
+        pattern = caustic_pattern(waves, np.asarray(water.field.sun), depth, 10.0, resolution)
         squares = squares + water.variation(pattern, tile, depth, collector) ** 2
     return np.sqrt(squares / seeds)
 
 
-def against_darecki(wind: float, seeds: int = 1) -> tuple[NDArray, NDArray, NDArray]:
-    """Depths, measured and modelled CV (depths, wavelengths) of Darecki et al. 2011."""
+def against_darecki(
+    wind: float, seeds: int = 1, *, acceptance: float = ACCEPTANCE, patchy: bool = True
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Depths, measured and modelled CV (depths, wavelengths) of Darecki et al. 2011, Figure 13a."""
     import jerlov
 
     sea = jerlov.darecki2011_irradiance_cv()
-    water = sunlit_water(DARECKI_WATER, DARECKI_ZENITH)
+    water = darecki_water(DARECKI_ZENITH, acceptance)
     modelled = [
-        variation(water, wind, depth, sea.collector_mm / 1000, seeds)
+        variation(water, wind, depth, sea.collector_mm / 1000, seeds, patchy=patchy)
         for depth in sea.depth_m.tolist()
     ]
     return sea.depth_m, sea.cv, np.array(modelled)
 
 
-def against_gernez() -> list[tuple[float, float, float, float]]:
-    """Sun zenith, measured CV, its standard deviation, modelled CV at 510 nm and 3.2 m."""
+def against_days(
+    seeds: int = 2, *, acceptance: float = ACCEPTANCE, patchy: bool = True
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Winds of five days, measured and modelled CV near 1 m (days, wavelengths): Figure 13b."""
     import jerlov
 
-    sea, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
-    rows = []
-    for zenith in (20.0, 30.0, 40.0, 50.0, 60.0, 70.0):
-        fraction = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
-        water = sunlit_water(GERNEZ_WATER, zenith, fraction)
-        at = int(np.flatnonzero(sea.sun_zenith_deg == zenith)[0])
-        modelled = variation(water, 5.0, 3.2, 0.008)[0]
-        rows.append((zenith, float(sea.cv[at]), float(sea.cv_sd[at]), float(modelled)))
-    return rows
+    sea = jerlov.darecki2011_spectral_cv()
+    water = darecki_water(DAYS_ZENITH, acceptance)
+    at = np.isin(sea.wavelengths_nm, list(SEEN_WATER))
+    modelled = [
+        variation(water, wind, DAYS_DEPTH, sea.collector_mm / 1000, seeds, patchy=patchy)
+        for wind in sea.wind_m_s.tolist()
+    ]
+    return sea.wind_m_s, sea.cv[:, at], np.array(modelled)
+
+
+def against_gernez(zenith: float, wind: float = 5.0) -> list[float]:
+    """Modelled over measured variation at 510 nm and 3.2 m, for each of :data:`EXPOSURES`."""
+    import jerlov
+
+    measured, sky = jerlov.gernez2009_cv_by_sun_zenith(), jerlov.gernez2009_diffuse_share()
+    cv = float(measured.cv[np.flatnonzero(measured.sun_zenith_deg == zenith)[0]])
+    fraction = float(np.interp(zenith, sky.sun_zenith_deg, sky.diffuse_fraction))
+    water = sunlit_water(GERNEZ_WATER, zenith, fraction)
+    waves, tile = WaveSpectrum(wind).realise(8.0, 512, 0), 8.0
+    ratios = []
+    for exposure in EXPOSURES:
+        count = _MOMENTS_OF_EXPOSURE if exposure else 1
+        times = 10.0 + exposure * (np.arange(count) + 0.5) / count
+        sun = np.asarray(water.field.sun)
+        moments = [caustic_pattern(waves, sun, 3.2, t, 512) for t in times.tolist()]
+        ratios.append(float(water.variation(np.mean(moments, axis=0), tile, 3.2, 0.008)[0]) / cv)
+    return ratios
 
 
 def photon_trace(
@@ -192,7 +245,7 @@ def traced(wind: float, depth: float, passes: int = 2) -> tuple[NDArray, NDArray
     sun = sun_travel_direction(zenith, azimuth)
     photons = photon_trace(waves, zenith, azimuth, depth, passes)
     # The pattern with all waves on the grid: no tail, as the photons have none.
-    known = dataclasses.replace(waves, shorter=np.zeros(2))
+    known = dataclasses.replace(waves, shorter=np.zeros(2), ripples=EVEN)
     fine = caustic_pattern(known, sun, depth, 0.0, 1024)
     # Back from the surface to the place where the light lands, and into bins.
     straight = refracted_offset(0.0, 0.0, sun)
@@ -216,7 +269,7 @@ def histogram_distance(one: NDArray, other: NDArray) -> float:
 def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
     """Relative error of the CV at depths between layers: with the gain, and plainly blended."""
     tile, resolution = 16.0, 512
-    water = sunlit_water(DARECKI_WATER, DARECKI_ZENITH)
+    water = darecki_water(DARECKI_ZENITH)
     waves = WaveSpectrum(wind).realise(tile, resolution, 1)
     layers = bake_layers(
         waves, np.asarray(water.field.sun), layer_depths(1.0, 16.0), 0.0, resolution

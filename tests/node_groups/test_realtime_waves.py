@@ -124,7 +124,8 @@ def _floor(now, contrast, column, view, reach=np.inf):
 
 def _above(depth, height):
     square = ((-4.0, -4.0, -height), (8.0, 0.0, 0.0), (0.0, 8.0, 0.0))
-    return probe.View(depth, turn=0.0, angle=50.0, square=square)
+    angle = 50.0 / max(height, 1.0)  # texels larger than pixels: no filter of theirs
+    return probe.View(depth, turn=0.0, angle=angle, square=square)
 
 
 @pytest.fixture(scope="module")

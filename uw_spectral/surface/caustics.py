@@ -31,6 +31,7 @@ SUN_RADIUS = math.radians(0.2665)
 _STEEPEST = 0.05  # least downward component of a refracted ray
 _DISC_END = 300.0
 _FINEST = 6.0  # wave number times radius of the disc, of the finest waves that draw a pattern
+_UNFOCUSED = 100.0  # wave number times depth from which ripples only spread the light
 
 
 def refracted_offset(
@@ -177,8 +178,12 @@ def caustic_pattern(
     if not len(waves):
         return np.ones((resolution, resolution))
     disc = sun_radius / refractive_index * depth
-    # Waves finer than the disc only spread the light: they are part of the blur.
-    seen = waves.below(_FINEST / disc) if disc > 0 else waves
+    # Waves finer than the disc only spread the light, and ripples do far below their focus: they
+    # are part of the blur.
+    finest = _FINEST / disc if disc > 0 else math.inf
+    if depth > 0:
+        finest = min(finest, max(waves.ripples.longest, _UNFOCUSED / depth))
+    seen = waves.below(finest)
     # A disc smaller than a cell does not hide the gaps between rays: take four per cell.
     rays = resolution if disc > waves.tile / resolution else 2 * resolution
     density = ray_density(
@@ -331,20 +336,28 @@ def _tail_transfer(
     depth: float,
     refractive_index: float,
 ) -> NDArray[np.float64]:
-    """Of the waves that the components leave out at the short end: Gaussian slopes."""
+    """Of the waves that the components leave out at the short end.
+
+    Gaussian slopes of one variance v spread as exp(-x v). Where that of ripples differs from place
+    to place by a gamma distribution, the variance of a pattern is the mean over it of that squared:
+    ``(1 + 2 u x v)^(-1/u)``, u the unevenness.
+    """
     turn = math.radians(waves.wind_direction)
-    step = 1e-3
-    exponent = 0.0
-    for variance, (dx, dy) in zip(
+    step, ripples = 1e-3, waves.ripples
+    even = uneven = 0.0
+    for variance, of_ripples, (dx, dy) in zip(
         waves.shorter,
+        np.minimum(waves.shorter, ripples.variance),
         ((math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))),
         strict=True,
     ):
         slopes = np.array([step, -step])
         x, y, _ = refracted_offset(slopes * dx, slopes * dy, sun_direction, refractive_index)
         moved = kx * ((x[0] - x[1]) / (2 * step)) + ky * ((y[0] - y[1]) / (2 * step))
-        exponent = exponent + 0.5 * variance * (depth * moved) ** 2
-    return np.exp(-exponent)
+        spread = 0.5 * (depth * moved) ** 2
+        even, uneven = even + (variance - of_ripples) * spread, uneven + of_ripples * spread
+    u = ripples.unevenness
+    return np.exp(-even) * ((1.0 + 2.0 * u * uneven) ** (-0.5 / u) if u > 0 else 1.0)
 
 
 def _filtered(values: NDArray, transfer: NDArray) -> NDArray[np.float64]:

@@ -18,6 +18,20 @@ _RESTING = 5  # steps that find where a point rests; each leaves a fraction of t
 
 
 @dataclass(frozen=True, eq=False)
+class Ripples:
+    """Waves so short that gusts and longer waves make them rise here and vanish there."""
+
+    longest: float  #: Wave number from which waves are ripples, rad/m.
+    variance: NDArray[np.float64]  #: Mean slope variance along and across the wind, (2,).
+    #: Variance of the slope variance from place to place, over its mean squared.
+    unevenness: float
+
+
+EVEN = Ripples(math.inf, np.zeros(2), 0.0)
+"""No ripples apart from the other waves."""
+
+
+@dataclass(frozen=True, eq=False)
 class WaveComponents:
     """A sea surface: a sum of travelling cosines on the lattice of a tile.
 
@@ -35,6 +49,7 @@ class WaveComponents:
     #: the tile, and shorter than its resolution, (2,).
     longer: NDArray[np.float64]
     shorter: NDArray[np.float64]
+    ripples: Ripples = EVEN  #: Those of the whole sea, on the tile or not.
 
     def __len__(self) -> int:
         return len(self.amplitude)
@@ -165,7 +180,7 @@ class WaveComponents:
         return WaveComponents(
             self.tile, self.index[kept], self.amplitude[kept], self.frequency[kept],
             self.phase[kept], self.wind_direction, self.longer,
-            self.shorter if shorter is None else shorter,
+            self.shorter if shorter is None else shorter, self.ripples,
         )  # fmt: skip
 
     def _angle(self, t: float) -> NDArray[np.float64]:

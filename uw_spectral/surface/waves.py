@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .wave_components import FINE_CELLS, WaveComponents
+from .wave_components import FINE_CELLS, Ripples, WaveComponents
 
 GRAVITY = 9.81
 """m/s²."""
@@ -33,6 +33,8 @@ _KM = 370.0  # rad/m, of the slowest wave
 _CM = 0.23  # m/s, its phase speed
 _SHORTEST = 6000.0  # rad/m; the spectrum is zero well before
 _SHORT = 10.0  # times the peak: where the scaling of the shorter waves is half of its whole
+_RIPPLES = 100.0  # rad/m; shorter waves follow the wind of the moment, longer ones hardly do
+_PEAKEDNESS = 0.12
 
 
 @dataclass(frozen=True)
@@ -157,6 +159,19 @@ class WaveSpectrum:
         return _mean_square_slope(self)
 
     @property
+    def ripples(self) -> Ripples:
+        """Waves shorter than 6 cm, and how unevenly they lie on the sea.
+
+        Slopes of Cox & Munk (1954) are more peaked than Gaussian ones: c₂₂ = 0.12 ± 0.06. Where
+        the slope variance differs from place to place (Chapron et al., J. Geophys. Res. 105, 17195,
+        2000), that is its relative variance. It is laid on the waves that follow the local wind,
+        those beyond 100 rad/m (Yurovskaya et al., J. Geophys. Res. 118, 4380, 2013).
+        """
+        variance = self.slope_variance(_RIPPLES)
+        fraction = variance.sum() / max(self.mean_square_slope, 1e-12)
+        return Ripples(_RIPPLES, variance, _PEAKEDNESS / fraction**2 if fraction > 0 else 0.0)
+
+    @property
     def significant_height(self) -> float:
         """Significant wave height, four standard deviations of the elevation, m."""
         k, weight = _logarithmic(self.peak / 30, _SHORTEST)
@@ -234,6 +249,7 @@ class WaveSpectrum:
             wind_direction=self.wind_direction,
             longer=self.slope_variance(0.0, longest),
             shorter=self.slope_variance(shortest),
+            ripples=self.ripples,
         )
 
 

@@ -18,7 +18,7 @@ from underwater_spectral.uw_spectral.surface.refraction import (
     fresnel_reflectance,
     sun_travel_direction,
 )
-from underwater_spectral.uw_spectral.surface.wave_components import WaveComponents
+from underwater_spectral.uw_spectral.surface.wave_components import EVEN, WaveComponents
 from underwater_spectral.uw_spectral.surface.waves import WaveSpectrum
 from underwater_spectral.uw_spectral.transfer.discrete_ordinates import (
     OpticalLayer,
@@ -101,6 +101,27 @@ def test_weak_lens_follows_the_curvature():
     lens = ray_density(waves, sun_travel_direction(0, 0), depth, 0.0, n, rays=4 * n) - 1
     expected = -depth * (1 - 1 / 1.34) * curvature
     assert (lens - expected).std() < 0.05 * expected.std()
+
+
+def test_ripples_that_lie_in_patches_blur_less():
+    """Against patches drawn one by one: a gamma distribution of the ripples' variance."""
+    depth, sun = 2.0, sun_travel_direction(20, 0)
+    drawn = WaveSpectrum(5.0).realise(5.0, 128, seed=1)
+    waves = dataclasses.replace(drawn.below(drawn.ripples.longest), ripples=drawn.ripples)
+    even = dataclasses.replace(waves, ripples=EVEN)
+    u = drawn.ripples.unevenness
+    # c₂₂ of Cox & Munk, on the whole of the slopes.
+    share = drawn.ripples.variance.sum() / WaveSpectrum(5.0).mean_square_slope
+    assert u * share**2 == pytest.approx(0.12)
+    random = np.random.default_rng(4)
+    power = np.mean([
+        caustic_pattern(
+            dataclasses.replace(even, shorter=v * waves.shorter), sun, depth, 0.0, 128
+        ).var()
+        for v in random.gamma(1 / u, u, 1000)
+    ])  # fmt: skip
+    assert caustic_pattern(waves, sun, depth, 0.0, 128).var() == pytest.approx(power, rel=0.05)
+    assert caustic_pattern(even, sun, depth, 0.0, 128).var() < 0.8 * power
 
 
 def test_rays_enough():
