@@ -184,8 +184,8 @@ def caustic_pattern(
     if depth > 0:
         finest = min(finest, max(waves.ripples.longest, _UNFOCUSED / depth))
     seen = waves.below(finest)
-    # A disc smaller than a cell does not hide the gaps between rays: take four per cell.
-    rays = resolution if disc > waves.tile / resolution else 2 * resolution
+    # A disc smaller than two cells does not hide the gaps between rays: take four per cell.
+    rays = resolution if disc > 2.0 * waves.tile / resolution else 2 * resolution
     density = ray_density(
         seen, sun_direction, depth, t, resolution, refractive_index=refractive_index, rays=rays,
         choppiness=choppiness,
