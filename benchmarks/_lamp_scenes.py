@@ -1,4 +1,4 @@
-"""Scenes that lamps shine in, for pictures and for photons."""
+"""Scenes that lamps shine in, for pictures and for paths of light."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from ._scenery import ball, block, camera_at, example, ground
 
 DEPTH = 15.0
 FIELD_OF_VIEW = math.radians(70)
-PHOTONS = 400_000
 SAMPLES = 256
 """Of Cycles, in IB."""
 _ABOVE_SAND = 1.2
@@ -53,13 +52,11 @@ type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 class LitPlace(Place):
     """A place with lamps, by night unless its settings say otherwise.
 
-    ``room`` is the same for photons, of which ``photons`` come from the lamps, in each of ten
-    batches and bands.
+    ``room`` is the same for paths of light.
     """
 
     settings: Mapping[str, object] = field(default_factory=lambda: {"sunlight": 0.0})
     room: lamp_room.Room | None = None
-    photons: int = PHOTONS
 
 
 def sand_room() -> bpy.types.Object:
@@ -75,7 +72,7 @@ def _seen(place: Sequence[float]) -> Vector:
     return Vector(place) - Vector((0.0, 0.0, DEPTH))
 
 
-def _for_photons(
+def _for_paths(
     balls: Sequence[_Solid] = (), boxes: Sequence[_Solid] = (), colour: Sequence[float] = _GREY
 ) -> lamp_room.Room:
     ellipsoids = [(_BALL, (_BALL_RADIUS,) * 3), *balls]
@@ -170,30 +167,24 @@ _SCENES: tuple[tuple[str, Callable[[], bpy.types.Object], Sequence[str]], ...] =
 )
 
 
-TURBID = 0.25
-"""Of the photons, where each is scattered so much more often that they cost as much."""
-
-
 def places(folder: Path) -> list[LitPlace]:
     """Return the places; ``folder`` is for scenes that are built once."""
-    room = _for_photons()
+    room = _for_paths()
     found = [
         LitPlace(f"{name}, {water}", build, water, room=room)
         for name, build, waters in _SCENES
         for water in waters
     ]
-    fewer = int(TURBID * PHOTONS)
-    found = [replace(x, photons=fewer) if x.water in ("III", "3C") else x for x in found]
     fish, net = ([(FISH, FISH_AXES)],), ((), _cords())
     found += [
         LitPlace(f"lamp behind a {name}, {water}", partial(behind, lamp, *solids), water,
-                 room=_for_photons(*solids), photons=photons)
-        for name, lamp, solids, water, photons in (
-            ("fish", (0.0, 5.2, 0.1), fish, "I", PHOTONS),
-            ("fish", (0.0, 5.2, 0.1), fish, "II", PHOTONS),
-            ("net", (0.05, 5.2, 0.1), net, "I", PHOTONS),
-            ("net", (0.05, 5.2, 0.1), net, "II", fewer),
-            ("diver", (0.1, 5.4, 0.4), (*_diver(), _NEOPRENE), "II", fewer),
+                 room=_for_paths(*solids))
+        for name, lamp, solids, water in (
+            ("fish", (0.0, 5.2, 0.1), fish, "I"),
+            ("fish", (0.0, 5.2, 0.1), fish, "II"),
+            ("net", (0.05, 5.2, 0.1), net, "I"),
+            ("net", (0.05, 5.2, 0.1), net, "II"),
+            ("diver", (0.1, 5.4, 0.4), (*_diver(), _NEOPRENE), "II"),
         )
     ]  # fmt: skip
     wreck = example(folder / "wreck_draft.blend", "wreck", "draft")

@@ -1,12 +1,10 @@
 """Monte Carlo of lamps in a room of simple objects: floor, ellipsoids and boxes in endless water.
 
-Photons start at the lamps. From each place where one is scattered it shines into the rays of the
-camera, at the origin, that pass within a small distance (the beam radiance estimate: Jarosz,
-Zwicker & Jensen, Computer Graphics Forum 27, 557, 2008); from where it is thrown back, into the
-block of the picture that it lies in. What is scattered only once, or only thrown back once, is
-sought on the rays of the camera instead.
+Paths start at the camera, at the origin. Each straight part of one is lit by the lamps as a ray of
+the camera is: what they send into it by one scattering more is sought where it is likely, along
+the whole part, and a surface at its end has their unscattered light. Nothing is blurred.
 
-A phase function that rises to its peak as a power makes rare photons bring most of the light. Its
+A phase function that rises to its peak as a power makes rare paths bring most of the light. Its
 peak is cut off at a small angle (:func:`cut`): what is scattered by less goes straight on, which
 blurs the picture by about that.
 """
@@ -28,12 +26,11 @@ from .lamp_photons import PhaseTables
 type Array = NDArray[np.float64]
 
 BATCHES = 10
-KINDS = ("water alone", "an object, seen", "an object, scattered", "thrown back more than once")
-"""What the light met: the last two of objects that are seen through bent paths, and of several."""
 _FAR, _NEAR = 1e9, 1e-7  # m
 _NEAREST = 1e-4  # of a ray to the lamp, m
 _FAINT = 0.05  # weight below which half of the paths go on
 _MOST = 400  # scatterings
+_GUIDED = 0.3  # of the directions are sought about a lamp
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +51,12 @@ class Room:
 class View:
     """The blocks of a picture of a camera at the origin that looks along y.
 
-    ``size`` is that of a block, at a distance of 1; ``blur`` the distance of a ray from the photons
-    that shine into it: at the camera, m, and more per m of their distance.
+    ``size`` is that of a block, at a distance of 1.
     """
 
     rows: int
     columns: int
     size: float
-    blur: tuple[float, float] = (0.1, 0.03)
 
 
 def cut(phase: PhaseTables, angle: float) -> tuple[PhaseTables, float]:
@@ -92,21 +87,29 @@ def traced(
     room: Room,
     reflectance: Array,
     seed: int,
-    photons: tuple[int, int],
+    paths: int,
 ) -> Array:
-    """Radiance over the lamps' intensity by what the light met, shape (rows, columns, 4, BATCHES).
+    """Radiance over the lamps' intensity, shape (rows, columns, BATCHES).
 
     Lamps are spots of one intensity, at places as seen from the camera; the water is its absorption
     and scattering, 1/m; the reflectance, shape (1 + k,), that of the objects in the one band;
-    photons are those from the lamps in each batch, and rays of each block.
+    paths are those of each block, in all batches.
     """
     rows = np.array([(*lamp.position, *lamp.axis, *_cone(lamp)) for lamp in lamps])
     tables = phase.log_s2, phase.log_p, phase.fraction, phase.edges
     objects = room.floor, room.ellipsoids, room.boxes
-    seen = view.rows, view.columns, view.size, *view.blur
-    count, rays = photons
-    more = _more(seen, rows, *water, tables, objects, reflectance, seed, count)
-    return more + _first_met(seen, rows, *water, tables, objects, reflectance, seed, rays)
+    seen = view.rows, view.columns, view.size
+    return _traced(seen, rows, *water, tables, objects, reflectance, seed, paths)
+
+
+def seen_first(view: View, room: Room) -> NDArray[np.int64]:
+    """Number of what the middle of each block shows, as of :attr:`Room.colours`; -1 is water."""
+    objects = room.floor, room.ellipsoids, room.boxes
+    found = np.empty((view.rows, view.columns), np.int64)
+    for i, j in np.ndindex(found.shape):
+        w = np.array([j + 0.5 - view.columns / 2.0, 1.0 / view.size, view.rows / 2.0 - i - 0.5])
+        found[i, j] = _first(0.0, 0.0, 0.0, *(w / np.linalg.norm(w)), objects)[1]
+    return found
 
 
 def _cone(lamp: Lamp) -> tuple[float, float]:
@@ -249,138 +252,64 @@ def _irradiance(x, y, z, nx, ny, nz, lamp, c, objects):
     return light * cosine * math.exp(-c * r) / (r * r)
 
 
-@njit(cache=True)
-def _hidden(x, y, z, d, objects):
-    return _first(x, y, z, -x / d, -y / d, -z / d, objects)[0] < d
-
-
-@njit(cache=True)
-def _into_block(found, kind, batch, x, y, z, light, view, c, objects):
-    """Bring light to the block that a place lies in, unless an object hides it."""
-    rows, columns, size = view[:3]
-    if y <= 0.0:
-        return
-    column = math.floor(x / (y * size) + columns / 2.0)
-    row = math.floor(rows / 2.0 - z / (y * size))
-    if column < 0 or column >= columns or row < 0 or row >= rows:
-        return
-    d = math.sqrt(x * x + y * y + z * z)
-    if not _hidden(x, y, z, d, objects):
-        solid = d * d * (y / d) ** 3 * size * size
-        found[row, column, kind, batch] += light * math.exp(-c * d) / solid
-
-
-@njit(cache=True)
-def _into_rays(found, kind, batch, place, w, weight, view, water, objects):
-    """Bring light that is scattered at a place to a ray of each block that passes nearby."""
-    rows, columns, size, least, wider = view
-    c, log_s2, log_p = water
-    x, y, z = place
-    d = math.sqrt(x * x + y * y + z * z)
-    radius = least + wider * d
-    if y <= -radius or _hidden(x, y, z, max(d, 1e-6), objects):
-        return
-    reach = 1e9
-    if y > radius:
-        reach = 2.0 * radius / (y - radius) * (d / y) / size + 1.0
-    column, row = columns / 2.0, rows / 2.0
-    if y > radius:
-        column, row = x / (y * size) + columns / 2.0, rows / 2.0 - z / (y * size)
-    for i in range(max(0, math.floor(row - reach)), min(rows, math.floor(row + reach) + 1)):
-        for j in range(
-            max(0, math.floor(column - reach)), min(columns, math.floor(column + reach) + 1)
-        ):
-            u = (j + np.random.random() - columns / 2.0) * size
-            v = (rows / 2.0 - i - np.random.random()) * size
-            length = math.sqrt(u * u + 1.0 + v * v)
-            u, n, v = u / length, 1.0 / length, v / length
-            t = x * u + y * n + z * v
-            if t <= 0.0 or d * d - t * t >= radius * radius:
-                continue
-            cosine = -(w[0] * u + w[1] * n + w[2] * v)
-            p = _per_steradian((1.0 - cosine) / 2.0, log_s2, log_p)
-            found[i, j, kind, batch] += weight * p * math.exp(-c * t) / (math.pi * radius * radius)
-
-
 @njit(parallel=True, cache=True)
-def _more(view, lamps, a, b, tables, objects, reflectance, seed, photons):
+def _traced(view, lamps, a, b, tables, objects, reflectance, seed, paths):
     log_s2, log_p, fraction, edges = tables
     c = a + b
     water = c, log_s2, log_p
-    found = np.zeros((BATCHES, view[0], view[1], 4, BATCHES))
-    for batch in prange(BATCHES):
-        np.random.seed(seed * 100019 + batch)
-        own = found[batch]
-        for k in range(photons):
-            lamp = lamps[k % len(lamps)]
-            x, y, z = lamp[0], lamp[1], lamp[2]
-            s2 = np.random.random() * (1.0 - lamp[6]) / 2.0
-            wx, wy, wz = _turned(lamp[3], lamp[4], lamp[5], s2)
-            weight = _shines(lamp, 1.0 - 2.0 * s2) * 2.0 * math.pi * (1.0 - lamp[6])
-            weight *= len(lamps) / photons
-            faint = _FAINT * weight
-            thrown, bent = 0, False
-            for order in range(_MOST):
+    rows, columns, size = view
+    found = np.zeros((rows * columns, BATCHES))
+    for i in prange(rows * columns):
+        np.random.seed(seed * 100003 + i)
+        for k in range(paths):
+            wx = (i % columns + np.random.random() - columns / 2.0) * size
+            wz = (rows / 2.0 - i // columns - np.random.random()) * size
+            wy = 1.0 / math.sqrt(wx * wx + 1.0 + wz * wz)
+            wx, wz = wx * wy, wz * wy
+            x, y, z = 0.0, 0.0, 0.0
+            weight, light = 1.0, 0.0
+            for _ in range(_MOST):
                 P, item, nx, ny, nz = _first(x, y, z, wx, wy, wz, objects)
+                for j in range(len(lamps)):
+                    into = _once(x, y, z, wx, wy, wz, P, lamps[j], water, objects)
+                    light += weight * b * into
                 t = -math.log(1.0 - np.random.random()) / c
-                on_surface = t >= P
-                if on_surface:
-                    if item < 0:
-                        break
+                if t < P:
+                    weight *= b / c
+                    x, y, z = x + t * wx, y + t * wy, z + t * wz
+                    nx, ny, nz, s2 = wx, wy, wz, _looked_up(np.random.random(), fraction, edges)
+                elif item < 0:
+                    break
+                else:
                     weight *= reflectance[item]
-                    thrown, bent = thrown + 1, False
                     x, y, z = (
                         x + P * wx + _NEAR * nx,
                         y + P * wy + _NEAR * ny,
                         z + P * wz + _NEAR * nz,
                     )
-                    bx, by, bz = nx, ny, nz
+                    for j in range(len(lamps)):
+                        lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], c, objects)
+                        light += weight / math.pi * lit
                     s2 = (1.0 - math.sqrt(np.random.random())) / 2.0
-                else:
-                    weight *= b / c
-                    bent = True
-                    x, y, z = x + t * wx, y + t * wy, z + t * wz
-                    bx, by, bz = wx, wy, wz
-                    s2 = _looked_up(np.random.random(), fraction, edges)
-                if weight == 0.0:
-                    break
-                kind = 0 if thrown == 0 else 3 if thrown > 1 else 2 if bent else 1
-                if order > 0 and on_surface:
-                    cosine = -(x * bx + y * by + z * bz) / math.sqrt(x * x + y * y + z * z)
-                    light = weight * max(cosine, 0.0) / math.pi
-                    if light > 0.0:
-                        _into_block(own, kind, batch, x, y, z, light, view, c, objects)
-                elif order > 0:
-                    place, w = (x, y, z), (wx, wy, wz)
-                    _into_rays(own, kind, batch, place, w, weight, view, water, objects)
-                wx, wy, wz = _turned(bx, by, bz, s2)
-                if weight < faint:
-                    if np.random.random() < 0.5:
+                # Some paths go on towards a lamp, for near one there is most light.
+                wx, wy, wz = nx, ny, nz
+                if np.random.random() < _GUIDED:
+                    wx, wy, wz, _ = _towards(lamps[np.random.randint(len(lamps))], x, y, z)
+                    s2 = math.sin(0.5 * math.pi * np.random.random()) ** 2
+                wx, wy, wz = _turned(wx, wy, wz, s2)
+                cosine = wx * nx + wy * ny + wz * nz
+                wanted = max(cosine, 0.0) / math.pi
+                if t < P:
+                    wanted = _per_steradian((1.0 - cosine) / 2.0, log_s2, log_p)
+                guided = 0.0
+                for j in range(len(lamps)):
+                    lx, ly, lz, _ = _towards(lamps[j], x, y, z)
+                    sine = math.sqrt(max(1.0 - (wx * lx + wy * ly + wz * lz) ** 2, 1e-14))
+                    guided += 0.5 / (math.pi * math.pi * sine * len(lamps))
+                weight *= wanted / (wanted + _GUIDED * (guided - wanted))
+                if weight < _FAINT:
+                    if weight == 0.0 or np.random.random() < 0.5:
                         break
                     weight *= 2.0
-    return found.sum(axis=0)
-
-
-@njit(parallel=True, cache=True)
-def _first_met(view, lamps, a, b, tables, objects, reflectance, seed, rays):
-    """Light that is scattered once, or thrown back once."""
-    water = a + b, tables[0], tables[1]
-    rows, columns, size = view[:3]
-    found = np.zeros((rows * columns, 4, BATCHES))
-    for i in prange(rows * columns):
-        np.random.seed(seed * 100003 + i)
-        for k in range(rays):
-            batch = k % BATCHES
-            u = (i % columns + np.random.random() - columns / 2.0) * size
-            v = (rows / 2.0 - i // columns - np.random.random()) * size
-            n = 1.0 / math.sqrt(u * u + 1.0 + v * v)
-            u, v = u * n, v * n
-            P, item, nx, ny, nz = _first(0.0, 0.0, 0.0, u, n, v, objects)
-            for j in range(len(lamps)):
-                found[i, 0, batch] += b * _once(0.0, 0.0, 0.0, u, n, v, P, lamps[j], water, objects)
-                if item >= 0:
-                    x, y, z = P * u + _NEAR * nx, P * n + _NEAR * ny, P * v + _NEAR * nz
-                    lit = _irradiance(x, y, z, nx, ny, nz, lamps[j], water[0], objects)
-                    lit *= reflectance[item] / math.pi * math.exp(-water[0] * P)
-                    found[i, 1, batch] += lit
-    return found.reshape(rows, columns, 4, BATCHES) * (BATCHES / rays)
+            found[i, k % BATCHES] += light
+    return found.reshape(rows, columns, BATCHES) * (BATCHES / paths)

@@ -19,7 +19,7 @@ from ..table import LOGARITHMIC, Axis, Lookup, Scale, Table
 
 Array = NDArray[np.float64]
 
-SIDE = 48
+SIDE = 96
 """Entries of the map, each way."""
 PART_SIDE = 8
 """Entries of the map of a part of lit objects, each way."""
