@@ -134,8 +134,8 @@ def measure(ask: Ask) -> Mapping[str, object]:
     costs = [[n, f"{x:.2f}", f"{x / seconds[0]:.2f}"] for n, x in seconds.items()]
     heads = ("scene", "mean", "95 %", "noise", "coarse", "bright", "backscatter")
     return {
-        "rows": table(heads, rows), "seen": table(("scene", *SEEN), seen), "costs": table(("lamps", "CPU s", "over none"), costs),
-        "worst": max(means),
+        "rows": table(heads, rows), "seen": table(("scene", *SEEN), seen), "worst": max(means),
+        "costs": table(("lamps", "CPU s", "over none"), costs),
     }  # fmt: skip
 
 
