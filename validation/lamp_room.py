@@ -108,7 +108,8 @@ def seen_first(view: View, room: Room) -> NDArray[np.int64]:
     found = np.empty((view.rows, view.columns), np.int64)
     for i, j in np.ndindex(found.shape):
         w = np.array([j + 0.5 - view.columns / 2.0, 1.0 / view.size, view.rows / 2.0 - i - 0.5])
-        found[i, j] = _first(0.0, 0.0, 0.0, *(w / np.linalg.norm(w)), objects)[1]
+        x, y, z = w / np.linalg.norm(w)
+        found[i, j] = _first(0.0, 0.0, 0.0, x, y, z, objects)[1]
     return found
 
 
