@@ -91,7 +91,7 @@ def measure(ask: Ask) -> Mapping[str, object]:
         "darecki": table(("depth, m", *(f"{w:g} m/s" for w in sea.DARECKI_WINDS)), darecki),
         "inside": ", ".join(str(int(np.sum(np.abs(x / cv - 1) <= 0.1))) for *_, x in found),
         "days": table(("wind, m/s", "now", "even ripples", "b as the meter sees it"), days),
-        "mean": (on_days / at_days).mean(), "within": np.abs(on_days / at_days - 1).max(),
+        "mean": (on_days / at_days).mean(), "within": 100 * np.abs(on_days / at_days - 1).max(),
         "even": joined(even[:2, 1]), "seen": joined(seen[-2:, 1]),
         "at_once": joined([row[0] for row in buoy]),
         "slow": joined([row[-1] for row in buoy]),
@@ -128,7 +128,7 @@ Five other days with winds of their own, about 1.1 m deep, sun at 44°:
 
 {days}
 
-Their mean is × {mean:.2f}, the worst {within:.0%} off. With ripples that lie evenly, 0.86 and 1.7 m
+Their mean is × {mean:.2f}, the worst {within:.0f} % off. With ripples that lie evenly, 0.86 and 1.7 m
 above would have {even} (532 nm, 5.25 m/s); with the b that a meter sees, 6.7 and 9.6 m {seen}.
 
 ## Against the sea: Gernez & Antoine 2009

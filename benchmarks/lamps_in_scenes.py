@@ -164,6 +164,9 @@ Light scattered often that has to find its way round an object is up to twice to
 before it (ball and fish in II): what reaches a place is known as a fraction of all, and not that it
 comes from aside, from where less of it is scattered on to the camera.
 
+In I what objects throw back makes water round a hidden lamp up to 1.3 times too bright (with black
+objects 1.03, third band behind the fish).
+
 ## Seconds of a frame
 CPU seconds on the software rasteriser, 48 × 27, the less of two, sun on; 6 lamps more stand for
 what objects reflect.

@@ -40,7 +40,7 @@ def shadow_directions(side: int = SIDE) -> Array:
     Examples
     --------
     >>> shadow_directions().shape, float(shadow_directions()[0, 2])
-    ((2304, 3), -1.0)
+    ((9216, 3), -1.0)
     """
     return lattice(side)
 
