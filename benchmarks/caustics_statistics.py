@@ -128,8 +128,9 @@ Five other days with winds of their own, about 1.1 m deep, sun at 44°:
 
 {days}
 
-Their mean is × {mean:.2f}, the worst {within:.0f} % off. With ripples that lie evenly, 0.86 and 1.7 m
-above would have {even} (532 nm, 5.25 m/s); with the b that a meter sees, 6.7 and 9.6 m {seen}.
+Their mean is × {mean:.2f}, the worst {within:.0f} % off. With ripples that lie evenly, 0.86 and
+1.7 m above would have {even} (532 nm, 5.25 m/s); with the b that a meter sees, 6.7 and 9.6 m
+{seen}.
 
 ## Against the sea: Gernez & Antoine 2009
 
