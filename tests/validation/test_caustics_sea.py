@@ -21,6 +21,9 @@ def test_darecki_2011():
     # shallow too weak.
     *_, seen = sea.against_darecki(5.25, acceptance=0.0)
     assert np.all(seen[-2:] > 1.2 * measured[-2:])
+    # The wavelengths among each other, which the waves cannot change (with the meter's b 0.31 off
+    # at 9.6 m).
+    np.testing.assert_allclose(seen[:, 2] / seen[:, 0], measured[:, 2] / measured[:, 0], rtol=0.3)
     *_, even = sea.against_darecki(5.25, patchy=False)
     assert np.all(even[:2] < 0.8 * measured[:2])
 
@@ -39,6 +42,18 @@ def test_a_slow_record_explains_the_buoy_at_a_high_sun():
     at_once, *_, averaged = sea.against_gernez(20.0)
     assert at_once > 1.4
     assert averaged == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.slow
+def test_gernez_2009():
+    import jerlov
+
+    buoy, zeniths = jerlov.gernez2009_cv_by_sun_zenith(), (20.0, 40.0, 60.0, 70.0)
+    measured = buoy.cv[np.isin(buoy.sun_zenith_deg, zeniths)]
+    modelled = measured * [sea.against_gernez(zenith)[0] for zenith in zeniths]
+    assert np.all(np.diff(modelled) < 0)  # the lower the sun, the less
+    fall, sea_fall = modelled[-1] / modelled[0], measured[-1] / measured[0]
+    assert fall == pytest.approx(sea_fall, rel=0.3)
 
 
 @pytest.mark.slow
