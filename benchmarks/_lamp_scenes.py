@@ -18,6 +18,7 @@ from ._places import Place
 from ._scenery import ball, block, camera_at, example, ground
 
 DEPTH = 15.0
+_PATHS, _IN_TURBID = 40_000, 240_000  # of a block, in I, and in what scatters more
 FIELD_OF_VIEW = math.radians(70)
 SAMPLES = 256
 """Of Cycles, in IB."""
@@ -52,11 +53,12 @@ type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 class LitPlace(Place):
     """A place with lamps, by night unless its settings say otherwise.
 
-    ``room`` is the same for paths of light.
+    ``room`` is the same for paths of light, so many for each block.
     """
 
     settings: Mapping[str, object] = field(default_factory=lambda: {"sunlight": 0.0})
     room: lamp_room.Room | None = None
+    paths: int = _IN_TURBID
 
 
 def sand_room() -> bpy.types.Object:
@@ -192,4 +194,5 @@ def places(folder: Path) -> list[LitPlace]:
         LitPlace("vehicle and sun, IB", vehicle, "IB", settings={"sunlight": 0.05}),
         LitPlace("wreck by night, IB", partial(_wreck, wreck), "IB"),
     ]
+    found = [replace(place, paths=_PATHS) if place.water == "I" else place for place in found]
     return found + [replace(place, samples=SAMPLES) for place in by_cycles]

@@ -35,7 +35,7 @@ from .radiance_field import FARTHEST
 from .rough_surface import Exchange, WaterSurface, exchange
 from .sky import BLACK, RINGS, Sky
 from .solved_field import SolvedField
-from .solved_layer import Array, Boundaries, SolvedLayer
+from .solved_layer import RESONANCE, Array, Boundaries, SolvedLayer
 
 STREAMS = 32
 """Quadrature cosines, up and down together, that serve pictures."""
@@ -43,7 +43,6 @@ STREAMS = 32
 _LARGEST_ALBEDO = 1.0 - 1e-8
 _SMALLEST_SUN_COSINE = 0.01
 _LEAST = 1e-12  # extinction, 1/m
-_RESONANCE = 1e-6
 _SMALLEST_RATE = 1e-7
 _FAINT = 1e-5  # fraction of the light in an azimuth mode below which it is left out
 
@@ -285,8 +284,8 @@ def _solve_layer(
 
     for each in (driven**2).T[..., None]:
         # What falls just as that which drives it cannot be told from it.
-        close = np.abs(square - each) < _RESONANCE * each
-        square = np.where(close, (1.0 + _RESONANCE) * each, square)
+        close = np.abs(square - each) < RESONANCE * each
+        square = np.where(close, (1.0 + RESONANCE) * each, square)
     rate = np.sqrt(np.maximum(square, _SMALLEST_RATE**2))
     of_total, of_net = lower @ vectors, np.linalg.solve(lower.mT, vectors)
     total, net = of_total / root[:, None], of_net * rate[..., None, :] / root[:, None]

@@ -14,7 +14,8 @@ from .path_integral import attenuated_path
 from .rough_surface import WaterSurface
 from .sky import Sky
 
-_RESONANCE = 1e-5
+RESONANCE = 1e-5
+"""Of a rate, within which another is taken for the same: wider errs, narrower leaves rounding."""
 LEVEL = 1e-7  # |mu| of a ray that is level
 _DEEP = 1e12  # optical depth that stands for infinity
 THIN = 1e-6  # of a depth, and in m: a step across which extinction is averaged at least
@@ -89,7 +90,7 @@ def across_layer(
     """
     strength = np.swapaxes(legendre, 1, 2)[:, None] @ layer.source
     detuning = 1.0 - layer.rate[..., None, :] * mu[:, None]
-    close = np.abs(detuning) < _RESONANCE
+    close = np.abs(detuning) < RESONANCE
     ratio = strength / np.where(close, np.inf, detuning)
     t = layer.scaled_below(y)
     start = np.zeros_like(layer.depth) if mu[0] > 0 else layer.depth
