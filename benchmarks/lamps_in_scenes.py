@@ -155,6 +155,9 @@ reference's noise in it; *coarse*: blocks of 12 × 9; *backscatter*: open water 
 
 {rows}
 
+Coarse blocks without their noise (by squares): torch across 2.0, 1.9, 1.9 and 2.5, fish 2.2, diver
+2.5.
+
 EEVEE over the reference by what is seen, in the three bands, with the reference's standard error in
 the worst of them; *before it*: on what is before the lamp. Wanted: 0.9 to 1.1.
 
