@@ -144,8 +144,8 @@ within a kind, what 95 % stay below, EEVEE over Cycles in luminance. {count} kin
 
 ## What differs
 - EEVEE draws sharp reflections of the water only; balls of glass are no lenses.
-- Translucent bodies are lit by half of what falls on either side; hair keeps no light of the water
-  from other hair: dense fur is half again too bright.
+- Translucent bodies are lit by half of what falls on either side; what hair keeps from other hair
+  is told by the picture's depths, within some 30 %, and keeps none from the skin below it.
 - Clear coloured objects show the mean of the channels behind them in the colour of open water.
 - Volumes in objects are left out of EEVEE's modes, and log, record and panel name them.
 """,

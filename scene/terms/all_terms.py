@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..water.term import Term
 from .clouds import CloudTerm
 from .fluorescence import FluorescenceTerm
+from .hair import HairTerm
 from .inelastic_layers import InelasticTerm
 from .lamps import LampTerm
 from .occlusion import OcclusionTerm
@@ -15,6 +16,6 @@ from .view_from_air import AirTerm
 from .waves import WaveTerm
 
 TERMS: tuple[type[Term], ...] = (
-    FluorescenceTerm, OcclusionTerm, AirTerm, PortTerm, LampTerm, CloudTerm, WaveTerm,
+    FluorescenceTerm, OcclusionTerm, HairTerm, AirTerm, PortTerm, LampTerm, CloudTerm, WaveTerm,
     ParticleTerm, InelasticTerm, SkyTerm,
 )  # fmt: skip

@@ -10,6 +10,7 @@ import pytest
 from underwater_spectral.scene import contents
 from underwater_spectral.scene.engines import eevee_settings, exr_output
 from underwater_spectral.scene.materials import material_kinds
+from underwater_spectral.scene.terms.hair import HairTerm
 from underwater_spectral.scene.water import frame_water, realtime, water_body
 from underwater_spectral.scene.water.frame_water import FrameInputs
 from underwater_spectral.tests.scene import columns, scenes
@@ -76,14 +77,15 @@ def _balls(kinds):
     return camera
 
 
-def _drawn(scene, camera, path, scattering=1e-6):
+def _drawn(scene, camera, path, scattering=1e-6, terms=()):
     """Return a picture of the scene in water where light comes from all sides alike."""
     scene.view_layers[0].update()
     column = columns.grey_column(
         1e-6, scattering, sun_irradiance=0.0, sky_radiance=1.0, floor_depth=12.0,
         floor_reflectance=1.0,
     )  # fmt: skip
-    inputs = FrameInputs(kinds=material_kinds.kinds(contents.materials(scene)))
+    kinds = material_kinds.kinds(contents.materials(scene))
+    inputs = FrameInputs(kinds=kinds, terms=terms)
     phase = parse_phase("hg:0.5").for_bands(np.ones(3))
     water = frame_water.realtime_water(column, phase, _DEPTH, np.eye(3), inputs=inputs)
     realtime.add_realtime(scene, water, water_body.water_extent(scene, column, _DEPTH))
@@ -130,3 +132,54 @@ def test_two_walls_of_coloured_glass_filter_by_its_colour(empty_blender, tmp_pat
     arrives = math.exp(-scattering * (_DEPTH - thickness))
     found = 1.0 - (1.0 - image.mean(axis=(0, 1))[:3]) / arrives
     assert found == pytest.approx(uplift_basis(bands) @ colour, rel=0.05)
+
+
+def _fur(colour, count=3000):
+    """Put threads round a ball before a camera that sees all of it; return that.
+
+    White threads are on a white ball, others on a black one.
+    """
+    rng, points = np.random.default_rng(2), 4
+    out = rng.normal(size=(count, 1, 3))
+    out /= np.linalg.norm(out, axis=2, keepdims=True)
+    hair = bpy.data.hair_curves.new("fur")
+    hair.add_curves([points] * count)
+    places = (out * np.linspace(0.25, 0.45, points)[:, None]).astype(np.float32)
+    hair.points.foreach_set("position", places.ravel())
+    radius = hair.attributes.new("radius", "FLOAT", "POINT")
+    radius.data.foreach_set("value", np.full(count * points, 0.004, np.float32))
+    item = bpy.data.objects.new("fur", hair)
+    item.location = (0.0, 2.0, -_DEPTH)
+    bpy.context.scene.collection.objects.link(item)
+    bpy.ops.mesh.primitive_uv_sphere_add(radius=0.25, location=item.location)
+    for data, grey in ((hair, colour), (bpy.context.object.data, float(colour == 1.0))):
+        material = _of("BsdfDiffuse")()
+        nodes = material.node_tree.nodes
+        shader = next(node for node in nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
+        shader.inputs["Color"].default_value = (grey, grey, grey, 1.0)
+        data.materials.append(material)
+    camera = scenes.add_camera((0.0, 0.0, -_DEPTH), (math.pi / 2, 0.0, 0.0))
+    camera.data.angle = math.radians(28.0)
+    return camera
+
+
+def _by_cycles(scene, path):
+    """Return a picture of the scene in a white world, without water."""
+    scene.world = bpy.data.worlds.new("white")
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = _WHITE
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 64, False
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = 256
+    exr_output.write_float_exr(scene, path)
+    return read_exr(path)[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("colour", "within"), [(0.1, 0.3), (0.5, 0.15), (1.0, 0.02)])
+def test_threads_hide_the_light_from_one_another(empty_blender, tmp_path, colour, within):
+    scene, camera = empty_blender, _fur(colour)
+    scene.render.resolution_x = scene.render.resolution_y = 64
+    ball = np.hypot(*(np.indices((64, 64)) - 31.5)) < 27.0
+    wanted = _by_cycles(scene, tmp_path / "cycles.exr")[ball, :3].mean()
+    terms = (HairTerm(),)
+    found = _drawn(scene, camera, tmp_path / "eevee.exr", terms=terms)[0][ball, :3].mean()
+    assert found == pytest.approx(wanted, rel=within)

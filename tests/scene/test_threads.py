@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 import pytest
 from mathutils import Matrix
+from underwater_spectral.node_groups.hair import HIDDEN
+from underwater_spectral.scene.materials.wet_trees import surface_node
 from underwater_spectral.scene.readers import unusable_places
 from underwater_spectral.scene.readers.threads import visible_threads
-from underwater_spectral.scene.water import water_body
+from underwater_spectral.scene.terms.hair import HairTerm
+from underwater_spectral.scene.water import frame_water, realtime, scene_water, water_body
+from underwater_spectral.scene.water.frame_water import FrameInputs
+from underwater_spectral.tests.scene import columns, scenes
+from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 
 EYE = (0.0, -40.0, 0.0)
 
@@ -112,3 +119,34 @@ def test_a_place_that_is_not_finite_is_left_out_and_named(name):
     assert f"points of '{name}'" in note
     reach = water_body.scene_reach(bpy.context.scene)
     assert 0.4 < reach.radius < 2.0
+
+
+def _particles() -> bpy.types.Object:
+    bpy.ops.mesh.primitive_plane_add()
+    item = bpy.context.object
+    settings = item.modifiers.new("Fur", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count = "HAIR", 10
+    return item
+
+
+@pytest.mark.parametrize("make", [lambda: _curves(3), _particles], ids=("curves", "particles"))
+def test_hair_alone_is_told_what_it_hides_until_the_water_goes(make):
+    scene, fur, rock = bpy.context.scene, scenes.principled("fur"), scenes.principled("rock")
+    scenes.add_camera((0.0, 0.0, -2.0), (0.0, 0.0, 0.0))
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.object.data.materials.append(rock)
+    assert HairTerm.read(SimpleNamespace(scene=scene)) is None
+    make().data.materials.append(fur)
+    assert HairTerm.read(SimpleNamespace(scene=scene)) is not None
+    nodes = {node.name for node in fur.node_tree.nodes}
+    column, phase = columns.grey_column(0.1, 0.1), parse_phase("hg:0.5").for_bands(np.ones(3))
+    inputs = FrameInputs(terms=(HairTerm(),))
+    water = frame_water.realtime_water(column, phase, 2.0, np.eye(3), inputs=inputs)
+    realtime.add_realtime(scene, water, water_body.water_extent(scene, column, 2.0))
+    surfaces = [surface_node(material.node_tree) for material in (fur, rock)]
+    told, other = (surface.inputs[HIDDEN] for surface in surfaces)
+    assert told.is_linked
+    assert not other.is_linked
+    assert other.default_value == 0.0
+    scene_water.remove(scene)
+    assert {node.name for node in fur.node_tree.nodes} == nodes

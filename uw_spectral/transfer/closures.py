@@ -10,6 +10,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 _SHEEN = (0.056, 0.236, 2.6, -1.793)
 _SMOOTHEST = 0.05
 _HAIR, _DARKEST = (0.6, 0.2, 16.0), 1e-6
+_AMONG_HAIR = 3.0
 
 
 BOTH_SIDES = 0.5
@@ -75,3 +76,25 @@ def hair_albedo(colour: Operand, m: Mathematics = NUMPY) -> Operand:
     dark, bright, steep = _HAIR
     white = m.power(m.maximum(colour, _DARKEST), steep)
     return colour * (dark - bright * colour) + (1.0 - dark + bright) * white
+
+
+def among_hair(seen: Operand, reflectance: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Fraction of even light from all sides that threads in a tuft get.
+
+    A picture's depths show the foremost threads alone; those behind hide more, the less the
+    brighter all are: white ones hide nothing. Fitted to Cycles 5.2 and EEVEE's depths, nine tufts
+    of three reflectances: fur of 1 to 20 thousand threads, .04 to .2 m long, meadows from above and
+    level; within a quarter, mostly.
+
+    Parameters
+    ----------
+    seen : float or array
+        Fraction of the sides that is open by a picture's depths, as far as threads are long.
+
+    Examples
+    --------
+    >>> among_hair(0.65, 0.3).round(2).item(), among_hair(0.65, 1.0).item()
+    (0.28, 1.0)
+    """
+    cubed = reflectance * reflectance * reflectance
+    return m.power(m.maximum(seen, _DARKEST), _AMONG_HAIR * (1.0 - cubed))
