@@ -32,12 +32,11 @@ class HairTerm(Term):
         return (hair.HairShape(),)
 
     @override
-    def prepare(self, scene: bpy.types.Scene) -> list[str]:
+    def write(self, scene: bpy.types.Scene, water: RealtimeWater) -> None:
         for material in dict.fromkeys(_of_hair(scene)):
             surface = surface_node(material.node_tree) if material.is_editable else None
             if surface is not None and hair.HIDDEN in surface.inputs:
                 hair.hide(surface)
-        return []
 
 
 def _of_hair(scene: bpy.types.Scene) -> Iterator[bpy.types.Material]:
