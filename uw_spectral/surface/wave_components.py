@@ -18,7 +18,7 @@ _RESTING = 5  # steps that find where a point rests; each leaves a fraction of t
 
 
 @dataclass(frozen=True, eq=False)
-class ShortWaves:
+class WavePatches:
     """Waves so short that gusts and longer waves make them rise here and vanish there."""
 
     longest: float  #: Wave number from which waves are ripples, rad/m.
@@ -27,7 +27,7 @@ class ShortWaves:
     unevenness: float
 
 
-EVEN = ShortWaves(math.inf, np.zeros(2), 0.0)
+EVEN = WavePatches(math.inf, np.zeros(2), 0.0)
 """No ripples apart from the other waves."""
 
 
@@ -49,7 +49,7 @@ class WaveComponents:
     #: the tile, and shorter than its resolution, (2,).
     longer: NDArray[np.float64]
     shorter: NDArray[np.float64]
-    ripples: ShortWaves = EVEN  #: Those of the whole sea, on the tile or not.
+    ripples: WavePatches = EVEN  #: Those of the whole sea, on the tile or not.
 
     def __len__(self) -> int:
         return len(self.amplitude)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .wave_components import FINE_CELLS, ShortWaves, WaveComponents
+from .wave_components import FINE_CELLS, WaveComponents, WavePatches
 
 GRAVITY = 9.81
 """m/s²."""
@@ -159,7 +159,7 @@ class WaveSpectrum:
         return _mean_square_slope(self)
 
     @property
-    def ripples(self) -> ShortWaves:
+    def ripples(self) -> WavePatches:
         """Waves shorter than 6 cm, and how unevenly they lie on the sea.
 
         Slopes of Cox & Munk (1954) are more peaked than Gaussian ones: c₂₂ = 0.12 ± 0.06. Where
@@ -169,7 +169,7 @@ class WaveSpectrum:
         """
         variance = self.slope_variance(_RIPPLES)
         fraction = variance.sum() / max(self.mean_square_slope, 1e-12)
-        return ShortWaves(_RIPPLES, variance, _PEAKEDNESS / fraction**2 if fraction > 0 else 0.0)
+        return WavePatches(_RIPPLES, variance, _PEAKEDNESS / fraction**2 if fraction > 0 else 0.0)
 
     @property
     def significant_height(self) -> float:
