@@ -20,8 +20,8 @@ from ..rendered import ever_rendered
 from .cameras import eye_of
 from .surface_samples import SampleCache, Triangles, visible_triangles
 
-PROBES = 6000
-"""Cells of the grid, at most."""
+PROBES, ROOM_PROBES = 6000, 14_000
+"""Cells of the grid, at most, and where eyes are enclosed: by few openings errors are large."""
 PATH_PROBES = 30_000
 """The same where one grid serves for all frames of a job."""
 _PATH_CELLS = (0.8, 0.9)
@@ -274,7 +274,7 @@ class Surroundings:
             low[2] = min(max(low[2], deepest), high[2])
         box = _widened(low, high, _SIDE * (high[2] - low[2]) + _MARGIN)
         # From within a room little is seen of what shades the water around it.
-        if _cells(*box, CELLS[0], self.middle).count > PROBES and self._enclosed:
+        if _cells(*box, CELLS[0], self.middle).count > ROOM_PROBES and self._enclosed:
             return _widened(low, high, _MARGIN)
         return box
 
@@ -439,9 +439,9 @@ def _near(
     All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
     cut out for it has the same size wherever it looks, and moves in blocks from ``middle``.
     """
-    edges = (*CELLS, *_LARGER) if enclosed else CELLS
+    edges, most = ((*CELLS, *_LARGER), ROOM_PROBES) if enclosed else (CELLS, PROBES)
     whole = [_cells(low, high, cell, middle) for cell in edges]
-    fitting = [grid for grid in whole if grid.count <= PROBES]
+    fitting = [grid for grid in whole if grid.count <= most]
     if fitting:
         return fitting[0]
     cell = CELLS[-1]

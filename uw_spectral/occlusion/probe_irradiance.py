@@ -37,7 +37,7 @@ _MOST = 1e3  # times the unoccluded light; what a white wall sends into the dark
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
 _AT_ONCE = 128  # probes, of whose light a processor's cache holds all
-MOST_KEPT = 8000  # probes of a frame that others may start from; some 35 kB each
+MOST_KEPT = 14_000  # probes of a frame that others may start from; some 35 kB each
 WATERS = 2  # that are kept
 
 
