@@ -109,8 +109,8 @@ def measure(ask: Ask) -> Mapping[str, object]:
 PAGE = Page(
     "Occlusion in the water",
     """
-How it is done is in [physics](../physics.md#occlusion-between-objects): up to 6000 (in rooms 14 000) probes of 64
-rays each.
+How it is done is in [physics](../physics.md#occlusion-between-objects): up to 6000 probes of 64
+rays each, in rooms 14 000.
 
 ## Against Cycles
 Jerlov IB, flat surface, clear sky, sun at 30°, 3 bands, 48 × 27; reef, wreck and cave are the
