@@ -53,12 +53,16 @@ type _Solid = tuple[tuple[float, ...], tuple[float, ...]]
 class LitPlace(Place):
     """A place with lamps, by night unless its settings say otherwise.
 
-    ``room`` is the same for paths of light, so many for each block.
+    ``room`` is the same for paths of light.
     """
 
     settings: Mapping[str, object] = field(default_factory=lambda: {"sunlight": 0.0})
     room: lamp_room.Room | None = None
-    paths: int = _IN_TURBID
+
+    @property
+    def paths(self) -> int:
+        """How many there are for each block."""
+        return _PATHS if self.water == "I" else _IN_TURBID
 
 
 def sand_room() -> bpy.types.Object:
@@ -194,5 +198,4 @@ def places(folder: Path) -> list[LitPlace]:
         LitPlace("vehicle and sun, IB", vehicle, "IB", settings={"sunlight": 0.05}),
         LitPlace("wreck by night, IB", partial(_wreck, wreck), "IB"),
     ]
-    found = [replace(place, paths=_PATHS) if place.water == "I" else place for place in found]
     return found + [replace(place, samples=SAMPLES) for place in by_cycles]

@@ -150,13 +150,11 @@ Default phase function, flat surface, 3 bands, night (or sun and sky at a twenti
 sand, 48 × 27 pixels. The reference are paths of light from the camera, 240 000 for each block of
 3 × 3 pixels and band, in I 40 000 (`validation/lamp_room.py`; scattering by less than 3° counts as
 none), of the last two scenes Cycles with two seeds of 256 samples. ΔE2000 of these blocks, and the
-reference's noise in it; *coarse*: blocks of 12 × 9; *backscatter*: open water alone, median/95
-%/worst relative error by block and band. Wanted: a mean of 2.
+reference's noise in it; *coarse*: blocks of 12 × 9, in which the noise adds by squares;
+*backscatter*: open water alone, median/95 %/worst relative error by block and band. Wanted: a mean
+of 2.
 
 {rows}
-
-Coarse blocks without their noise (by squares): torch across 2.0, 1.9, 1.9 and 2.5, fish 2.2, diver
-2.5.
 
 EEVEE over the reference by what is seen, in the three bands, with the reference's standard error in
 the worst of them; *before it*: on what is before the lamp. Wanted: 0.9 to 1.1.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.occlusion.filled_voxels import Filling
 from ...uw_spectral.occlusion.grid import Grid
+from ...uw_spectral.occlusion.probe_irradiance import MOST_KEPT
 from ...uw_spectral.occlusion.probes import ENCLOSED, spiral
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels
 from .. import marks
@@ -20,7 +21,7 @@ from ..rendered import ever_rendered
 from .cameras import eye_of
 from .surface_samples import SampleCache, Triangles, visible_triangles
 
-PROBES, ROOM_PROBES = 6000, 14_000
+PROBES, ROOM_PROBES = 6000, MOST_KEPT
 """Cells of the grid, at most, and where eyes are enclosed: by few openings errors are large."""
 PATH_PROBES = 30_000
 """The same where one grid serves for all frames of a job."""

@@ -70,9 +70,21 @@ def visible_threads(
     for item in depsgraph.objects:
         if item.original in leave_out or item.original.hide_render:
             continue
-        for system in item.particle_systems:
-            if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
-                yield _of_particles(item, system).usable()
+        for system in hair_of(item):
+            yield _of_particles(item, system).usable()
+
+
+def hair_of(item: bpy.types.Object) -> Iterator[bpy.types.ParticleSystem]:
+    """Yield the particle systems of an object that are drawn as hair."""
+    for system in item.particle_systems:
+        if system.settings.type == "HAIR" and system.settings.render_type == "PATH":
+            yield system
+
+
+def material_of(item: bpy.types.Object, index: int) -> bpy.types.Material | None:
+    """Return the material in the slot of an index, in the last one where there are fewer."""
+    slots = item.material_slots
+    return slots[min(index, len(slots) - 1)].material if len(slots) else None
 
 
 def _of_curves(item: bpy.types.Object, place: Matrix) -> Threads:
@@ -136,9 +148,7 @@ def _placed(points: Array, place: Matrix) -> Array:
 
 
 def _colour(item: bpy.types.Object, slot: int) -> Array:
-    slots = item.material_slots
-    inside = slots[min(slot, len(slots) - 1)].material if len(slots) else None
-    return np.array(mean_colour(inside))
+    return np.array(mean_colour(material_of(item, slot)))
 
 
 def _unit(vectors: Array) -> Array:

@@ -12,6 +12,7 @@ from ...node_groups import hair
 from ...node_groups.shape import TermShape
 from .. import contents
 from ..materials.wet_trees import surface_node
+from ..readers.threads import hair_of, material_of
 from ..rendered import ever_rendered
 from ..water.frame_water import RealtimeWater
 from ..water.scene_frame import SceneFrame
@@ -42,10 +43,7 @@ class HairTerm(Term):
 def _of_hair(scene: bpy.types.Scene) -> Iterator[bpy.types.Material]:
     """Yield the materials of hair, of curves and of particles."""
     for item in contents.objects(scene, ever_rendered(scene)):
-        slots = [slot.material for slot in item.material_slots]
+        found = [material_of(item, x.settings.material - 1) for x in hair_of(item)]
         if item.type == "CURVES":
-            yield from filter(None, slots)
-        for system in item.particle_systems:
-            settings = system.settings
-            if slots and settings.type == "HAIR" and settings.render_type == "PATH":
-                yield from filter(None, slots[: settings.material][-1:])
+            found += [slot.material for slot in item.material_slots]
+        yield from filter(None, found)

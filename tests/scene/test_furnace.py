@@ -134,12 +134,12 @@ def test_two_walls_of_coloured_glass_filter_by_its_colour(empty_blender, tmp_pat
     assert found == pytest.approx(uplift_basis(bands) @ colour, rel=0.05)
 
 
-def _fur(colour, count=3000):
+def _fur(colour):
     """Put threads round a ball before a camera that sees all of it; return that.
 
     White threads are on a white ball, others on a black one.
     """
-    rng, points = np.random.default_rng(2), 4
+    rng, count, points = np.random.default_rng(2), 3000, 4
     out = rng.normal(size=(count, 1, 3))
     out /= np.linalg.norm(out, axis=2, keepdims=True)
     hair = bpy.data.hair_curves.new("fur")
@@ -153,11 +153,7 @@ def _fur(colour, count=3000):
     bpy.context.scene.collection.objects.link(item)
     bpy.ops.mesh.primitive_uv_sphere_add(radius=0.25, location=item.location)
     for data, grey in ((hair, colour), (bpy.context.object.data, float(colour == 1.0))):
-        material = _of("BsdfDiffuse")()
-        nodes = material.node_tree.nodes
-        shader = next(node for node in nodes if node.bl_idname == "ShaderNodeBsdfDiffuse")
-        shader.inputs["Color"].default_value = (grey, grey, grey, 1.0)
-        data.materials.append(material)
+        data.materials.append(_of("BsdfDiffuse", Color=(grey, grey, grey, 1.0))())
     camera = scenes.add_camera((0.0, 0.0, -_DEPTH), (math.pi / 2, 0.0, 0.0))
     camera.data.angle = math.radians(28.0)
     return camera
