@@ -1,11 +1,12 @@
 """Occlusion in the water as node groups read it: one image, and where in it.
 
 A tile of the image is a level of the grid; levels lie one above the other, the ways that light is
-mixed from side by side. The image has the size of the grid, so another grid needs no other nodes.
+mixed from side by side, and patches below the views. The image has the size of the grid, so another grid needs no other nodes.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import override
 
@@ -17,15 +18,14 @@ from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.occlusion.occlusion_table import (
     IRRADIANCE,
     OFF_SURFACE,
-    PATCHES,
     SCATTERED,
     STEPS,
-    TILES,
     OcclusionBox,
     OcclusionTable,
     along_ray,
     step,
 )
+from ..uw_spectral.occlusion.view_directions import COUNT
 from ..uw_spectral.transfer.pixel_parts import OcclusionFactor, OcclusionOnPath
 from .data_blocks import write_pixels
 from .image_table import ImageTable, Tiles, write_tiles
@@ -40,7 +40,7 @@ from .value_fields import ValueFields
 NAME, PART = "UW Occlusion", "uw_shade"
 REACH = "occlusion reach"
 _SMALLEST = 3
-FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3, "weight": PATCHES})
+FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3})
 """Numbers of a box."""
 
 
@@ -60,7 +60,7 @@ class OcclusionShape(TermShape):
 
 def new_image() -> bpy.types.Image:
     """Make an image without occlusion."""
-    return number_image(NAME, TILES * _SMALLEST, _SMALLEST * _SMALLEST)
+    return number_image(NAME, COUNT * _SMALLEST, 2 * _SMALLEST * _SMALLEST)
 
 
 def write_table(image: bpy.types.Image, table: OcclusionTable) -> None:
@@ -70,10 +70,14 @@ def write_table(image: bpy.types.Image, table: OcclusionTable) -> None:
 
 def pixels(table: OcclusionTable) -> NDArray[np.float32]:
     """Return the texels, shape (rows, columns, 4); the first row is the lowest."""
-    tiles, nz, ny, nx, _ = table.atlas.shape
-    out = np.ones((nz * ny, tiles * nx, 4), np.float32)
-    write_tiles(out, table.atlas, (Tiles(columns=nx), Tiles(rows=ny)), margin=0)
+    _, _, nz, ny, nx, _ = table.atlas.shape
+    out = np.ones((2 * nz * ny, COUNT * nx, 4), np.float32)
+    write_tiles(out, table.atlas, _tiles(nz, ny, nx), margin=0)
     return out
+
+
+def _tiles(nz: Operand, ny: Operand, nx: Operand) -> tuple[Tiles, ...]:
+    return Tiles(rows=nz * ny), Tiles(columns=nx), Tiles(rows=ny)
 
 
 class Occlusion:
@@ -106,14 +110,15 @@ class Occlusion:
 
         return summed(self._graph, STEPS, of_step)
 
-    def _mixed(self, first: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
+    def _mixed(self, kind: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
         place = dict(zip("xyz", self._box.place(point, NODES), strict=True))
-        levels, rows, columns = (axis.count for axis in self._box.axes[1:])
-        tiles, size = (Tiles(columns=columns), Tiles(rows=rows)), (columns * TILES, rows * levels)
+        levels, rows, columns = (axis.count for axis in self._box.axes[2:])
         table = ImageTable(
-            self._graph, self._image, self._box.axes, tiles=tiles, margin=0, size=size
-        )
-        return self._box.mixed(first, w, lambda tile: table.at(tile=tile, **place), NODES)
+            self._graph, self._image, self._box.axes, tiles=_tiles(levels, rows, columns),
+            margin=0, size=(columns * COUNT, rows * levels * 2.0),
+        )  # fmt: skip
+        look_up = functools.partial(table.at, kind=float(kind), **place)
+        return self._box.mixed(kind, w, lambda tile: look_up(tile=tile), NODES)
 
 
 class _OcclusionPixel(TermPixel):

@@ -12,6 +12,7 @@ import numpy as np
 from ...uw_spectral.occlusion.grid import Array
 from ...uw_spectral.occlusion.occlusion_table import IRRADIANCE, OcclusionTable
 from ...uw_spectral.occlusion.probes import spiral
+from ...uw_spectral.occlusion.unoccluded_field import AXES, NORMALS
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels, grown
 from .cameras import ray_arrays
 from .surroundings import Surroundings
@@ -59,9 +60,9 @@ class _Room:
 
     def __init__(self, occlusion: OcclusionTable, voxels: SurfaceVoxels) -> None:
         self._grid, self._voxels = occlusion.grid, voxels
-        some = slice(IRRADIANCE, IRRADIANCE + _SIDES)
-        weight = np.array(occlusion.box.weight[some])[:, None, None, None]
-        light = (occlusion.atlas[some, 1:-1, 1:-1, 1:-1, 0] / weight).mean(axis=0)
+        some = AXES[:_SIDES]
+        weight = occlusion.box.light(NORMALS[some].T[..., None, None, None])
+        light = (occlusion.atlas[IRRADIANCE, some, 1:-1, 1:-1, 1:-1, 0] / weight).mean(axis=0)
         self._light = np.ascontiguousarray(light.transpose(2, 1, 0))
         self._beside = grown(self._light)
 

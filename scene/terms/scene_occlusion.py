@@ -9,7 +9,7 @@ import numpy as np
 
 from ...settings.render_plan import RenderPlan, plan_of
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
-from ...uw_spectral.occlusion.unoccluded_field import AXES
+from ...uw_spectral.occlusion.unoccluded_field import AXES, NORMALS
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer, empty_buffer
 from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ...uw_spectral.transfer.solved_field import SolvedField
@@ -36,7 +36,7 @@ def table(frame: SceneFrame) -> OcclusionTable:
 
 def is_in_room(table: OcclusionTable, place: Sequence[float]) -> bool:
     """Whether little light reaches a place, m."""
-    return bool(table.on_patches(np.tile(place, (len(AXES), 1)), AXES)[:, 0].mean() < _IN_ROOM)
+    return bool(table.on_patches(np.tile(place, (len(AXES), 1)), NORMALS[AXES])[:, 0].mean() < _IN_ROOM)
 
 
 def low_stream_field(frame: SceneFrame) -> SolvedField:

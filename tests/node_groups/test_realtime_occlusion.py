@@ -14,6 +14,7 @@ from underwater_spectral.tests.node_groups.test_realtime_groups import _column
 from underwater_spectral.uw_spectral.occlusion import occlusion_table as tables
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
+from underwater_spectral.uw_spectral.occlusion.view_directions import COUNT
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, tabulate
@@ -36,14 +37,14 @@ def _table(column, seed=3):
     """Random occlusion, of rays of one spectrum, smooth from cell to cell, about the view."""
     random = np.random.default_rng(seed)
     grid = Grid((-5.0, -2.0, -9.0), 1.0, (10, 9, 8))
-    along = grid.centres() @ random.normal(size=(3, tables.TILES)) * 0.5
+    along = grid.centres() @ random.normal(size=(3, 2 * COUNT)) * 0.5
     mean, fraction = 0.6 + 0.3 * np.sin(along), 0.2 * np.cos(along)
     ratios = mean[..., None] + fraction[..., None] * np.array([1.0, 0.2, -0.8])
-    ratios[:, :6] += 0.15 * np.sin(along[:, :6, None] + 1.0) * np.array([0.3, -1.0, 0.6])
-    weight = random.uniform(0.5, 1.5, 6)
+    on_patches, scattered = np.split(ratios, 2, axis=1)
+    on_patches += 0.15 * np.sin(along[:, :COUNT, None] + 1.0) * np.array([0.3, -1.0, 0.6])
     light = ProbeIrradiance(
-        grid, np.ones(grid.count, bool), ratios[:, :6], ratios[:, 6:],
-        0.5 + 0.5 * np.sin(along[:, 0]), weight / weight.sum(),
+        grid, np.ones(grid.count, bool), on_patches, scattered, 0.5 + 0.5 * np.sin(along[:, 0]),
+        0.7,
     )  # fmt: skip
     return tables.occlusion_table(light, column.attenuation, np.ones(3))
 
@@ -150,9 +151,9 @@ def test_an_image_of_another_size_takes_the_place_of_one():
 
     found = bpy.data.images[name]
     # A cell around the grid of 10 × 9 × 8.
-    assert tuple(found.size) == (tables.TILES * 12, 11 * 10)
+    assert tuple(found.size) == (COUNT * 12, 2 * 11 * 10)
     atlas = np.empty(len(found.pixels), np.float32)
     found.pixels.foreach_get(atlas)
     np.testing.assert_array_equal(
-        atlas.reshape(110, tables.TILES * 12, 4), realtime_occlusion.pixels(table)
+        atlas.reshape(220, COUNT * 12, 4), realtime_occlusion.pixels(table)
     )

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .grid import Array
 from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
-from .unoccluded_field import AXES
+from .unoccluded_field import AXES, NORMALS
 
 _LEAST, _DARK_OUTSIDE = 1e-3, 0.3
 """Of the light of open water, below which errors are not relative: seen from within, and not."""
@@ -30,6 +30,7 @@ _UNLIT = 1e-12
 _FAR = 1e-6  # of one close by, for one farther off that alone is seen
 _ROUNDS = 6
 _TOWARDS, _STRAIGHT = 0.2, 0.97  # cosines with an axis of surfaces that are oblique to it
+_READS = 0.8  # cosine of normals with a tile's that surfaces may read
 _INTO_CORNERS = 2  # voxels that oblique surfaces go on into those of others, at most
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 
@@ -56,6 +57,34 @@ class _Readers:
         return found
 
 
+@dataclass(frozen=True, eq=False)
+class _Sights:
+    """What readers see of the probes around them."""
+
+    hidden: NDArray[np.bool_]  #: Cells that are read whose probes are not seen, (m, 8).
+    known: NDArray[np.bool_]  #: Whether any probe is seen, (m,).
+    probes: Cells  #: Around the reader, (m, k).
+    mean: Light  #: What each is of the mean light, (m, k).
+    there: Light  #: And of the light at the reader's place, (m, k).
+
+    def some(self, which: NDArray) -> _Sights:
+        return _Sights(
+            self.hidden[which], self.known[which], self.probes[which], self.mean[which],
+            self.there[which],
+        )  # fmt: skip
+
+    def light(self, tiles: Light) -> Light:
+        """Light of probes (p, q) at the places, (m, q)."""
+        mean, there = np.zeros((2, len(self.probes), tiles.shape[1]), np.float32)
+        for probe, of_mean, of_there in zip(self.probes.T, self.mean.T, self.there.T, strict=True):
+            light = tiles[probe]
+            mean += of_mean[:, None] * light
+            there += of_there[:, None] * light
+        level, change = (np.abs(part[:, ::3].mean(axis=1)) for part in (mean, there - mean))
+        part = _MOST_CHANGE * level / np.maximum(change, _MOST_CHANGE * level + _UNLIT)
+        return mean + part[:, None] * (there - mean)
+
+
 class FittedCells:
     """Fits cells of atlases (t, nx + 2, ny + 2, nz + 2, 3) over the grid of rays.
 
@@ -71,19 +100,41 @@ class FittedCells:
         self._dark = _LEAST if enclosed else _DARK_OUTSIDE
 
     def fit_faces(self, atlas: Array, tiles: Array, off: float) -> None:
-        """Fit tiles that face :data:`.AXES`, which surfaces look up ``off`` m before them.
+        """Fit tiles that face :data:`.NORMALS`, which surfaces look up ``off`` m before them.
 
-        ``tiles`` (p, 6, 3) are what probes have.
+        ``tiles`` (p, COUNT, 3) are what probes have.
         """
-        for axis, (surface, normal, water) in enumerate(_faces(self._rays)):
-            readers = self._readers(self._points[water], surface, surface + off * normal)
-            self._fit(atlas[axis : axis + 1], tiles[:, axis : axis + 1], readers, moved=True)
+        surface, normal, water = _faces(self._rays)
+        readers = self._readers(self._points[water], surface, surface + off * normal)
+        values, flat = _by_cell(atlas), tiles.astype(np.float32)
+        level = values.reshape(len(values), -1, 3)[..., 0]
+        read = normal @ NORMALS.T > _READS
+        uneven = np.stack(
+            [_uneven(readers, light) for light in level.T], axis=1
+        ) & read
+        some = np.flatnonzero(uneven.any(axis=1))
+        sights = self._sights(readers.some(some))
+        place = np.zeros(len(readers.at), np.intp)
+        place[some] = np.arange(len(some))
+        for tile in range(tiles.shape[1]):
+            part = slice(3 * tile, 3 * tile + 3)
+            rows = np.flatnonzero(read[:, tile])
+            odd = np.flatnonzero(uneven[rows, tile])
+            seen = sights.some(place[rows[odd]])
+            fitted = self._fit(values[:, part], flat[:, tile], readers.some(rows), odd, seen, moved=True)
+            values[:, part] = fitted
+        _put(atlas, values)
 
     def fit_water(self, atlas: Array, tiles: Array) -> None:
         """Fit tiles (p, t, 3) that are looked up in the water."""
         place = np.stack(np.unravel_index(np.arange(len(self._points)), self._rays.reached.shape))
         some = self._rays.reached.ravel() & (place.sum(axis=0) % 2 == 0)
-        self._fit(atlas, tiles, self._readers(*[self._points[some]] * 3), moved=False)
+        readers = self._readers(*[self._points[some]] * 3)
+        values = _by_cell(atlas)
+        odd = np.flatnonzero(_uneven(readers, values[:, ::3].mean(axis=1)))
+        seen = self._sights(readers.some(odd))
+        flat = tiles.reshape(len(tiles), -1).astype(np.float32)
+        _put(atlas, self._fit(values, flat, readers, odd, seen, moved=False))
 
     def _readers(self, at: Array, wanted: Array, place: Array) -> _Readers:
         grid, shape = self._rays.grid, np.add(self._rays.grid.shape, 2)
@@ -95,86 +146,85 @@ class FittedCells:
         cells = (corner[..., 0] * shape[1] + corner[..., 1]) * shape[2] + corner[..., 2]
         return _Readers(at, wanted, cells, fractions)
 
-    def _fit(self, atlas: Array, tiles: Array, readers: _Readers, *, moved: bool) -> None:
-        """Fit tiles; ``moved`` tells that places are looked up beside the points of readers."""
-        values = np.moveaxis(atlas, 0, 3).reshape(-1, 3 * len(atlas)).astype(np.float32)
+    def _fit(
+        self, values: Light, tiles: Light, readers: _Readers, odd: Cells, seen: _Sights, *,
+        moved: bool,
+    ) -> Light:  # fmt: skip
+        """Fit values of cells (c, q) to those of probes (p, q), which ``odd`` readers see.
+
+        ``moved`` tells that places are looked up beside the points of readers.
+        """
         level = values[:, ::3].mean(axis=1)
         least = _LEAST * level.max()
-        lights = level[readers.cells]
-        uneven = lights.max(axis=1) > (1.0 + _APART) * lights.min(axis=1) + least
-        some = np.flatnonzero(uneven)
-        wrong = self._unseen(readers.some(some))
-        if not moved:
-            some, wrong = some[wrong.any(axis=1)], wrong[wrong.any(axis=1)]
-        wanted, known = self._seen_light(readers.some(some), tiles)
-        some, wanted, wrong = some[known], wanted[known], wrong[known]
-        hidden = wrong.copy()
-        found = readers.some(some).read(values)
+        known = seen.known if moved else seen.known & seen.hidden.any(axis=1)
+        odd, seen = odd[known], seen.some(known)
+        wanted, wrong = seen.light(tiles), seen.hidden
+        hidden, some = wrong.copy(), readers.some(odd)
         if moved:
             light = wanted[:, ::3].mean(axis=1)
-            off = np.abs(found[:, ::3].mean(axis=1) - light) > _APART * light + least
-            wrong |= off[:, None] & (readers.fractions[some] > _UNSEEN)
+            off = np.abs(some.read(level[:, None])[:, 0] - light) > _APART * light + least
+            wrong = wrong | off[:, None] & (some.fractions > _UNSEEN)
         fitted, replaced = np.zeros((2, len(level)), bool)
-        fitted[readers.cells[some][wrong]] = True
-        replaced[readers.cells[some][hidden]] = True
+        fitted[some.cells[wrong]] = True
+        replaced[some.cells[hidden]] = True
         fitted, replaced = fitted & (self._probe >= 0), replaced & (self._probe >= 0)
         if not fitted.any():
-            return
-        concerned = np.flatnonzero(fitted[readers.cells].any(axis=1))
-        targets = readers.some(concerned).read(values)
-        place = np.searchsorted(concerned, some)
-        there = place < len(concerned)
-        there[there] = concerned[place[there]] == some[there]
-        targets[place[there]] = wanted[there]
+            return values
+        concerned = fitted[readers.cells].any(axis=1)
+        place = np.cumsum(concerned) - 1
+        readers = readers.some(concerned)
+        targets = readers.read(values)
+        there = concerned[odd]
+        targets[place[odd[there]]] = wanted[there]
         dark = self._dark * level.max()
         counts = (np.maximum(targets[:, ::3].mean(axis=1), 0.0) + dark) ** -2.0
-        _approach(values, fitted, replaced, readers.some(concerned), targets, counts)
-        changed = values.reshape(*atlas.shape[1:4], len(atlas), 3)
-        atlas[...] = np.moveaxis(changed, 3, 0)
+        return _approached(values, fitted, replaced, readers, targets, counts)
 
-    def _unseen(self, readers: _Readers) -> NDArray[np.bool_]:
-        """Cells that readers read whose probes they do not see, (m, 8)."""
-        probe = self._probe[readers.cells]
-        seen = self._sees(readers.at[:, None], self._rays.point[probe]) | (probe < 0)
-        return ~seen & (readers.fractions > _UNSEEN)
+    def _sights(self, readers: _Readers) -> _Sights:
+        """Look from the points of readers at the probes around them.
 
-    def _seen_light(self, readers: _Readers, tiles: Array) -> tuple[Light, NDArray[np.bool_]]:
-        """Light of the probes that are seen, at places (m, 3 t), and whether there are any.
-
-        It changes on the way from these to a wall, the more the nearer what lights it: what is
+        Light changes on the way from these to a wall, the more the nearer what lights it: what is
         linear in the place is told.
         """
         grid, rays, at = self._rays.grid, self._rays, readers.at
-        flat = tiles.reshape(len(tiles), -1).astype(np.float32)
-        gram, sums = np.zeros((len(at), 4, 4)), np.zeros((len(at), 4, flat.shape[1]))
+        probe = self._probe[readers.cells]
+        seen = self._sees(at[:, None], rays.point[probe]) | (probe < 0)
+        hidden = ~seen & (readers.fractions > _UNSEEN)
+        probes, weights, places = [], [], []
         for probe, inside in around(grid, at):
             point, x = rays.point[probe], np.ones((len(at), 4))
             usable = inside & rays.valid[probe]
             usable[usable] = self._sees(at[usable], point[usable])
             near = ((point - at) ** 2).sum(axis=1) / grid.cell**2
-            weight = np.where(usable, np.exp(-near) + _FAR, 0.0)
             x[:, 1:] = (point - readers.place) / grid.cell
-            gram += np.einsum("m,mi,mj->mij", weight, x, x)
-            sums += np.einsum("m,mi,mq->miq", weight, x, flat[probe])
-        known, total = gram[:, 0, 0] > 0, np.maximum(gram[:, :1, :1], _FAR)
-        gram, sums = gram / total + np.diag([_FAR, *[_STEADY] * 3]), sums / total
-        mean, there = sums[:, 0], np.linalg.solve(gram, sums)[:, 0]
-        level, change = (np.abs(part[:, ::3].mean(axis=1)) for part in (mean, there - mean))
-        part = _MOST_CHANGE * level / np.maximum(change, _MOST_CHANGE * level + _UNLIT)
-        return (mean + part[:, None] * (there - mean)).astype(np.float32), known
+            probes.append(probe)
+            weights.append(np.where(usable, np.exp(-near) + _FAR, 0.0))
+            places.append(x)
+        weight, x = np.stack(weights, axis=1), np.stack(places, axis=1)
+        total = np.maximum(weight.sum(axis=1), _FAR)
+        weight = weight / total[:, None]
+        gram = np.einsum("mk,mki,mkj->mij", weight, x, x) + np.diag([_FAR, *[_STEADY] * 3])
+        # The first row of the inverse tells what is at the place itself.
+        first = np.linalg.inv(gram)[:, 0]
+        there = np.einsum("mi,mki,mk->mk", first, x, weight)
+        return _Sights(
+            hidden, weight.any(axis=1), np.stack(probes, axis=1), weight.astype(np.float32),
+            there.astype(np.float32),
+        )  # fmt: skip
 
     def _sees(self, start: Array, end: Array) -> NDArray[np.bool_]:
         return self._rays.voxels.free_between(start, end, ON_SIGHT)
 
 
-def _faces(rays: Rays) -> Iterator[tuple[Array, Array, Cells]]:
-    """Of surfaces with water beside them along each axis: places, m, normals, (m, 3), its voxels.
+def _faces(rays: Rays) -> tuple[Array, Array, Cells]:
+    """Surfaces with water beside them along an axis: places, m, normals, (m, 3), its voxels.
 
     Those that are oblique count as if they faced the axis, too, for other surfaces of their voxels.
     """
-    voxels, axes = rays.voxels, AXES.astype(np.intp)
+    voxels, axes = rays.voxels, NORMALS[AXES].astype(np.intp)
     full = np.pad(voxels.number >= 0, _INTO_CORNERS, constant_values=True)
     places = np.argwhere(voxels.number >= 0)
+    found = []
     for axis, way in enumerate(axes):
         beside = places + way
         inside = ((beside >= 0) & (beside < voxels.grid.shape)).all(axis=1)
@@ -184,15 +234,14 @@ def _faces(rays: Rays) -> Iterator[tuple[Array, Array, Cells]]:
         sides = voxels.facing[which]
         normal = sides[np.arange(len(sides)), (sides @ way).argmax(axis=1)]
         along = normal @ way
-        turned = np.isfinite(voxels.extent[which, 0]) & (along > _TOWARDS) & (along < _STRAIGHT)
+        turned = (along > _TOWARDS) & (along < _STRAIGHT)
         steps = np.delete(axes, [axis, axis ^ 1], axis=0)
-        straight = voxels.centre[which], np.tile(AXES[axis], (len(which), 1)), beside
+        straight = voxels.centre[which], np.tile(way.astype(float), (len(which), 1)), beside
         oblique = voxels.centre[which[turned]], normal[turned], beside[turned]
-        found = []
         for faces, far in ((straight, 1), (oblique, _INTO_CORNERS)):
             found += _continued(full, voxels.grid.cell, *faces, steps, far)
-        surface, normal, beside = (np.concatenate(x) for x in zip(*found, strict=True))
-        yield surface, normal, voxels.grid.flat(beside)
+    surface, normal, beside = (np.concatenate(x) for x in zip(*found, strict=True))
+    return surface, normal, voxels.grid.flat(beside)
 
 
 def _continued(
@@ -218,15 +267,33 @@ def _continued(
             yield surface[here] + along, n, beside[here]
 
 
-def _approach(
+def _by_cell(atlas: Array) -> Light:
+    """Values of an atlas (t, nx, ny, nz, 3) by cell, (c, 3 t)."""
+    return np.moveaxis(atlas, 0, 3).reshape(-1, 3 * len(atlas)).astype(np.float32)
+
+
+def _put(atlas: Array, values: Light) -> None:
+    changed = values.reshape(*atlas.shape[1:4], len(atlas), 3)
+    atlas[...] = np.moveaxis(changed, 3, 0)
+
+
+def _uneven(readers: _Readers, level: Light) -> NDArray[np.bool_]:
+    """Where the cells that readers read differ."""
+    lights = level[readers.cells]
+    least = _LEAST * level.max()
+    uneven: NDArray[np.bool_] = lights.max(axis=1) > (1.0 + _APART) * lights.min(axis=1) + least
+    return uneven
+
+
+def _approached(
     values: Light,
     fitted: NDArray[np.bool_],
     replaced: NDArray[np.bool_],
     readers: _Readers,
     wanted: Light,
     counts: NDArray[np.floating],
-) -> None:
-    """Change fitted cells (c,) of values (c, q) so that readers find what is wanted, (m, q).
+) -> Light:
+    """Return values of cells (c, q), fitted ones so that readers find what is wanted, (m, q).
 
     Those that are replaced begin as the mean of what their readers want. What is missed is spread
     again and again, as in the simultaneous iterative reconstruction of tomography (P. Gilbert,
@@ -245,8 +312,10 @@ def _approach(
         sums /= total
         return sums
 
+    values = values.copy()
     values[which] = np.where(replaced[which, None], spread(wanted), values[which])
     for _ in range(_ROUNDS):
         values[which] += spread(wanted - readers.read(values))
         dark = values[:, ::3]
         np.maximum(dark, 0.0, out=dark)
+    return values

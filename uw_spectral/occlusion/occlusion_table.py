@@ -1,11 +1,10 @@
 """Probe irradiance as a table that a renderer looks up: what is in it, where, and its use.
 
 Ratios to the unoccluded light are kept as numbers that all bands share: their mean, and how they
-differ from it along spectra. Those of patches, along two, are kept for six normals along the axes,
-and mixed by squared components and by the unoccluded light of each way, as in an ambient cube
-(J. McTaggart, "Half-Life 2 / Valve Source Shading", GDC 2004). Those of the light scattered along a
-ray, along one, are kept for those of :mod:`.view_directions`, for it changes with the direction as
-the phase function is sharp; beside them is how much of the sun is seen.
+differ from it along spectra, of patches along two, of the light scattered along a ray along one;
+beside these is how much of the sun is seen. Both are kept for the directions of
+:mod:`.view_directions`; what lies between is mixed, of patches by about the unoccluded light of
+each, for that is what a ratio stands for.
 """
 
 from __future__ import annotations
@@ -25,11 +24,10 @@ from . import view_directions as views
 from .fitted_cells import FittedCells
 from .grid import Array, Grid
 from .probe_irradiance import FADE, ProbeIrradiance
+from .unoccluded_field import NORMALS
 
-PATCHES = 6
-IRRADIANCE, SCATTERED = 0, PATCHES
-"""First tiles of the irradiance on patches, and of the light scattered along a ray."""
-TILES = PATCHES + views.COUNT
+IRRADIANCE, SCATTERED = 0, 1
+"""On patches, and of the light scattered along a ray."""
 STEPS = 4
 """Places along a ray that are looked at."""
 OFF_SURFACE = 0.7
@@ -48,14 +46,14 @@ class OcclusionBox:
     lower: Sequence[Operand]
     per_metre: Operand  #: Cells in a metre.
     last: Sequence[Operand]  #: Number of the last cell of the table along each axis.
-    weight: Sequence[Operand]  #: Of the unoccluded light on patches, by tile.
+    slope: Operand  #: Of the unoccluded light on patches from those that face level ones up.
     reach: Operand  #: Distance that :data:`STEPS` are spread over, m.
 
     @property
     def axes(self) -> tuple[Axis, ...]:
-        """Axes of the table: its tiles, and its cells."""
+        """Axes of the table: what is kept, of which direction, and its cells."""
         cells = (Axis(name, n + 1.0) for name, n in zip("zyx", self.last[::-1], strict=True))
-        return discrete_axis("tile", TILES), *cells
+        return discrete_axis("kind", 2), discrete_axis("tile", views.COUNT), *cells
 
     def place(self, point: Sequence[Operand], m: Mathematics = NUMPY) -> list[Operand]:
         """Position of a point among the cells of the table; far away is its border."""
@@ -69,29 +67,26 @@ class OcclusionBox:
 
     def mixed(
         self,
-        first: int,
+        kind: int,
         w: Sequence[Operand],
-        texel: Callable[[Operand], Operand],
+        tile: Callable[[Operand], Operand],
         m: Mathematics = NUMPY,
     ) -> Operand:
-        """Mix the three tiles that lie towards a unit vector.
+        """Mix the three tiles around a unit vector.
 
-        ``first`` is :data:`IRRADIANCE` or :data:`SCATTERED`; ``texel`` looks a tile up, by its
-        number.
+        ``kind`` is :data:`IRRADIANCE` or :data:`SCATTERED`; ``tile`` looks one up, by its number.
         """
         total: Operand = 0.0
-        if first == SCATTERED:
-            for number, fraction in views.around(w, m):
-                total = total + texel(number + float(first)) * fraction
-            return total
-        light: Operand = 0.0
-        for axis, along in enumerate(w):
-            back = m.less(along, 0.0)
-            place = first + 2 * axis
-            fraction = along * along
-            total = total + texel(back + float(place)) * fraction
-            light = light + fraction * m.select(back, self.weight[place + 1], self.weight[place])
-        return total * (1.0 / light)
+        for number, fraction in views.around(w, m):
+            total = total + tile(number) * fraction
+        return total if kind == SCATTERED else total * (1.0 / self.light(w, m))
+
+    def light(self, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+        """About the unoccluded light on patches that face unit vectors, over that on level ones.
+
+        Mixed like tiles it is itself.
+        """
+        return views.height(w, m) * self.slope + 1.0
 
 
 def step(k: Operand, P: Operand, reach: Operand, m: Mathematics = NUMPY) -> Operand:
@@ -128,9 +123,9 @@ class OcclusionTable:
 
     grid: Grid
     box: OcclusionBox
-    #: Of patches the mean over the bands and fractions of two spectra, times the weight of the
-    #: tile; of rays the mean, the fraction of one, and that of the sun that is seen,
-    #: (TILES, nz + 2, ny + 2, nx + 2, 3).
+    #: Of patches the mean over the bands and fractions of two spectra, times
+    #: :meth:`OcclusionBox.light`; of rays the mean, the fraction of one, and that of the sun that
+    #: is seen, (2, COUNT, nz + 2, ny + 2, nx + 2, 3).
     atlas: NDArray[np.float32]
     spectra: Array  #: Of patches, and from :data:`.ON_PATH` on of rays, (SPECTRA, n).
 
@@ -153,7 +148,7 @@ class OcclusionTable:
         [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
         """
         inner = slice(_RING, -_RING)
-        mean, *fractions = np.moveaxis(self.atlas[:PATCHES, inner, inner, inner], -1, 0)
+        mean, *fractions = np.moveaxis(self.atlas[IRRADIANCE, :, inner, inner, inner], -1, 0)
         lit = mean > _DARK * mean.max(axis=(1, 2, 3), keepdims=True)
         if not lit.any():  # as in water that scatters nothing, whose patches face no sun
             return np.ones((2, self.spectra.shape[1]))
@@ -162,12 +157,13 @@ class OcclusionTable:
         found = np.stack([ends[0].mean(axis=1), ends[-1].mean(axis=1)], dtype=np.float64)
         return np.maximum(1.0 + found @ self.spectra[:ON_PATH], _DARK)
 
-    def mixed(self, first: int, points: Array, w: Array) -> Array:
+    def mixed(self, kind: int, points: Array, w: Array) -> Array:
         """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
         of_points, of_w = ([part[:, None] for part in along.T] for along in (points, w))
         place = dict(zip("xyz", self.box.place(of_points), strict=True))
         table = Table(self.atlas, self.box.axes)
-        return self.box.mixed(first, of_w, lambda tile: table.at(tile=tile, **place))
+        look_up = functools.partial(table.at, kind=kind, **place)
+        return self.box.mixed(kind, of_w, lambda tile: look_up(tile=tile))
 
     def on_patches(self, points: Array, normal: Array) -> Array:
         """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
@@ -205,8 +201,17 @@ def occlusion_table(
     sides. ``enclosed``: it is looked at from where little of the open is seen.
     """
     nx, ny, nz = light.grid.shape
-    weight = light.weight[:, None]
-    ratios = np.concatenate([light.irradiance * weight, light.scattered], axis=1)
+    grid = light.grid
+    size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
+    box = OcclusionBox(
+        tuple(low + grid.cell / 2.0 for low in grid.lower),
+        1.0 / grid.cell,
+        _last(grid),
+        light.slope,
+        min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
+    )
+    weight = box.light(NORMALS.T)
+    ratios = np.stack([light.irradiance * weight[:, None], light.scattered])
     fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
     if not fraction.sum() > 0:
         fraction = np.full(len(importance), 1.0 / len(importance))
@@ -215,40 +220,29 @@ def occlusion_table(
     rest = (ratios - mean[..., None]) * root
     tiles, spectra = np.zeros((*mean.shape, 3)), np.zeros((SPECTRA, len(fraction)))
     tiles[..., 0] = mean
-    for part, first, last in (
-        (slice(SCATTERED), 0, ON_PATH),
-        (slice(SCATTERED, None), ON_PATH, SPECTRA),
-    ):
-        ways = _main_ways(rest[:, part], last - first)
-        tiles[:, part, 1 : 1 + len(ways)] = rest[:, part] @ ways.T
+    for kind, first, last in ((IRRADIANCE, 0, ON_PATH), (SCATTERED, ON_PATH, SPECTRA)):
+        ways = _main_ways(rest[kind], last - first)
+        tiles[kind, ..., 1 : 1 + len(ways)] = rest[kind] @ ways.T
         spectra[first : first + len(ways)] = ways / root
     # The sun is the same in every tile, so that mixing leaves it.
-    tiles[:, SCATTERED:, 2] = light.sunlit[:, None]
-    atlas = tiles.transpose(1, 0, 2).reshape(TILES, nx, ny, nz, 3)
+    tiles[SCATTERED, ..., 2] = light.sunlit[:, None]
+    atlas = tiles.transpose(0, 2, 1, 3).reshape(2, views.COUNT, nx, ny, nz, 3)
     beyond = _sides(atlas, light.valid)
     if alone:
-        beyond[:PATCHES], beyond[SCATTERED:] = 0.0, (1.0, 0.0, 1.0)
-        beyond[:PATCHES, 0] = light.weight
+        beyond[IRRADIANCE], beyond[SCATTERED] = 0.0, (1.0, 0.0, 1.0)
+        beyond[IRRADIANCE, :, 0] = weight
     # What reaches out of the top is dark inside, and its own top lies beyond.
     inside = ~light.valid.reshape(nx, ny, nz)[:, :, -1]
-    atlas[:, inside, -1] = beyond[:, None]
+    atlas[:, :, inside, -1] = beyond[:, :, None]
     atlas = _ringed(atlas, beyond)
-    grid = light.grid
     if light.solution is not None:
         fitted = FittedCells(light.solution.known.rays, enclosed=enclosed)
-        fitted.fit_faces(atlas[:PATCHES], tiles[:, :PATCHES], OFF_SURFACE * grid.cell)
-        fitted.fit_water(atlas[PATCHES:], tiles[:, PATCHES:])
-    size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
-    box = OcclusionBox(
-        tuple(low + grid.cell / 2.0 for low in grid.lower),
-        1.0 / grid.cell,
-        _last(grid),
-        tuple(light.weight.tolist()),
-        min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
-    )
+        fitted.fit_faces(atlas[IRRADIANCE], tiles[IRRADIANCE], OFF_SURFACE * grid.cell)
+        fitted.fit_water(atlas[SCATTERED], tiles[SCATTERED])
     return OcclusionTable(
-        grid, box, np.ascontiguousarray(atlas.transpose(0, 3, 2, 1, 4), np.float32), spectra
+        grid, box, np.ascontiguousarray(atlas.transpose(0, 1, 4, 3, 2, 5), np.float32), spectra
     )
+
 
 
 def _main_ways(rest: NDArray[np.floating], count: int) -> NDArray[np.floating]:
@@ -262,19 +256,19 @@ def _last(grid: Grid) -> tuple[float, ...]:
 
 
 def _sides(atlas: Array, valid: NDArray[np.bool_]) -> Array:
-    """Mean of the water at the upright sides of a grid (TILES, nx, ny, nz, 3)."""
-    sides = np.zeros(atlas.shape[1:4], bool)
+    """Mean of the water at the upright sides of a grid (2, COUNT, nx, ny, nz, 3)."""
+    sides = np.zeros(atlas.shape[2:5], bool)
     sides[[0, -1]] = sides[:, [0, -1]] = True
     water = sides & valid.reshape(sides.shape)
-    return atlas[:, water if water.any() else sides].mean(axis=1)
+    return atlas[:, :, water if water.any() else sides].mean(axis=2)
 
 
 def _ringed(atlas: Array, beyond: Array) -> Array:
-    """Put cells with the light beyond (TILES, 3) around those of a grid."""
-    nx, ny, nz = (n + 2 * _RING for n in atlas.shape[1:4])
-    ringed = np.tile(beyond[:, None, None, None], (1, nx, ny, nz, 1))
+    """Put cells with the light beyond (2, COUNT, 3) around those of a grid."""
+    nx, ny, nz = (n + 2 * _RING for n in atlas.shape[2:5])
+    ringed = np.tile(beyond[:, :, None, None, None], (1, 1, nx, ny, nz, 1))
     inner = slice(_RING, -_RING)
-    ringed[:, inner, inner, inner] = atlas
+    ringed[:, :, inner, inner, inner] = atlas
     return ringed
 
 
@@ -288,8 +282,7 @@ def without_occlusion(bands: int) -> OcclusionTable:
     array([[1., 0., 1.]])
     """
     grid = Grid((-0.5, -0.5, -0.5), 1.0, (1, 1, 1))
-    weight = (1.0 / PATCHES,) * PATCHES
-    box = OcclusionBox((0.0, 0.0, 0.0), 1.0, _last(grid), weight, 1.0)
-    atlas = np.zeros((TILES, 3, 3, 3, 3), np.float32)
-    atlas[:PATCHES, ..., 0], atlas[SCATTERED:] = 1.0 / PATCHES, (1.0, 0.0, 1.0)
+    box = OcclusionBox((0.0, 0.0, 0.0), 1.0, _last(grid), 0.0, 1.0)
+    atlas = np.zeros((2, views.COUNT, 3, 3, 3, 3), np.float32)
+    atlas[IRRADIANCE, ..., 0], atlas[SCATTERED] = 1.0, (1.0, 0.0, 1.0)
     return OcclusionTable(grid, box, atlas, np.zeros((SPECTRA, bands)))

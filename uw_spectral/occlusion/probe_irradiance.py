@@ -18,15 +18,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..octahedron import lattice
 from ..transfer.radiance_table import OCCLUSION_STREAMS
 from ..transfer.solved_field import SolvedField
 from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .probe_rows import Light, Rows, as_slice, by_band, flat, product_of_rows
 from .probes import RAYS, SETS, Rays, directions, set_of
-from .unoccluded_field import UnoccludedField
-from .view_directions import SIDE
+from .unoccluded_field import AXES, NORMALS, UnoccludedField
+from .view_directions import COUNT, around
 
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
@@ -49,13 +48,13 @@ class ProbeIrradiance:
     #: Which stand for water; the others have the light of one close by, (p,).
     valid: NDArray[np.bool_]
     #: Ratio of the irradiance, without the beam of the sun, on patches that face
-    #: :data:`.unoccluded_field.AXES`, (p, 6, n).
+    #: :data:`.unoccluded_field.NORMALS`, (p, COUNT, n).
     irradiance: Light
     #: Ratio of the light, without the beam, that the water scatters against the view directions of
     #: :mod:`.view_directions`, (p, COUNT, n).
     scattered: Light
     sunlit: Array  #: Fraction of the sun's beam, (p,).
-    weight: Array  #: Mean unoccluded irradiance on each of them, over the sum of the six, (6,).
+    slope: float  #: How much more of the unoccluded light is from above than below, -1 to 1.
     solution: Solution | None = None  #: What the light of another frame may start from.
 
     @property
@@ -118,10 +117,10 @@ def lengthened(values: Light, count: int) -> Light:
 class LightOfProbes:
     """The light of v probes, as far as it is known."""
 
-    E: Light  #: Irradiance on the axes, without the beam, (v, 6, n).
+    E: Light  #: Irradiance on patches, without the beam, (v, COUNT, n).
     J: Light  #: Light scattered against each direction, over the unoccluded, (v, RAYS, n).
     beam: Light  #: Irradiance of the sun's beam, mean over surfaces of all slopes, (v, n).
-    on_axes: Light  #: Unoccluded irradiance on the axes, of all bands, (v, 6).
+    on_patches: Light  #: Unoccluded irradiance on them, of all bands, (v, COUNT).
     #: Radiance of surfaces that are lit as a probe is, (v, n).
     sent: Light = field(default_factory=lambda: np.empty((0, 0), np.float32))
     #: Radiance of the sides of surfaces, (2 k, n).
@@ -129,23 +128,23 @@ class LightOfProbes:
 
     @property
     def unoccluded(self) -> Light:
-        """Mean unoccluded irradiance on the axes, (v,)."""
-        return self.on_axes.mean(axis=1) / max(self.E.shape[2], 1)
+        """Mean unoccluded irradiance, (v,)."""
+        return self.on_patches.mean(axis=1) / max(self.E.shape[2], 1)
 
     def longer(self, count: int, slots: int) -> LightOfProbes:
         """Return a copy with room for more probes, and more sides of surfaces."""
-        E, J, beam, on_axes = (
-            lengthened(x, count) for x in (self.E, self.J, self.beam, self.on_axes)
+        E, J, beam, on_patches = (
+            lengthened(x, count) for x in (self.E, self.J, self.beam, self.on_patches)
         )
-        return LightOfProbes(E, J, beam, on_axes, of_sides=lengthened(self.of_sides, slots))
+        return LightOfProbes(E, J, beam, on_patches, of_sides=lengthened(self.of_sides, slots))
 
     def update(self, known: KnownLight) -> None:
         """Compute what surfaces send."""
         # What lies beyond the box is lit as its side is.
-        self.sent = ((self.E.mean(axis=1) + self.beam) * known.mean).astype(np.float32)
+        self.sent = ((self.E[:, AXES].mean(axis=1) + self.beam) * known.mean).astype(np.float32)
         if not len(self.of_sides):
             self.of_sides = np.zeros((known.slots, self.E.shape[2]), np.float32)
-        self.of_sides[known.slot] = known.sides.radiance(self.E[known.beside])
+        self.of_sides[known.slot] = known.sides.radiance(self.E, known.beside)
 
 
 class KnownLight:
@@ -406,7 +405,7 @@ class _Kernel:
 
     def __init__(self, unoccluded_field: UnoccludedField, kind: int, ways: Light) -> None:
         self.kind = kind
-        views = unoccluded_field.phase_weights(kind, lattice(SIDE), OCCLUSION_STREAMS)
+        views = unoccluded_field.phase_weights(kind, NORMALS, OCCLUSION_STREAMS)
         self._weights: list[Light] = []  # of wide directions, and of narrow ones
         self._of_surfaces: list[Light] = []
         for narrow in (False, True):
@@ -426,19 +425,19 @@ class _Kernel:
         last: bool = False,
         narrow: bool = False,
     ) -> list[Light]:
-        """Sum radiances (m RAYS, n) into irradiances on patches that face the axes, (m, 6, n).
+        """Sum radiances (m RAYS, n) into irradiances on patches, (m, COUNT, n).
 
         And into light scattered against each direction, (m, RAYS, n), in the ``last`` round also
         against those of :mod:`.view_directions`, (m, COUNT, n). What is ``narrow`` is to be added
         up over all sets.
         """
         weights = self._weights[narrow]
-        weights = weights if last else weights[..., : 6 + RAYS]
+        weights = weights if last else weights[..., : COUNT + RAYS]
         found = product_of_rows(by_band(L), weights)
         if of_surfaces is not None:
-            found[..., :6] += product_of_rows(by_band(of_surfaces), self._of_surfaces[narrow])
+            found[..., :COUNT] += product_of_rows(by_band(of_surfaces), self._of_surfaces[narrow])
         found = np.ascontiguousarray(found.transpose(1, 2, 0))
-        return np.split(found, [6, 6 + RAYS] if last else [6], axis=1)
+        return np.split(found, [COUNT, COUNT + RAYS] if last else [COUNT], axis=1)
 
 
 def ratios(sums: Sequence[Light]) -> tuple[Light, Light]:
@@ -458,8 +457,9 @@ class _Sides:
 
     def __init__(self, rays: Rays, reflectance: Array, unoccluded_field: UnoccludedField) -> None:
         normal = rays.voxels.facing.reshape(-1, 3)
-        self._squared = np.where(normal[:, :, None] * [1, -1] > 0, normal[:, :, None] ** 2, 0.0)
-        self._squared = self._squared.reshape(-1, 6).astype(np.float32)
+        of, fractions = zip(*around(normal.T), strict=True)
+        self._patches = np.stack(of, axis=1).astype(np.intp)
+        self._fractions = np.stack(fractions, axis=1).astype(np.float32)
         self._rho = (np.repeat(reflectance, 2, axis=0) / math.pi).astype(np.float32)
         facing = np.maximum(-normal @ np.asarray(unoccluded_field.sun), 0.0) * rays.side_sunlit
         depth = np.maximum(-rays.voxels.middle[..., 2].ravel(), 0.0)
@@ -470,9 +470,10 @@ class _Sides:
         return all(np.array_equal(x, y) for x, y in zip(self._all, other._all, strict=True))
 
     @property
-    def _all(self) -> tuple[Light, ...]:
-        return self._squared, self._rho, self._sun
+    def _all(self) -> tuple[NDArray, ...]:
+        return self._patches, self._fractions, self._rho, self._sun
 
-    def radiance(self, E: Light) -> Light:
-        """Radiance of the sides (s, n) from the irradiance on the axes beside them, (s, 6, n)."""
-        return self._rho * (np.einsum("sf,sfn->sn", self._squared, E) + self._sun)
+    def radiance(self, E: Light, beside: NDArray[np.intp]) -> Light:
+        """Radiance of the sides (s, n) from irradiances (v, COUNT, n) of probes beside them."""
+        around_it = E[beside[:, None], self._patches]
+        return self._rho * (np.einsum("sf,sfn->sn", self._fractions, around_it) + self._sun)

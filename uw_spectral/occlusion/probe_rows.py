@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .probes import RAYS
+from .view_directions import COUNT
 
 _ROWS = 32  # of a matrix product
 Light = NDArray[np.float32]
@@ -23,7 +24,7 @@ def as_slice(rows: NDArray[np.intp]) -> Rows:
 def joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
     """Join what was found of parts of all probes."""
     arrays = [parts[which] for parts in found]
-    return np.concatenate(arrays) if count else np.empty((0, 6, 1), np.float32)
+    return np.concatenate(arrays) if count else np.empty((0, COUNT, 1), np.float32)
 
 
 def flat(x: Light) -> Light:

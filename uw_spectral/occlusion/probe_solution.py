@@ -29,11 +29,12 @@ from .probe_irradiance import (
 )
 from .probe_rows import Light, joined
 from .probes import SETS, Rays
-from .unoccluded_field import depths_of
+from .unoccluded_field import AXES, depths_of
 
 _ROUNDS = 40
 _SETTLED = 0.001  # change of a round that is none, in every probe
 _FAINT = 0.01  # of the unoccluded light: changes of less are those of this
+_STEEPEST = 0.9  # of slopes, or ratios of patches that are lit by nothing count for nothing
 _MOST_AGAIN = 0.5  # of the probes, or all are solved
 
 
@@ -147,11 +148,12 @@ def _tabulated(found: Solution) -> ProbeIrradiance:
     known, rays = found.known, found.known.rays
     everywhere = known.place[rays.stand_in]
     there = rays.valid[known.order]
-    weight = found.light.on_axes[there].sum(axis=0, dtype=np.float64)
+    up, down = found.light.on_patches[there][:, AXES[4:]].sum(axis=0, dtype=np.float64)
+    slope = float((up - down) / max(up + down, np.finfo(np.float64).tiny))
     irradiance, scattered = _gathered(found)
     return ProbeIrradiance(
         rays.grid, rays.valid, irradiance[everywhere], scattered[everywhere],
-        rays.sunlit[known.order][everywhere], weight / weight.sum(),
+        rays.sunlit[known.order][everywhere], min(max(slope, -_STEEPEST), _STEEPEST),
         found,
     )  # fmt: skip
 
@@ -207,7 +209,7 @@ class _Again:
         parts = known.parts(new)
         with ThreadPoolExecutor(_processors()) as pool:
             for part, start in zip(parts, pool.map(PartOfProbes.prepare, parts), strict=True):
-                _, _, now.beam[part.rows], now.on_axes[part.rows] = start
+                _, _, now.beam[part.rows], now.on_patches[part.rows] = start
             parts = sorted([*parts, *self._parts], key=lambda part: part.kind)
             _settle(known, parts, now, pool, self._new)
             ended = _ratios(parts, now, pool)

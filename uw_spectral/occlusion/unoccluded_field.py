@@ -10,14 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..octahedron import lattice
 from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
 from ..water.phase import PhaseFunction
 from .grid import Array, Grid
 from .probes import RAYS, SETS, directions, spiral
+from .view_directions import SIDE
 
-AXES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
-"""Ways that patches face, for which ratios are kept."""
+NORMALS = lattice(SIDE)
+"""Ways that patches face, for which ratios are kept, (p, 3)."""
+AXES = np.stack([NORMALS, -NORMALS], axis=2).argmax(axis=0).ravel()
+"""Those along the axes: forth and back, x first."""
 _LEVELS = 17  # depths at which the unoccluded light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function
@@ -116,8 +120,8 @@ class UnoccludedField:
         return self._beam[low] * (1 - fraction) + self._beam[low + 1] * fraction
 
     def irradiance(self, y: Array) -> Light:
-        """Irradiance without the sun's beam on patches that face the axes, (m, 6, n)."""
-        normal = [part[:, None] for part in AXES.T]
+        """Irradiance without the sun's beam on patches that face :data:`NORMALS`, (m, p, n)."""
+        normal = [part[:, None] for part in NORMALS.T]
         E = tabulate(self._field).patch_irradiance(self._depths, normal, self.sun)
         low, fraction = self._place(y)
         E, fraction = np.moveaxis(E, 1, 0), fraction[..., None]
@@ -155,13 +159,13 @@ class UnoccludedField:
         return (weights / weights.sum(axis=1, keepdims=True)).astype(np.float32)
 
     def patch_weights(self, kind: int, *, narrow: bool = False) -> tuple[Light, Light]:
-        """Irradiance on patches that face the axes per radiance along directions of a set.
+        """Irradiance on patches that face :data:`NORMALS` per radiance along directions of a set.
 
         Of light that is spread as the unoccluded is within what a direction stands for, (n, RAYS,
-        6), and of light that is the same throughout, (RAYS, 6). If that is ``narrow``, the mean of
+        p), and of light that is the same throughout, (RAYS, p). If that is ``narrow``, the mean of
         all sets is an irradiance, not that of each.
         """
-        cosine = np.maximum(_fine() @ AXES.T, 0.0)
+        cosine = np.maximum(_fine() @ NORMALS.T, 0.0)
         bright = self._bright[:, None, :]
         count = _count(kind, narrow)
         sums = _summed(kind, bright * cosine[..., None], narrow)

@@ -1,4 +1,4 @@
-"""View directions of the light scattered along a ray, and those around a unit vector."""
+"""Directions that light is kept for, of patches and of views, and those around a unit vector."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ COUNT = SIDE * SIDE
 def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, Operand]]:
     """Return the three points of the lattice around unit vectors: (row, fraction) of each."""
     x, y, z = w
-    size = 1.0 / (m.absolute(x) + m.absolute(y) + m.absolute(z))
+    size = _size(w, m)
     half = 0.5 * (SIDE - 1)
     (i, u), (j, v) = (_cell((t + 1.0) * half, m) for t in folded(x * size, y * size, z, m))
     before = m.less(u + v, 1.0)
@@ -27,6 +27,16 @@ def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, 
         (corner + 1.0, m.select(before, u, 1.0 - v)),
         (corner + float(SIDE), m.select(before, v, 1.0 - u)),
     ]
+
+
+def height(w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
+    """Height of unit vectors on the octahedron, which :func:`around` keeps: a mean of its points'."""
+    return w[2] * _size(w, m)
+
+
+def _size(w: Sequence[Operand], m: Mathematics) -> Operand:
+    x, y, z = w
+    return 1.0 / (m.absolute(x) + m.absolute(y) + m.absolute(z))
 
 
 def _cell(t: Operand, m: Mathematics) -> tuple[Operand, Operand]:

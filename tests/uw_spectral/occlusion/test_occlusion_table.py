@@ -8,10 +8,10 @@ from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import (
     IRRADIANCE,
     SCATTERED,
-    TILES,
     occlusion_table,
 )
 from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
+from underwater_spectral.uw_spectral.occlusion.unoccluded_field import NORMALS
 from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH
 
 GRID = Grid((-3.0, -3.0, -8.0), 0.5, (12, 12, 8))
@@ -20,13 +20,11 @@ WAYS = ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (-0.48, 0.64, 0.6))
 
 def _table(ratio, sunlit, *, alone, valid=None):
     """Occlusion of a ratio per cell, the same in all bands and ways."""
-    weight = np.array([3.0, 2.0, 1.0, 1.0, 5.0, 0.5])
-    ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, TILES, 3))
+    ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, len(NORMALS), 3))
     valid = np.ones(GRID.count, bool) if valid is None else valid
     light = ProbeIrradiance(
-        GRID, valid, ratios[:, :6], ratios[:, 6:], np.full(GRID.count, sunlit),
-        weight / weight.sum(),
-    )  # fmt: skip
+        GRID, valid, ratios, ratios, np.full(GRID.count, sunlit), 0.8
+    )
     return occlusion_table(light, np.full(3, 0.2), np.ones(3), alone=alone)
 
 
@@ -83,11 +81,10 @@ def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
 def test_patches_keep_the_spectrum_of_their_light():
     """Walls of a room: what comes in, and what is thrown back, have other colours."""
     ratios = np.random.default_rng(5).uniform(0.0, 1.0, (GRID.count, 1, 3))
-    weight = np.full(6, 1.0 / 6.0)
+    ratios = np.tile(ratios, (1, len(NORMALS), 1))
     light = ProbeIrradiance(
-        GRID, np.ones(GRID.count, bool), np.tile(ratios, (1, 6, 1)),
-        np.tile(ratios, (1, TILES - 6, 1)), np.ones(GRID.count), weight,
-    )  # fmt: skip
+        GRID, np.ones(GRID.count, bool), ratios, ratios, np.ones(GRID.count), 0.0
+    )
     table = occlusion_table(light, np.full(3, 0.2), np.array([3.0, 2.0, 0.2]))
     for place in (7, 500, 1000):
         read = table.mixed(IRRADIANCE, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
