@@ -260,10 +260,10 @@ def _continued(
     yield surface, normal, beside
     for step in steps:
         here = np.ones(len(beside), bool)
-        for k in range(1, far + 1):
-            here &= full[tuple((beside + k * step + _INTO_CORNERS).T)]
+        for k in range(1, 2 * far + 1):
+            here &= full[tuple((beside + (k + 1) // 2 * step + _INTO_CORNERS).T)]
             n = normal[here]
-            along = k * cell * (step - (n @ step)[:, None] * n)
+            along = 0.5 * k * cell * (step - (n @ step)[:, None] * n)
             yield surface[here] + along, n, beside[here]
 
 
@@ -300,7 +300,7 @@ def _approached(
     1972).
     """
     cells = readers.cells.ravel()
-    weight = (readers.fractions**2 * counts[:, None]).astype(np.float32).ravel()
+    weight = (readers.fractions * counts[:, None]).astype(np.float32).ravel()
     order = np.flatnonzero(fitted[cells] & (weight > 0))
     order = order[np.argsort(cells[order], kind="stable")]
     which, first = np.unique(cells[order], return_index=True)
