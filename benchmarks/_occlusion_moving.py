@@ -67,7 +67,7 @@ def moving(place: Place) -> list[object]:
     frame()
     of_diver = _moved(diver, frame)
     # Over what is not occluded.
-    lights = [table.atlas[..., 0] / table.atlas[:, :1, :1, :1, 0]
+    lights = [table.atlas[..., 0] / table.atlas[:, :, :1, :1, :1, 0]
               for table in (frame(), frame(occlusion.Cache()))]  # fmt: skip
     off = np.abs(lights[0] - lights[1]) / np.maximum(lights[1], _FAINT)
     return [place.name, whole, of_fish, of_diver, of_camera, f"{100 * float(off.max()):.3f} %"]

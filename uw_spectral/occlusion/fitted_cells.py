@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from . import view_directions as views
 from .grid import Array
 from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
@@ -30,7 +31,7 @@ _UNLIT = 1e-12
 _FAR = 1e-6  # of one close by, for one farther off that alone is seen
 _ROUNDS = 6
 _TOWARDS, _STRAIGHT = 0.2, 0.97  # cosines with an axis of surfaces that are oblique to it
-_READS = 0.8  # cosine of normals with a tile's that surfaces may read
+_LITTLE = 0.02  # of what is read: so much of a tile does not count
 _INTO_CORNERS = 2  # voxels that oblique surfaces go on into those of others, at most
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))
 
@@ -41,17 +42,19 @@ Cells = NDArray[np.intp]
 class _Readers:
     """Places that are looked up in a table."""
 
-    at: Array  #: Points of water from which probes are seen, m, (m, 3).
+    water: Cells  #: Voxels from which probes are seen, (m,).
     place: Array  #: Where their light is wanted, m, (m, 3).
     cells: Cells  #: That are read, (m, 8).
     fractions: Light  #: Of each of them, (m, 8).
 
     def some(self, which: NDArray) -> _Readers:
-        return _Readers(self.at[which], self.place[which], self.cells[which], self.fractions[which])
+        return _Readers(
+            self.water[which], self.place[which], self.cells[which], self.fractions[which]
+        )
 
     def read(self, values: Light) -> Light:
         """Look values of cells (c, q) up, shape (m, q)."""
-        found = np.zeros((len(self.at), values.shape[1]), np.float32)
+        found = np.zeros((len(self.cells), values.shape[1]), np.float32)
         for cell, fraction in zip(self.cells.T, self.fractions.T, strict=True):
             found += values[cell] * fraction[:, None]
         return found
@@ -105,16 +108,19 @@ class FittedCells:
         ``tiles`` (p, COUNT, 3) are what probes have.
         """
         surface, normal, water = _faces(self._rays)
-        readers = self._readers(self._points[water], surface, surface + off * normal)
+        readers = self._readers(water, surface, surface + off * normal)
         values, flat = _by_cell(atlas), tiles.astype(np.float32)
         level = values.reshape(len(values), -1, 3)[..., 0]
-        read = normal @ NORMALS.T > _READS
-        uneven = np.stack(
-            [_uneven(readers, light) for light in level.T], axis=1
-        ) & read
+        read = np.zeros((len(water), tiles.shape[1]), bool)
+        for tile, fraction in views.around(normal.T):
+            some = np.flatnonzero(fraction > _LITTLE)
+            read[some, views.FIRST[np.asarray(tile, np.intp)[some]]] = True
+        uneven = np.zeros_like(read)
+        for rows, odd, light in zip(read.T, uneven.T, level.T, strict=True):
+            odd[rows] = _uneven(readers.some(rows), light)
         some = np.flatnonzero(uneven.any(axis=1))
         sights = self._sights(readers.some(some))
-        place = np.zeros(len(readers.at), np.intp)
+        place = np.zeros(len(water), np.intp)
         place[some] = np.arange(len(some))
         for tile in range(tiles.shape[1]):
             part = slice(3 * tile, 3 * tile + 3)
@@ -124,19 +130,20 @@ class FittedCells:
             fitted = self._fit(values[:, part], flat[:, tile], readers.some(rows), odd, seen, moved=True)
             values[:, part] = fitted
         _put(atlas, values)
+        atlas[:] = atlas[views.FIRST]
 
     def fit_water(self, atlas: Array, tiles: Array) -> None:
         """Fit tiles (p, t, 3) that are looked up in the water."""
         place = np.stack(np.unravel_index(np.arange(len(self._points)), self._rays.reached.shape))
-        some = self._rays.reached.ravel() & (place.sum(axis=0) % 2 == 0)
-        readers = self._readers(*[self._points[some]] * 3)
+        some = np.flatnonzero(self._rays.reached.ravel() & (place.sum(axis=0) % 2 == 0))
+        readers = self._readers(some, *[self._points[some]] * 2)
         values = _by_cell(atlas)
         odd = np.flatnonzero(_uneven(readers, values[:, ::3].mean(axis=1)))
         seen = self._sights(readers.some(odd))
         flat = tiles.reshape(len(tiles), -1).astype(np.float32)
         _put(atlas, self._fit(values, flat, readers, odd, seen, moved=False))
 
-    def _readers(self, at: Array, wanted: Array, place: Array) -> _Readers:
+    def _readers(self, water: Cells, wanted: Array, place: Array) -> _Readers:
         grid, shape = self._rays.grid, np.add(self._rays.grid.shape, 2)
         position = np.clip(grid.position(place), 0.0, np.subtract(grid.shape, 1.0)) + 1.0
         low = np.minimum(np.floor(position).astype(np.intp), shape - 2)
@@ -144,7 +151,7 @@ class FittedCells:
         fractions = np.where(_CORNERS, part, 1.0 - part).prod(axis=2).astype(np.float32)
         corner = low[:, None] + _CORNERS
         cells = (corner[..., 0] * shape[1] + corner[..., 1]) * shape[2] + corner[..., 2]
-        return _Readers(at, wanted, cells, fractions)
+        return _Readers(water, wanted, cells, fractions)
 
     def _fit(
         self, values: Light, tiles: Light, readers: _Readers, odd: Cells, seen: _Sights, *,
@@ -186,21 +193,31 @@ class FittedCells:
         Light changes on the way from these to a wall, the more the nearer what lights it: what is
         linear in the place is told.
         """
-        grid, rays, at = self._rays.grid, self._rays, readers.at
-        probe = self._probe[readers.cells]
-        seen = self._sees(at[:, None], rays.point[probe]) | (probe < 0)
-        hidden = ~seen & (readers.fractions > _UNSEEN)
-        probes, weights, places = [], [], []
-        for probe, inside in around(grid, at):
-            point, x = rays.point[probe], np.ones((len(at), 4))
-            usable = inside & rays.valid[probe]
-            usable[usable] = self._sees(at[usable], point[usable])
+        grid, rays = self._rays.grid, self._rays
+        water, which = np.unique(readers.water, return_inverse=True)
+        at = self._points[water]
+        probes, seen, weights = [], [], []
+        for cell, inside in around(grid, at):
+            point = rays.point[rays.stand_in[cell]]
+            sees = rays.voxels.free_between(at, point, ON_SIGHT)
             near = ((point - at) ** 2).sum(axis=1) / grid.cell**2
-            x[:, 1:] = (point - readers.place) / grid.cell
-            probes.append(probe)
+            usable = inside & rays.valid[cell] & sees
+            probes.append(cell)
+            seen.append(sees | ~inside)
             weights.append(np.where(usable, np.exp(-near) + _FAR, 0.0))
-            places.append(x)
-        weight, x = np.stack(weights, axis=1), np.stack(places, axis=1)
+        probe, weight = (np.stack(x, axis=1)[which] for x in (probes, weights))
+        step = np.stack(np.unravel_index(readers.cells, np.add(grid.shape, 2)), axis=2) - 1
+        step -= np.rint(grid.position(at)).astype(np.intp)[which][:, None]
+        close = (np.abs(step) <= 1).all(axis=2)
+        number = np.where(close, (step + 1) @ [9, 3, 1], 0)
+        hidden = ~np.stack(seen, axis=1)[which[:, None], number]
+        row, corner = np.nonzero(~close & (readers.fractions > _UNSEEN))
+        stand_in = self._probe[readers.cells[row, corner]]
+        sees = rays.voxels.free_between(at[which[row]], rays.point[stand_in], ON_SIGHT)
+        hidden[row, corner] = ~sees & (stand_in >= 0)
+        hidden &= readers.fractions > _UNSEEN
+        x = np.ones((*probe.shape, 4))
+        x[..., 1:] = (rays.point[probe] - readers.place[:, None]) / grid.cell
         total = np.maximum(weight.sum(axis=1), _FAR)
         weight = weight / total[:, None]
         gram = np.einsum("mk,mki,mkj->mij", weight, x, x) + np.diag([_FAR, *[_STEADY] * 3])
@@ -208,12 +225,9 @@ class FittedCells:
         first = np.linalg.inv(gram)[:, 0]
         there = np.einsum("mi,mki,mk->mk", first, x, weight)
         return _Sights(
-            hidden, weight.any(axis=1), np.stack(probes, axis=1), weight.astype(np.float32),
+            hidden, weight.any(axis=1), probe, weight.astype(np.float32),
             there.astype(np.float32),
         )  # fmt: skip
-
-    def _sees(self, start: Array, end: Array) -> NDArray[np.bool_]:
-        return self._rays.voxels.free_between(start, end, ON_SIGHT)
 
 
 def _faces(rays: Rays) -> tuple[Array, Array, Cells]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..mathematics import NUMPY, Mathematics, Operand
-from ..octahedron import folded
+from ..octahedron import folded, lattice
 
 SIDE = 7
 """Points of the lattice (:func:`..octahedron.lattice`) along a side; odd, so that the six axes are
 among them."""
 COUNT = SIDE * SIDE
+FIRST = (lattice(SIDE) @ lattice(SIDE).T).round(9).argmax(axis=1)
+"""The first of each direction, for the lattice has its border twice."""
 
 
 def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, Operand]]:
