@@ -1,7 +1,8 @@
 """Occlusion in the water as node groups read it: one image, and where in it.
 
 A tile of the image is a level of the grid; levels lie one above the other, the ways that light is
-mixed from side by side, and patches below the views. The image has the size of the grid, so another grid needs no other nodes.
+mixed from side by side, patches below views. The image has the size of the grid, so another grid
+needs no other nodes.
 """
 
 from __future__ import annotations

@@ -36,7 +36,9 @@ def table(frame: SceneFrame) -> OcclusionTable:
 
 def is_in_room(table: OcclusionTable, place: Sequence[float]) -> bool:
     """Whether little light reaches a place, m."""
-    return bool(table.on_patches(np.tile(place, (len(AXES), 1)), NORMALS[AXES])[:, 0].mean() < _IN_ROOM)
+    return bool(
+        table.on_patches(np.tile(place, (len(AXES), 1)), NORMALS[AXES])[:, 0].mean() < _IN_ROOM
+    )
 
 
 def low_stream_field(frame: SceneFrame) -> SolvedField:

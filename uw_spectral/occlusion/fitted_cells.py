@@ -126,9 +126,8 @@ class FittedCells:
             part = slice(3 * tile, 3 * tile + 3)
             rows = np.flatnonzero(read[:, tile])
             odd = np.flatnonzero(uneven[rows, tile])
-            seen = sights.some(place[rows[odd]])
-            fitted = self._fit(values[:, part], flat[:, tile], readers.some(rows), odd, seen, moved=True)
-            values[:, part] = fitted
+            seen, some = sights.some(place[rows[odd]]), readers.some(rows)
+            values[:, part] = self._fit(values[:, part], flat[:, tile], some, odd, seen, moved=True)
         _put(atlas, values)
         atlas[:] = atlas[views.FIRST]
 
@@ -196,16 +195,25 @@ class FittedCells:
         grid, rays = self._rays.grid, self._rays
         water, which = np.unique(readers.water, return_inverse=True)
         at = self._points[water]
-        probes, seen, weights = [], [], []
+        probes, seen, places, weights = [], [], [], []
         for cell, inside in around(grid, at):
-            point = rays.point[rays.stand_in[cell]]
+            point, apart = rays.point[rays.stand_in[cell]], np.ones((len(at), 4))
             sees = rays.voxels.free_between(at, point, ON_SIGHT)
-            near = ((point - at) ** 2).sum(axis=1) / grid.cell**2
+            apart[:, 1:] = (point - at) / grid.cell
             usable = inside & rays.valid[cell] & sees
+            near = np.exp(1.0 - (apart**2).sum(axis=1))
             probes.append(cell)
             seen.append(sees | ~inside)
-            weights.append(np.where(usable, np.exp(-near) + _FAR, 0.0))
-        probe, weight = (np.stack(x, axis=1)[which] for x in (probes, weights))
+            places.append(apart)
+            weights.append(np.where(usable, near + _FAR, 0.0))
+        x, weight = np.stack(places, axis=1), np.stack(weights, axis=1)
+        weight /= np.maximum(weight.sum(axis=1, keepdims=True), _FAR)
+        gram = np.einsum("mk,mki,mkj->mij", weight, x, x) + np.diag([_FAR, *[_STEADY] * 3])
+        # By probe: what it adds to the light at the voxel, and to its change along the axes.
+        linear = np.linalg.solve(gram, np.moveaxis(x * weight[..., None], 1, 2))
+        place = np.ones((len(which), 4))
+        place[:, 1:] = (readers.place - at[which]) / grid.cell
+        there = np.einsum("mi,mik->mk", place.astype(np.float32), linear.astype(np.float32)[which])
         step = np.stack(np.unravel_index(readers.cells, np.add(grid.shape, 2)), axis=2) - 1
         step -= np.rint(grid.position(at)).astype(np.intp)[which][:, None]
         close = (np.abs(step) <= 1).all(axis=2)
@@ -216,17 +224,9 @@ class FittedCells:
         sees = rays.voxels.free_between(at[which[row]], rays.point[stand_in], ON_SIGHT)
         hidden[row, corner] = ~sees & (stand_in >= 0)
         hidden &= readers.fractions > _UNSEEN
-        x = np.ones((*probe.shape, 4))
-        x[..., 1:] = (rays.point[probe] - readers.place[:, None]) / grid.cell
-        total = np.maximum(weight.sum(axis=1), _FAR)
-        weight = weight / total[:, None]
-        gram = np.einsum("mk,mki,mkj->mij", weight, x, x) + np.diag([_FAR, *[_STEADY] * 3])
-        # The first row of the inverse tells what is at the place itself.
-        first = np.linalg.inv(gram)[:, 0]
-        there = np.einsum("mi,mki,mk->mk", first, x, weight)
         return _Sights(
-            hidden, weight.any(axis=1), probe, weight.astype(np.float32),
-            there.astype(np.float32),
+            hidden, weight.any(axis=1)[which], np.stack(probes, axis=1)[which],
+            weight.astype(np.float32)[which], there,
         )  # fmt: skip
 
 

@@ -244,7 +244,6 @@ def occlusion_table(
     )
 
 
-
 def _main_ways(rest: NDArray[np.floating], count: int) -> NDArray[np.floating]:
     """The spectra (k, n), count or fewer, that bring the least error in what is bright."""
     _, vectors = np.linalg.eigh(np.tensordot(rest, rest, axes=([0, 1], [0, 1])))

@@ -32,7 +32,7 @@ def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, 
 
 
 def height(w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-    """Height of unit vectors on the octahedron, which :func:`around` keeps: a mean of its points'."""
+    """Height of unit vectors on the octahedron, which those around them have in the mean."""
     return w[2] * _size(w, m)
 
 

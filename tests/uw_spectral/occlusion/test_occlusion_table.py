@@ -22,9 +22,7 @@ def _table(ratio, sunlit, *, alone, valid=None):
     """Occlusion of a ratio per cell, the same in all bands and ways."""
     ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, len(NORMALS), 3))
     valid = np.ones(GRID.count, bool) if valid is None else valid
-    light = ProbeIrradiance(
-        GRID, valid, ratios, ratios, np.full(GRID.count, sunlit), 0.8
-    )
+    light = ProbeIrradiance(GRID, valid, ratios, ratios, np.full(GRID.count, sunlit), 0.8)
     return occlusion_table(light, np.full(3, 0.2), np.ones(3), alone=alone)
 
 
