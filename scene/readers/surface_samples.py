@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.occlusion.filled_voxels import NO_SAMPLES, FilledVoxels, Samples
-from ...uw_spectral.occlusion.triangles import quartered
+from ...uw_spectral.occlusion.triangles import quartered, sliced
 from .mesh_parts import MeshArrays, MeshCache
 from .visible_meshes import VisibleMesh, visible_meshes
 
@@ -24,6 +24,7 @@ _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangle
 _ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1)
 """Factors that mix the bits of places."""
 _SMALLEST = 1e-20
+_SLICES = 64  # of what is narrow, at once
 _ENOUGH = 64  # triangles that are all looked at
 _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
 _DEEPEST = 48  # halvings of a triangle's edges, of which only what is near costs
@@ -158,10 +159,16 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         areas.append(size[small] * (more / 2.0))
         extent = (highest - lowest)[within][small]
         extents.append(extent if more == 1.0 else np.full_like(extent, np.inf))
-        corners, parts = corners[~small], parts[~small]
-        if not len(corners):
+        if small.all():
             break
-        corners, parts = quartered(corners), np.tile(parts, 4)
+        # Quarters of what is long and narrow would be much narrower than need be.
+        longest = _longest(one, other)
+        narrow = ~small & (size < longest * spacing)
+        wide = ~small & ~narrow
+        counts = np.minimum(np.ceil(longest[narrow] / spacing), _SLICES).astype(np.intp)
+        slices, of = sliced(corners[narrow], counts)
+        corners = np.concatenate([quartered(corners[wide]), slices])
+        parts = np.concatenate([np.tile(parts[wide], 4), parts[narrow][of]])
     parts = points, normals, colours, areas, extents
     found = Samples(*(np.concatenate(x).astype(np.float64) for x in parts))
     flat = (found.normals**2).sum(axis=1) < 0.5

@@ -88,3 +88,20 @@ def test_patches_keep_the_spectrum_of_their_light():
         read = table.mixed(IRRADIANCE, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
         found = read[0] + read[1:] @ table.spectra[:ON_PATH]
         np.testing.assert_allclose(found, ratios[place, 0], atol=1e-5)
+
+
+@pytest.mark.parametrize("lamp", [(1.0, 0.0, 0.0), (0.0, 0.8, 0.6), (-0.6, 0.48, 0.64)])
+def test_walls_of_all_slopes_have_the_light_that_falls_on_them(lamp):
+    """Six patches, mixed, gave a wall that faces a lamp obliquely 70 %; .15 rms, .13 too little."""
+    E = np.maximum(NORMALS @ lamp, 0.0)
+    ratios = np.tile(E[None, :, None], (GRID.count, 1, 3))
+    valid = np.ones(GRID.count, bool)
+    light = ProbeIrradiance(GRID, valid, ratios, ratios, np.ones(GRID.count), 0.0)
+    table = occlusion_table(light, np.full(3, 0.2), np.ones(3))
+    walls = np.random.default_rng(4).normal(size=(500, 3))
+    walls /= np.linalg.norm(walls, axis=1, keepdims=True)
+    found = table.mixed(IRRADIANCE, np.tile([0.1, 0.1, -5.0], (len(walls), 1)), walls)[:, 0]
+    facing = walls @ lamp
+    off = found - np.maximum(facing, 0.0)
+    assert np.sqrt((off**2).mean()) < 0.08
+    assert abs(off[facing > 0.3].mean()) < 0.06
