@@ -24,7 +24,7 @@ _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangle
 _ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1)
 """Factors that mix the bits of places."""
 _SMALLEST = 1e-20
-_SLICES = 64  # of what is narrow, at once
+_SLICES, _WIDTH = 64, 0.6  # of what is narrow, at once; of a spacing
 _ENOUGH = 64  # triangles that are all looked at
 _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
 _DEEPEST = 48  # halvings of a triangle's edges, of which only what is near costs
@@ -162,10 +162,10 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         if small.all():
             break
         # Quarters of what is long and narrow would be much narrower than need be.
-        longest = _longest(one, other)
-        narrow = ~small & (size < longest * spacing)
+        longest, width = _longest(one, other), _WIDTH * spacing
+        narrow = ~small & (size < longest * width)
         wide = ~small & ~narrow
-        counts = np.minimum(np.ceil(longest[narrow] / spacing), _SLICES).astype(np.intp)
+        counts = np.minimum(np.ceil(longest[narrow] / width), _SLICES).astype(np.intp)
         slices, of = sliced(corners[narrow], counts)
         corners = np.concatenate([quartered(corners[wide]), slices])
         parts = np.concatenate([np.tile(parts[wide], 4), parts[narrow][of]])
