@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.occlusion.filled_voxels import NO_SAMPLES, FilledVoxels, Samples
-from ...uw_spectral.occlusion.triangles import quartered, sliced
+from ...uw_spectral.occlusion.triangles import cut_across, quartered
 from .mesh_parts import MeshArrays, MeshCache
 from .visible_meshes import VisibleMesh, visible_meshes
 
@@ -166,7 +166,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         narrow = ~small & (size < longest * width)
         wide = ~small & ~narrow
         counts = np.minimum(np.ceil(longest[narrow] / width), _SLICES).astype(np.intp)
-        slices, of = sliced(corners[narrow], counts)
+        slices, of = cut_across(corners[narrow], counts)
         corners = np.concatenate([quartered(corners[wide]), slices])
         parts = np.concatenate([np.tile(parts[wide], 4), parts[narrow][of]])
     parts = points, normals, colours, areas, extents

@@ -20,14 +20,14 @@ def quartered(corners: NDArray) -> NDArray:
     return np.concatenate([np.stack(part, axis=1) for part in parts])
 
 
-def sliced(corners: NDArray, counts: NDArray[np.intp]) -> tuple[NDArray, NDArray[np.intp]]:
+def cut_across(corners: NDArray, counts: NDArray[np.intp]) -> tuple[NDArray, NDArray[np.intp]]:
     """Cut triangles (t, 3, 3) along their shortest edge into so many slices of one width, (t,).
 
     Returns triangles (m, 3, 3), two a slice, one at the tip, and of which they are parts, (m,).
 
     Examples
     --------
-    >>> parts, _ = sliced(np.array([[[0.0, 0, 0], [0, 1, 0], [4, 0, 0]]]), np.array([2]))
+    >>> parts, _ = cut_across(np.array([[[0.0, 0, 0], [0, 1, 0], [4, 0, 0]]]), np.array([2]))
     >>> parts[:, :, 0].tolist()
     [[4.0, 2.0, 2.0], [2.0, 0.0, 0.0], [2.0, 0.0, 2.0]]
     """
