@@ -61,7 +61,7 @@ class _Room:
     def __init__(self, occlusion: OcclusionTable, voxels: SurfaceVoxels) -> None:
         self._grid, self._voxels = occlusion.grid, voxels
         some = AXES[:_SIDES]
-        weight = occlusion.box.light(NORMALS[some].T[..., None, None, None])
+        weight = occlusion.box.light([*NORMALS[some].T[..., None, None, None]])
         light = (occlusion.atlas[IRRADIANCE, some, 1:-1, 1:-1, 1:-1, 0] / weight).mean(axis=0)
         self._light = np.ascontiguousarray(light.transpose(2, 1, 0))
         self._beside = grown(self._light)

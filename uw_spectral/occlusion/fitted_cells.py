@@ -112,7 +112,7 @@ class FittedCells:
         values, flat = _by_cell(atlas), tiles.astype(np.float32)
         level = values.reshape(len(values), -1, 3)[..., 0]
         read = np.zeros((len(water), tiles.shape[1]), bool)
-        for tile, fraction in views.around(normal.T):
+        for tile, fraction in views.around([*normal.T]):
             some = np.flatnonzero(fraction > _LITTLE)
             read[some, views.FIRST[np.asarray(tile, np.intp)[some]]] = True
         uneven = np.zeros_like(read)

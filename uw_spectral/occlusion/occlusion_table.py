@@ -210,7 +210,7 @@ def occlusion_table(
         light.slope,
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
     )
-    weight = box.light(NORMALS.T)
+    weight = box.light([*NORMALS.T])
     ratios = np.stack([light.irradiance * weight[:, None], light.scattered])
     fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
     if not fraction.sum() > 0:

@@ -457,7 +457,7 @@ class _Sides:
 
     def __init__(self, rays: Rays, reflectance: Array, unoccluded_field: UnoccludedField) -> None:
         normal = rays.voxels.facing.reshape(-1, 3)
-        of, fractions = zip(*around(normal.T), strict=True)
+        of, fractions = zip(*around([*normal.T]), strict=True)
         self._patches = np.stack(of, axis=1).astype(np.intp)
         self._fractions = np.stack(fractions, axis=1).astype(np.float32)
         self._rho = (np.repeat(reflectance, 2, axis=0) / math.pi).astype(np.float32)
