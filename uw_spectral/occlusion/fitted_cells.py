@@ -85,7 +85,7 @@ class _Sights:
             there += of_there[:, None] * light
         level, change = (np.abs(part[:, ::3].mean(axis=1)) for part in (mean, there - mean))
         part = _MOST_CHANGE * level / np.maximum(change, _MOST_CHANGE * level + _UNLIT)
-        return mean + part[:, None] * (there - mean)
+        return (mean + part[:, None] * (there - mean)).astype(np.float32, copy=False)
 
 
 class FittedCells:
