@@ -7,7 +7,6 @@ needs no other nodes.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import override
 
@@ -118,8 +117,11 @@ class Occlusion:
             self._graph, self._image, self._box.axes, tiles=_tiles(levels, rows, columns),
             margin=0, size=(columns * COUNT, rows * levels * 2.0),
         )  # fmt: skip
-        look_up = functools.partial(table.at, kind=float(kind), **place)
-        return self._box.mixed(kind, w, lambda tile: look_up(tile=tile), NODES)
+
+        def at(tile: Operand) -> Operand:
+            return table.at(kind=float(kind), tile=tile, **place)
+
+        return self._box.mixed(kind, w, at, NODES)
 
 
 class _OcclusionPixel(TermPixel):

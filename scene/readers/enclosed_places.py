@@ -12,7 +12,7 @@ import numpy as np
 from ...uw_spectral.occlusion.grid import Array
 from ...uw_spectral.occlusion.occlusion_table import IRRADIANCE, OcclusionTable
 from ...uw_spectral.occlusion.probes import spiral
-from ...uw_spectral.occlusion.unoccluded_field import AXES, NORMALS
+from ...uw_spectral.occlusion.view_directions import AXES, NORMALS
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels, grown
 from .cameras import ray_arrays
 from .surroundings import Surroundings

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...settings.render_plan import RenderPlan, plan_of
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
-from ...uw_spectral.occlusion.unoccluded_field import AXES, NORMALS
+from ...uw_spectral.occlusion.view_directions import AXES, NORMALS
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityBuffer, empty_buffer
 from ...uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ...uw_spectral.transfer.solved_field import SolvedField

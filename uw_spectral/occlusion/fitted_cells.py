@@ -19,7 +19,6 @@ from . import view_directions as views
 from .grid import Array
 from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
-from .unoccluded_field import AXES, NORMALS
 
 _LEAST, _DARK_OUTSIDE = 1e-3, 0.3
 """Of the light of open water, below which errors are not relative: seen from within, and not."""
@@ -103,7 +102,7 @@ class FittedCells:
         self._dark = _LEAST if enclosed else _DARK_OUTSIDE
 
     def fit_faces(self, atlas: Array, tiles: Array, off: float) -> None:
-        """Fit tiles that face :data:`.NORMALS`, which surfaces look up ``off`` m before them.
+        """Fit tiles, which surfaces that face alike look up ``off`` m before them.
 
         ``tiles`` (p, COUNT, 3) are what probes have.
         """
@@ -122,7 +121,7 @@ class FittedCells:
         sights = self._sights(readers.some(some))
         place = np.zeros(len(water), np.intp)
         place[some] = np.arange(len(some))
-        for tile in range(tiles.shape[1]):
+        for tile in np.unique(views.FIRST):
             part = slice(3 * tile, 3 * tile + 3)
             rows = np.flatnonzero(read[:, tile])
             odd = np.flatnonzero(uneven[rows, tile])
@@ -164,8 +163,8 @@ class FittedCells:
         least = _LEAST * level.max()
         known = seen.known if moved else seen.known & seen.hidden.any(axis=1)
         odd, seen = odd[known], seen.some(known)
-        wanted, wrong = seen.light(tiles), seen.hidden
-        hidden, some = wrong.copy(), readers.some(odd)
+        wanted, some = seen.light(tiles), readers.some(odd)
+        hidden = wrong = seen.hidden
         if moved:
             light = wanted[:, ::3].mean(axis=1)
             off = np.abs(some.read(level[:, None])[:, 0] - light) > _APART * light + least
@@ -235,7 +234,7 @@ def _faces(rays: Rays) -> tuple[Array, Array, Cells]:
 
     Those that are oblique count as if they faced the axis, too, for other surfaces of their voxels.
     """
-    voxels, axes = rays.voxels, NORMALS[AXES].astype(np.intp)
+    voxels, axes = rays.voxels, views.NORMALS[views.AXES].astype(np.intp)
     full = np.pad(voxels.number >= 0, _INTO_CORNERS, constant_values=True)
     places = np.argwhere(voxels.number >= 0)
     found = []

@@ -24,7 +24,6 @@ from . import view_directions as views
 from .fitted_cells import FittedCells
 from .grid import Array, Grid
 from .probe_irradiance import FADE, ProbeIrradiance
-from .unoccluded_field import NORMALS
 
 IRRADIANCE, SCATTERED = 0, 1
 """On patches, and of the light scattered along a ray."""
@@ -46,7 +45,7 @@ class OcclusionBox:
     lower: Sequence[Operand]
     per_metre: Operand  #: Cells in a metre.
     last: Sequence[Operand]  #: Number of the last cell of the table along each axis.
-    slope: Operand  #: Of the unoccluded light on patches from those that face level ones up.
+    slope: Operand  #: How much more of the unoccluded light is from above than below, -1 to 1.
     reach: Operand  #: Distance that :data:`STEPS` are spread over, m.
 
     @property
@@ -162,8 +161,7 @@ class OcclusionTable:
         of_points, of_w = ([part[:, None] for part in along.T] for along in (points, w))
         place = dict(zip("xyz", self.box.place(of_points), strict=True))
         table = Table(self.atlas, self.box.axes)
-        look_up = functools.partial(table.at, kind=kind, **place)
-        return self.box.mixed(kind, of_w, lambda tile: look_up(tile=tile))
+        return self.box.mixed(kind, of_w, lambda tile: table.at(kind=kind, tile=tile, **place))
 
     def on_patches(self, points: Array, normal: Array) -> Array:
         """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
@@ -200,8 +198,8 @@ def occlusion_table(
     band. ``alone`` tells whether nothing occludes beyond the grid; else it is there as on its
     sides. ``enclosed``: it is looked at from where little of the open is seen.
     """
-    nx, ny, nz = light.grid.shape
     grid = light.grid
+    nx, ny, nz = grid.shape
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
     box = OcclusionBox(
         tuple(low + grid.cell / 2.0 for low in grid.lower),
@@ -210,7 +208,7 @@ def occlusion_table(
         light.slope,
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
     )
-    weight = box.light([*NORMALS.T])
+    weight = box.light([*views.NORMALS.T])
     ratios = np.stack([light.irradiance * weight[:, None], light.scattered])
     fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
     if not fraction.sum() > 0:

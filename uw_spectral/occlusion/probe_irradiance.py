@@ -24,8 +24,8 @@ from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .probe_rows import Light, Rows, as_slice, by_band, flat, product_of_rows
 from .probes import RAYS, SETS, Rays, directions, set_of
-from .unoccluded_field import AXES, NORMALS, UnoccludedField
-from .view_directions import COUNT, around
+from .unoccluded_field import UnoccludedField
+from .view_directions import AXES, COUNT, NORMALS, around
 
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
 """Places along a ray where the light is looked at, and their weights: Gauss's."""
@@ -48,7 +48,7 @@ class ProbeIrradiance:
     #: Which stand for water; the others have the light of one close by, (p,).
     valid: NDArray[np.bool_]
     #: Ratio of the irradiance, without the beam of the sun, on patches that face
-    #: :data:`.unoccluded_field.NORMALS`, (p, COUNT, n).
+    #: :data:`.view_directions.NORMALS`, (p, COUNT, n).
     irradiance: Light
     #: Ratio of the light, without the beam, that the water scatters against the view directions of
     #: :mod:`.view_directions`, (p, COUNT, n).

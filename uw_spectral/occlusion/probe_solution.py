@@ -29,7 +29,8 @@ from .probe_irradiance import (
 )
 from .probe_rows import Light, joined
 from .probes import SETS, Rays
-from .unoccluded_field import AXES, depths_of
+from .unoccluded_field import depths_of
+from .view_directions import AXES
 
 _ROUNDS = 40
 _SETTLED = 0.001  # change of a round that is none, in every probe

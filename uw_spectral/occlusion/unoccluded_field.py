@@ -10,18 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..octahedron import lattice
 from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
 from ..water.phase import PhaseFunction
 from .grid import Array, Grid
 from .probes import RAYS, SETS, directions, spiral
-from .view_directions import SIDE
+from .view_directions import NORMALS
 
-NORMALS = lattice(SIDE)
-"""Ways that patches face, for which ratios are kept, (p, 3)."""
-AXES = np.stack([NORMALS, -NORMALS], axis=2).argmax(axis=0).ravel()
-"""Those along the axes: forth and back, x first."""
 _LEVELS = 17  # depths at which the unoccluded light is computed
 _MU = 0.02  # cosine of the most level ray
 _FINE = 2048  # directions for sums over the phase function

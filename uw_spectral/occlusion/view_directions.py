@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..mathematics import NUMPY, Mathematics, Operand
 from ..octahedron import folded, lattice
 
@@ -11,7 +13,11 @@ SIDE = 7
 """Points of the lattice (:func:`..octahedron.lattice`) along a side; odd, so that the six axes are
 among them."""
 COUNT = SIDE * SIDE
-FIRST = (lattice(SIDE) @ lattice(SIDE).T).round(9).argmax(axis=1)
+NORMALS = lattice(SIDE)
+"""The directions, (COUNT, 3)."""
+AXES = np.stack([NORMALS, -NORMALS], axis=2).argmax(axis=0).ravel()
+"""Those along the axes: forth and back, x first."""
+FIRST = (NORMALS @ NORMALS.T).round(9).argmax(axis=1)
 """The first of each direction, for the lattice has its border twice."""
 
 

@@ -11,7 +11,7 @@ from underwater_spectral.uw_spectral.occlusion.occlusion_table import (
     occlusion_table,
 )
 from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
-from underwater_spectral.uw_spectral.occlusion.unoccluded_field import NORMALS
+from underwater_spectral.uw_spectral.occlusion.view_directions import NORMALS
 from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH
 
 GRID = Grid((-3.0, -3.0, -8.0), 0.5, (12, 12, 8))

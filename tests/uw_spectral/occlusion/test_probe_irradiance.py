@@ -25,11 +25,10 @@ from underwater_spectral.uw_spectral.occlusion.probes import (
     spiral,
 )
 from underwater_spectral.uw_spectral.occlusion.unoccluded_field import (
-    AXES,
-    NORMALS,
     UnoccludedField,
     depths_of,
 )
+from underwater_spectral.uw_spectral.occlusion.view_directions import AXES, NORMALS
 from underwater_spectral.uw_spectral.occlusion.voxels import voxelise
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS
 
