@@ -125,8 +125,11 @@ class FittedCells:
             part = slice(3 * tile, 3 * tile + 3)
             rows = np.flatnonzero(read[:, tile])
             odd = np.flatnonzero(uneven[rows, tile])
-            seen, some = sights.some(place[rows[odd]]), readers.some(rows)
-            values[:, part] = self._fit(values[:, part], flat[:, tile], some, odd, seen, moved=True)
+            seen = sights.some(place[rows[odd]])
+            odd, seen = odd[seen.known], seen.some(seen.known)
+            some, wanted, light = readers.some(rows), seen.light(flat[:, tile]), values[:, part]
+            wrong = seen.hidden | _astray(readers.some(rows[odd]), light, wanted)[:, None]
+            values[:, part] = self._fit(light, some, odd, wanted, wrong, seen.hidden)
         _put(atlas, values)
         atlas[:] = atlas[views.FIRST]
 
@@ -138,8 +141,10 @@ class FittedCells:
         values = _by_cell(atlas)
         odd = np.flatnonzero(_uneven(readers, values[:, ::3].mean(axis=1)))
         seen = self._sights(readers.some(odd))
-        flat = tiles.reshape(len(tiles), -1).astype(np.float32)
-        _put(atlas, self._fit(values, flat, readers, odd, seen, moved=False))
+        known = seen.known & seen.hidden.any(axis=1)
+        odd, seen = odd[known], seen.some(known)
+        wanted = seen.light(tiles.reshape(len(tiles), -1).astype(np.float32))
+        _put(atlas, self._fit(values, readers, odd, wanted, seen.hidden, seen.hidden))
 
     def _readers(self, water: Cells, wanted: Array, place: Array) -> _Readers:
         grid, shape = self._rays.grid, np.add(self._rays.grid.shape, 2)
@@ -152,26 +157,24 @@ class FittedCells:
         return _Readers(water, wanted, cells, fractions)
 
     def _fit(
-        self, values: Light, tiles: Light, readers: _Readers, odd: Cells, seen: _Sights, *,
-        moved: bool,
-    ) -> Light:  # fmt: skip
-        """Fit values of cells (c, q) to those of probes (p, q), which ``odd`` readers see.
+        self,
+        values: Light,
+        readers: _Readers,
+        odd: Cells,
+        wanted: Light,
+        wrong: NDArray[np.bool_],
+        hidden: NDArray[np.bool_],
+    ) -> Light:
+        """Fit values of cells (c, q) to what ``odd`` readers want, (m, q).
 
-        ``moved`` tells that places are looked up beside the points of readers.
+        Of the cells that these read those change that are ``wrong``, (m, 8); what is ``hidden``
+        does not count.
         """
+        some = readers.cells[odd]
         level = values[:, ::3].mean(axis=1)
-        least = _LEAST * level.max()
-        known = seen.known if moved else seen.known & seen.hidden.any(axis=1)
-        odd, seen = odd[known], seen.some(known)
-        wanted, some = seen.light(tiles), readers.some(odd)
-        hidden = wrong = seen.hidden
-        if moved:
-            light = wanted[:, ::3].mean(axis=1)
-            off = np.abs(some.read(level[:, None])[:, 0] - light) > _APART * light + least
-            wrong = wrong | off[:, None] & (some.fractions > _UNSEEN)
         fitted, replaced = np.zeros((2, len(level)), bool)
-        fitted[some.cells[wrong]] = True
-        replaced[some.cells[hidden]] = True
+        fitted[some[wrong & (readers.fractions[odd] > _UNSEEN)]] = True
+        replaced[some[hidden]] = True
         fitted, replaced = fitted & (self._probe >= 0), replaced & (self._probe >= 0)
         if not fitted.any():
             return values
@@ -186,47 +189,60 @@ class FittedCells:
         return _approached(values, fitted, replaced, readers, targets, counts)
 
     def _sights(self, readers: _Readers) -> _Sights:
-        """Look from the points of readers at the probes around them.
-
-        Light changes on the way from these to a wall, the more the nearer what lights it: what is
-        linear in the place is told.
-        """
+        """Look from the points of readers at the probes around them."""
         grid, rays = self._rays.grid, self._rays
         water, which = np.unique(readers.water, return_inverse=True)
         at = self._points[water]
-        probes, seen, places, weights = [], [], [], []
+        probes, seen, places, usable = [], [], [], []
         for cell, inside in around(grid, at):
             point, apart = rays.point[rays.stand_in[cell]], np.ones((len(at), 4))
             sees = rays.voxels.free_between(at, point, ON_SIGHT)
             apart[:, 1:] = (point - at) / grid.cell
-            usable = inside & rays.valid[cell] & sees
-            near = np.exp(1.0 - (apart**2).sum(axis=1))
+            usable.append(inside & rays.valid[cell] & sees)
             probes.append(cell)
             seen.append(sees | ~inside)
             places.append(apart)
-            weights.append(np.where(usable, near + _FAR, 0.0))
-        x, weight = np.stack(places, axis=1), np.stack(weights, axis=1)
-        weight /= np.maximum(weight.sum(axis=1, keepdims=True), _FAR)
-        gram = np.einsum("mk,mki,mkj->mij", weight, x, x) + np.diag([_FAR, *[_STEADY] * 3])
-        # By probe: what it adds to the light at the voxel, and to its change along the axes.
-        linear = np.linalg.solve(gram, np.moveaxis(x * weight[..., None], 1, 2))
-        place = np.ones((len(which), 4))
+        mean, linear = _linear(np.stack(places, axis=1), np.stack(usable, axis=1))
+        place = np.ones((len(which), 4), np.float32)
         place[:, 1:] = (readers.place - at[which]) / grid.cell
-        there = np.einsum("mi,mik->mk", place.astype(np.float32), linear.astype(np.float32)[which])
+        hidden = self._hidden(readers, at[which], np.stack(seen, axis=1)[which])
+        return _Sights(
+            hidden, mean.any(axis=1)[which], np.stack(probes, axis=1)[which], mean[which],
+            np.einsum("mi,mik->mk", place, linear[which]),
+        )  # fmt: skip
+
+    def _hidden(self, readers: _Readers, at: Array, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which cells that are read have probes that are not seen from points, (m, 8).
+
+        ``seen`` tells it of those around, (m, 27).
+        """
+        grid, rays = self._rays.grid, self._rays
         step = np.stack(np.unravel_index(readers.cells, np.add(grid.shape, 2)), axis=2) - 1
-        step -= np.rint(grid.position(at)).astype(np.intp)[which][:, None]
+        step -= np.rint(grid.position(at)).astype(np.intp)[:, None]
         close = (np.abs(step) <= 1).all(axis=2)
         number = np.where(close, (step + 1) @ [9, 3, 1], 0)
-        hidden = ~np.stack(seen, axis=1)[which[:, None], number]
+        hidden = ~np.take_along_axis(seen, number, axis=1)
         row, corner = np.nonzero(~close & (readers.fractions > _UNSEEN))
         stand_in = self._probe[readers.cells[row, corner]]
-        sees = rays.voxels.free_between(at[which[row]], rays.point[stand_in], ON_SIGHT)
+        sees = rays.voxels.free_between(at[row], rays.point[stand_in], ON_SIGHT)
         hidden[row, corner] = ~sees & (stand_in >= 0)
         hidden &= readers.fractions > _UNSEEN
-        return _Sights(
-            hidden, weight.any(axis=1)[which], np.stack(probes, axis=1)[which],
-            weight.astype(np.float32)[which], there,
-        )  # fmt: skip
+        return hidden
+
+
+def _linear(places: Array, usable: NDArray[np.bool_]) -> tuple[Light, Light]:
+    """Return what probes are of the mean light (m, k), and of what is linear in the place.
+
+    Light changes on the way from them to a wall, the more the nearer what lights it. ``places``
+    (m, k, 4) are 1 and how many cells a probe is off along the axes; of the light there, and of
+    its change along them, (m, 4, k).
+    """
+    near = np.exp(1.0 - (places**2).sum(axis=2))
+    weight = np.where(usable, near + _FAR, 0.0)
+    weight /= np.maximum(weight.sum(axis=1, keepdims=True), _FAR)
+    gram = np.einsum("mk,mki,mkj->mij", weight, places, places) + np.diag([_FAR, *[_STEADY] * 3])
+    linear = np.linalg.solve(gram, np.moveaxis(places * weight[..., None], 1, 2))
+    return weight.astype(np.float32), linear.astype(np.float32)
 
 
 def _faces(rays: Rays) -> tuple[Array, Array, Cells]:
@@ -273,10 +289,10 @@ def _continued(
     yield surface, normal, beside
     for step in steps:
         here = np.ones(len(beside), bool)
-        for k in range(1, 2 * far + 1):
-            here &= full[tuple((beside + (k + 1) // 2 * step + _INTO_CORNERS).T)]
+        for k in range(1, far + 1):
+            here &= full[tuple((beside + k * step + _INTO_CORNERS).T)]
             n = normal[here]
-            along = 0.5 * k * cell * (step - (n @ step)[:, None] * n)
+            along = k * cell * (step - (n @ step)[:, None] * n)
             yield surface[here] + along, n, beside[here]
 
 
@@ -288,6 +304,14 @@ def _by_cell(atlas: Array) -> Light:
 def _put(atlas: Array, values: Light) -> None:
     changed = values.reshape(*atlas.shape[1:4], len(atlas), 3)
     atlas[...] = np.moveaxis(changed, 3, 0)
+
+
+def _astray(readers: _Readers, values: Light, wanted: Light) -> NDArray[np.bool_]:
+    """Where readers find another light than what is wanted of these cells (c, q)."""
+    level, light = values[:, ::3].mean(axis=1), wanted[:, ::3].mean(axis=1)
+    off = np.abs(readers.read(level[:, None])[:, 0] - light)
+    astray: NDArray[np.bool_] = off > _APART * light + _LEAST * level.max()
+    return astray
 
 
 def _uneven(readers: _Readers, level: Light) -> NDArray[np.bool_]:
