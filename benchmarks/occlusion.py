@@ -120,10 +120,9 @@ occlusion and with it; *shaded*: where the sun does not reach; *noise*: of Cycle
 
 {rows}
 
-**Missed** by the cave, the jetty from inside and the car, whose rooms are narrower than three cells
-of 0.3 m. With five voxels along a cell the cave has 1.50 and the jetty 2.20, a fish in the reef
-costs .85 s a frame. The cave's red is 2.2 × too bright where it is darkest: one spectrum stands for
-the occlusion of all cells.
+**Missed** by the jetty and the car from inside, whose rooms are narrower than three cells of 0.3 m.
+Water below a wide roof in turbid water is too bright, and in its darkest band by most: light is
+looked at in three places of each ray, evenly along it.
 
 ## Objects that move
 Seconds on the clock / of both processors, 8 bands: the whole, then frames in which a fish of 0.19
@@ -141,7 +140,8 @@ The reef in full, 1.7 million triangles, 160 × 90 and 1 sample, a fish moving: 
 {plain} s, with water and occlusion {water} s, {ratio:.2f} times as long.
 
 ## Seconds of a frame
-With occlusion over without it, 192 × 108, 8 samples, 8 bands, software rasteriser, and the table's
+With occlusion over without it, 192 × 108, 8 samples, 8 bands, software rasteriser beside other
+jobs, and the table's
 image: {costs}.
 
 ![Cycles, no occlusion, occlusion](occlusion.jpg)
