@@ -141,8 +141,7 @@ The reef in full, 1.7 million triangles, 160 × 90 and 1 sample, a fish moving: 
 
 ## Seconds of a frame
 With occlusion over without it, 192 × 108, 8 samples, 8 bands, software rasteriser beside other
-jobs, and the table's
-image: {costs}.
+jobs, and the image of the table: {costs}.
 
 ![Cycles, no occlusion, occlusion](occlusion.jpg)
 """,
