@@ -21,7 +21,7 @@ from ..uw_spectral.spectra.colour_rendering import luminance
 from ..uw_spectral.spectra.spectral_image import write_jpeg
 from . import grey_scene
 from ._material_kinds import KINDS, RADIUS, Kind, place
-from ._places import delta_e, realtime
+from ._places import Compared, realtime
 from ._scenery import look_at, new_file, view_rays
 from .runner import Ask, Page, Target, table
 
@@ -105,11 +105,12 @@ def measure(ask: Ask) -> Mapping[str, object]:
         traced = functools.partial(grey_scene.cycles_images, plan, camera, ask.samples)
         develop = plan.reduction(_DEPTH).apply
         halves = develop(ask.kept(f"sheet {first}", traced))
-        truth, noise = halves.mean(axis=0), 0.5 * delta_e(halves[0], halves[1], _BLOCK)
         seen = realtime(render_plan.make_plan(settings(_EEVEE_SAMPLES)))
-        pairs.append(np.concatenate([seen, truth]))
-        masks, off = _masks(items, places), delta_e(seen, truth, _BLOCK)
-        light = [luminance(grey_scene.blocks(x, _BLOCK)) for x in (seen, truth)]
+        found = Compared(halves, {"real time": seen}, _BLOCK)
+        off, noise, masks = found.delta_e("real time"), found.noise, _masks(items, places)
+        images = seen, found.reference
+        pairs.append(np.concatenate(images))
+        light = [luminance(grey_scene.blocks(x, _BLOCK)) for x in images]
         for number, kind in enumerate(kinds):
             here = (masks == number).astype(np.float64)[..., None]
             inside = grey_scene.blocks(here, _BLOCK)[..., 0] > 0.999

@@ -121,8 +121,7 @@ occlusion and with it; *shaded*: where the sun does not reach; *noise*: of Cycle
 {rows}
 
 **Missed** by the jetty and the car from inside, whose rooms are narrower than three cells of 0.3 m.
-Water below a wide roof in turbid water is too bright, and in its darkest band by most: light is
-looked at in three places of each ray, evenly along it.
+Water below a wide roof in turbid water is too bright ([limits](../limits.md#default-settings)).
 
 ## Objects that move
 Seconds on the clock / of both processors, 8 bands: the whole, then frames in which a fish of 0.19

@@ -128,7 +128,7 @@ class FittedCells:
             seen = sights.some(place[rows[odd]])
             odd, seen = odd[seen.known], seen.some(seen.known)
             some, wanted, light = readers.some(rows), seen.light(flat[:, tile]), values[:, part]
-            wrong = seen.hidden | _astray(readers.some(rows[odd]), light, wanted)[:, None]
+            wrong = seen.hidden | _astray(some.some(odd), light, wanted)[:, None]
             values[:, part] = self._fit(light, some, odd, wanted, wrong, seen.hidden)
         _put(atlas, values)
         atlas[:] = atlas[views.FIRST]
