@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import override
 
 import bpy
@@ -91,7 +91,8 @@ class _CloudPixel(TermPixel):
     @override
     def on_path(self, occlusion: OcclusionOnPath) -> OcclusionOnPath:
         scattered = _scaled(occlusion.scattered, self._found[realtime_clouds.DAYLIT])
-        return OcclusionOnPath(scattered, occlusion.single * self._found[realtime_clouds.SUNLIT])
+        single = occlusion.single * self._found[realtime_clouds.SUNLIT]
+        return replace(occlusion, scattered=scattered, single=single)
 
     @override
     def veiled(self, pixel: ChannelPixel, added: Operand) -> ChannelPixel:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ..uw_spectral.table import Axis
-from .node_mathematics import NODES, Graph, NodeValue
+from .node_mathematics import NODES, Graph
 from .texture_atlas import texel
 
 MARGIN = 1
@@ -69,6 +69,7 @@ class ImageTable:
     margin: int = MARGIN
     numbers: int | None = None  #: Entries are so many numbers, and no channels.
     size: tuple[Operand, Operand] | None = None  #: Of an image that has no fixed one.
+    alpha: bool = False  #: Entries are :class:`.Texel`.
 
     def at(self, **coordinates: Operand) -> Operand:
         """Return what :class:`.Lookup` says."""
@@ -88,11 +89,13 @@ class ImageTable:
 
     def _mixed(
         self, before: Sequence[tuple[Axis, Tiles, Operand]], column: Operand, row: Operand
-    ) -> NodeValue:
+    ) -> Operand:
         """Mix the tiles about places along the first axes, each at a place inside."""
         if not before:
             size, rows = self.size or self.image.size, len(self.axes) > len(self.tiles) + 1
-            return texel(self.graph, self.image, column, row, *size, whole_row=not rows)
+            return texel(
+                self.graph, self.image, column, row, *size, whole_row=not rows, alpha=self.alpha
+            )
         (axis, tiles, place), *rest = before
         if axis.discrete:
             right, up = tiles.corner(place, NODES)

@@ -22,7 +22,8 @@ from ..uw_spectral.occlusion.occlusion_table import (
     STEPS,
     OcclusionBox,
     OcclusionTable,
-    along_ray,
+    brought,
+    mean_along,
     step,
 )
 from ..uw_spectral.occlusion.view_directions import COUNT
@@ -38,7 +39,6 @@ from .texture_atlas import number_image
 from .value_fields import ValueFields
 
 NAME, PART = "UW Occlusion", "uw_shade"
-REACH = "occlusion reach"
 _SMALLEST = 3
 FIELDS = ValueFields(OcclusionBox, "occlusion", {"lower": 3, "last": 3})
 """Numbers of a box."""
@@ -97,25 +97,42 @@ class Occlusion:
         return self._mixed(IRRADIANCE, beside, normal)
 
     def on_path(
-        self, camera: Sequence[NodeValue], w: Sequence[NodeValue], P: NodeValue
-    ) -> Sequence[NodeValue]:
-        """Look up the light at steps of a ray of length P, over the unoccluded."""
+        self,
+        camera: Sequence[NodeValue],
+        w: Sequence[NodeValue],
+        P: NodeValue,
+        rates: tuple[Operand, Operand],
+    ) -> list[NodeValue]:
+        """Look up the light along a ray of length P, over the unoccluded, in channels.
+
+        Three numbers of that scattered often, and the sun's scattered once; ``rates``, 1/m, are
+        those at which they fall off.
+        """
 
         def of_step(now: NodeValue) -> list[NodeValue]:
             s = step(now, P, self._box.reach, NODES)
             point = [x + along * s for x, along in zip(camera, w, strict=True)]
             light = self._mixed(SCATTERED, point, w)
-            steps = range(STEPS)
-            return [light * self._graph.operation("COMPARE", (now, float(k), 0.5)) for k in steps]
+            often, once = (brought(now, s, rate, NODES) for rate in rates)
+            parts = [part * often for part in self._graph.components(light.colour)]
+            return [*parts, light.alpha * once, often, once]
 
-        return summed(self._graph, STEPS, of_step)
+        *scattered, single, often, once = summed(self._graph, STEPS, of_step)
+        return [
+            *(mean_along(part, often, NODES) for part in scattered),
+            mean_along(single, once, NODES),
+        ]
 
-    def _mixed(self, kind: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> NodeValue:
+    def turned(self, y: NodeValue) -> NodeValue:
+        """Fraction of sunlight scattered once at depth y that is occluded as the rest is."""
+        return self._box.turned(y, NODES)
+
+    def _mixed(self, kind: int, point: Sequence[NodeValue], w: Sequence[NodeValue]) -> Operand:
         place = dict(zip("xyz", self._box.place(point, NODES), strict=True))
         levels, rows, columns = (axis.count for axis in self._box.axes[2:])
         table = ImageTable(
             self._graph, self._image, self._box.axes, tiles=_tiles(levels, rows, columns),
-            margin=0, size=(columns * COUNT, rows * levels * 2.0),
+            margin=0, size=(columns * COUNT, rows * levels * 2.0), alpha=kind == SCATTERED,
         )  # fmt: skip
 
         def at(tile: Operand) -> Operand:
@@ -129,9 +146,8 @@ class _OcclusionPixel(TermPixel):
 
     def __init__(self, pixel: Pixel) -> None:
         self._pixel, self._graph, given = pixel, pixel.graph, pixel.given
-        values = pixel.water.values.outputs
-        self._reach = pixel.water.values[REACH]
-        occlusion = Occlusion(self._graph, values, pixel.sources.parts[PART])
+        values, image = pixel.water.values.outputs, pixel.sources.parts[PART]
+        occlusion = Occlusion(self._graph, values, image)
         self._sides: list[NodeValue] = []
         if given is not None:
             normal = self._graph.components(given[NORMAL])
@@ -139,8 +155,8 @@ class _OcclusionPixel(TermPixel):
             if pixel.shape.translucent:
                 back = [-part for part in normal]
                 self._sides.append(occlusion.on_patch(pixel.point, back))
-        steps = occlusion.on_path(pixel.eye, pixel.w, pixel.P)
-        self._steps = [self._graph.components(step) for step in steps]
+        self._path = occlusion.on_path(pixel.eye, pixel.w, pixel.P, pixel.rates)
+        self._turned = occlusion.turned(pixel.y_o)
 
     @override
     def occluded(self, factor: OcclusionFactor, *, behind: bool = False) -> OcclusionFactor:
@@ -153,11 +169,7 @@ class _OcclusionPixel(TermPixel):
 
     @override
     def on_path(self, occlusion: OcclusionOnPath) -> OcclusionOnPath:
-        often, single = self._pixel.rates
-        reach = self._pixel.P, self._reach, NODES
-        steps: list[list[Operand]] = [[step[i] for step in self._steps] for i in range(3)]
-        mean, fraction = (along_ray(steps[i], often, *reach) for i in range(2))
+        mean, *fractions, single = self._path
         return OcclusionOnPath(
-            OcclusionFactor(mean, [fraction]),
-            occlusion.single * along_ray(steps[2], single, *reach),
+            OcclusionFactor(mean, fractions), occlusion.single * single, self._turned
         )

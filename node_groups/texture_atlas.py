@@ -9,15 +9,34 @@ to compile it; the hardware's own filter has eight bits.)
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 
+from ..uw_spectral.mathematics import Operand
 from .group_sockets import COLOUR, FLOAT, OpenGroup
 from .node_mathematics import MARK, NODES, Graph, NodeValue
 
 _NAME = ".UW Look-Up"
 _SIDES = "Column", "Row"
 _OF_SIDE = "Below", "Fraction", "Above"
+
+
+@dataclass(frozen=True, eq=False)
+class Texel:
+    """Four numbers of an image, of which nodes see three as a colour."""
+
+    colour: NodeValue
+    alpha: NodeValue
+
+    def __add__(self, other: Texel) -> Texel:
+        return Texel(self.colour + other.colour, self.alpha + other.alpha)
+
+    def __sub__(self, other: Texel) -> Texel:
+        return Texel(self.colour - other.colour, self.alpha - other.alpha)
+
+    def __mul__(self, factor: NodeValue | float) -> Texel:
+        return Texel(self.colour * factor, self.alpha * factor)
 
 
 def number_image(name: str, columns: int, rows: int) -> bpy.types.Image:
@@ -38,23 +57,27 @@ def texel(
     *,
     tiled: bool = False,
     whole_row: bool = False,
-) -> NodeValue:
+    alpha: bool = False,
+) -> Operand:
     """Look up a place of an image, in texels from the middle of its first: column h and row v.
 
     A ``tiled`` image begins anew beyond its outermost texels; it is what they are else.
-    ``whole_row`` is whether the row is a whole number, if only nodes know that.
+    ``whole_row`` is whether the row is a whole number, if only nodes know that. With ``alpha`` it
+    is a :class:`Texel`, else its colour.
     """
     across, up = _split(h, columns), _split(v, rows, whole=whole_row)
     # In groups, rows that only nodes know leave lamplight on surfaces black in Cycles; why is open.
     if graph.slim or (whole_row and isinstance(v, NodeValue)):
-        return _mixed(graph, image, across, up, tiled=tiled)
+        found = _mixed(graph, image, across, up, tiled=tiled)
+        return found if alpha else found.colour
     # One node each, of a group that is built once: Blender takes its time for each node of a tree.
     kinds = len(across), len(up)
     group = graph.kept((_NAME, image, *kinds, tiled), lambda: _group(image, kinds, tiled=tiled))
     node = graph.inner_node("ShaderNodeGroup", node_tree=group)
     for value, socket in zip((*across, *up), node.inputs, strict=True):
         graph.assign(value, socket)
-    return graph.term(node.outputs[0])
+    found = Texel(*map(graph.term, node.outputs))
+    return found if alpha else found.colour
 
 
 def _group(
@@ -63,10 +86,10 @@ def _group(
     """Build the group of look-ups in an image, for what :func:`_split` returns for both sides."""
     sides = zip(_SIDES, kinds, strict=True)
     names = [f"{side} {name}" for side, count in sides for name in _OF_SIDE[:count]]
-    group = OpenGroup(_NAME, dict.fromkeys(names, FLOAT), {"Color": COLOUR})
+    group = OpenGroup(_NAME, dict.fromkeys(names, FLOAT), {"Color": COLOUR, "Alpha": FLOAT})
     given = list(group.given.values())
     found = _mixed(group.graph, image, given[: kinds[0]], given[kinds[0] :], tiled=tiled)
-    return group.finished({"Color": found})
+    return group.finished({"Color": found.colour, "Alpha": found.alpha})
 
 
 def _mixed(
@@ -76,10 +99,10 @@ def _mixed(
     up: Sequence[NodeValue | float],
     *,
     tiled: bool,
-) -> NodeValue:
+) -> Texel:
     """Mix the texels about a place."""
 
-    def along(row: NodeValue | float) -> NodeValue:
+    def along(row: NodeValue | float) -> Texel:
         one = _single(graph, image, across[0], row, tiled=tiled)
         if len(across) == 1:
             return one
@@ -111,19 +134,19 @@ def closest(
     """Return a single texel of an image of fixed size, with all its digits."""
     width, height = image.size
     x, y = (place * (1.0 / n) + 0.5 / n for place, n in ((column, width), (row, height)))
-    return _single(graph, image, x, y, tiled=False)
+    return _single(graph, image, x, y, tiled=False).colour
 
 
 def _single(
     graph: Graph, image: bpy.types.Image, x: NodeValue | float, y: NodeValue | float, *, tiled: bool
-) -> NodeValue:
+) -> Texel:
     """Return the texel of an image at a place of its width and height."""
     where = graph.vector(x, y, 0.0)
     texture = graph.inner_node("ShaderNodeTexImage", image=image, interpolation="Closest")
     texture.extension = "REPEAT" if tiled else "EXTEND"
     take_as_given(texture)
     graph.assign(where, texture.inputs["Vector"])
-    return graph.term(texture.outputs["Color"])
+    return Texel(*(graph.term(texture.outputs[name]) for name in ("Color", "Alpha")))
 
 
 def take_as_given(texture: bpy.types.Node) -> None:

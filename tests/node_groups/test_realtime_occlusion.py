@@ -23,6 +23,7 @@ from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.sun_beam import sun_beam
 
 WEIGHTS = np.eye(3)
+TURNING = 0.05
 UNDERSIDE = ((-1.5, 0.2, -3.0), (3.0, 0.0, 0.0), (0.0, 1.0, -1.0))
 
 
@@ -34,30 +35,26 @@ def _water():
 
 
 def _table(column, seed=3):
-    """Random occlusion, of rays of one spectrum, smooth from cell to cell, about the view."""
+    """Random occlusion, smooth from cell to cell, about the view."""
     random = np.random.default_rng(seed)
     grid = Grid((-5.0, -2.0, -9.0), 1.0, (10, 9, 8))
     along = grid.centres() @ random.normal(size=(3, 2 * COUNT)) * 0.5
     mean, fraction = 0.6 + 0.3 * np.sin(along), 0.2 * np.cos(along)
     ratios = mean[..., None] + fraction[..., None] * np.array([1.0, 0.2, -0.8])
     on_patches, scattered = np.split(ratios, 2, axis=1)
-    on_patches += 0.15 * np.sin(along[:, :COUNT, None] + 1.0) * np.array([0.3, -1.0, 0.6])
+    for light in (on_patches, scattered):
+        light += 0.15 * np.sin(along[:, :COUNT, None] + 1.0) * np.array([0.3, -1.0, 0.6])
     light = ProbeIrradiance(
         grid, np.ones(grid.count, bool), on_patches, scattered, 0.5 + 0.5 * np.sin(along[:, 0]),
-        0.7,
+        np.full(3, TURNING), 0.7,
     )  # fmt: skip
     return tables.occlusion_table(light, column.attenuation, np.ones(3))
 
 
-def _along_rays(table, rate, up, camera, w, P, part):
-    """What :func:`.along_ray` makes of the table, by places that are looked up in numpy."""
-    found = []
-    for k in range(tables.STEPS):
-        s = tables.step(float(k), P, table.box.reach)
-        three = table.mixed(tables.SCATTERED, camera + w * s[:, None], w)
-        mean, fraction, sunlit = three.T[..., None]
-        found.append(sunlit if part == "sun" else mean + fraction * table.spectra[ON_PATH])
-    return tables.along_ray(found, rate(up), P[:, None], table.box.reach)
+def _along_rays(table, rate, camera, w, P, spectra):
+    """Numbers of the table along rays whose light falls off at a rate by band."""
+    found = [table.along(camera, w, P, each[:, None]) for each in rate.T]
+    return np.stack([x @ of_band for x, of_band in zip(found, spectra.T, strict=True)], axis=1)
 
 
 def _inputs(column, lobes, table):
@@ -89,16 +86,15 @@ def test_open_water_is_occluded_as_the_table_says(tmp_path):
     single, P = single_scattering(low_stream_field)
     M = light.scattered(np.full(len(w), 5.0), w.T, sun) + single_scattering(solved)[0] - single
     camera = np.array([0.0, 0.0, -5.0])
-    rates = (
-        lambda up: low_stream_field.extinction - light.decay * up,
-        lambda up: low_stream_field.extinction * (1.0 - up / column.sun_cosine),
+    up, c, sun_alone = w[:, 2:], low_stream_field.extinction, np.eye(4)[:, 3:]
+    spectra = np.concatenate([np.ones((1, 3)), table.spectra[ON_PATH:], np.zeros((1, 3))])
+    occlusion = _along_rays(table, c - light.decay * up, camera, w, P, spectra)
+    lit = _along_rays(
+        table, c * (1.0 - up / column.sun_cosine), camera, w, P, sun_alone @ [[1] * 3]
     )
-    occlusion, lit = (
-        _along_rays(table, rate, w[:, 2:], camera, w, P, part)
-        for rate, part in zip(rates, ("ratio", "sun"), strict=True)
-    )
+    turned = 1.0 - np.exp(-5.0 * TURNING)
     down = w[:, 2] < -0.05
-    wanted = (single * lit + M * occlusion)[down]
+    wanted = (single * (1.0 - turned) * lit + (M + single * turned) * occlusion)[down]
     errors = np.abs(seen.reshape(-1, 3)[down] / wanted - 1.0)
     assert np.median(errors) < 3e-3
     assert np.quantile(errors, 0.99) < 0.02
@@ -135,8 +131,8 @@ def test_patches_are_occluded_as_the_table_says(tmp_path):
     assert normal @ column.sun_direction > 0.1, "the sun shines on its back"
     points = (view.rays() * P[..., None])[on_it] + [0.0, 0.0, -5.0]
     beside = points + normal * tables.OFF_SURFACE * table.grid.cell
-    three = table.mixed(tables.IRRADIANCE, beside, np.tile(normal, (len(beside), 1)))
-    wanted = three[:, :1] + three[:, 1:] @ table.spectra[:ON_PATH]
+    numbers = table.mixed(tables.IRRADIANCE, beside, np.tile(normal, (len(beside), 1)))
+    wanted = numbers[:, :1] + numbers[:, 1:3] @ table.spectra[:ON_PATH]
     ratio = pictures[0][on_it] / pictures[1][on_it]
     assert on_it.sum() > 30
     assert np.median(np.abs(ratio / wanted - 1.0)) < 0.02

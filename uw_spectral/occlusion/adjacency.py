@@ -177,9 +177,8 @@ def _radiance(
     near = np.maximum(P - _ON_THIS_SIDE * occlusion.grid.cell, 0.5 * P)
     points = buffer.view.ways().reshape(*here.shape, 3)[here] * near
     points += np.asarray(buffer.view.centre)
-    mean, *fractions = occlusion.on_patches(points, normal).T[..., None]
-    sunlit = occlusion.sunlit(points, normal)
-    facing = np.maximum(normal @ -np.asarray(water.sun, np.float64), 0.0) * sunlit / np.pi
+    mean, *fractions, sunlit = occlusion.on_patches(points, normal).T[..., None]
+    facing = np.maximum(normal @ -np.asarray(water.sun, np.float64), 0.0) * sunlit[:, 0] / np.pi
     surface = SurfaceMaterial(
         columns,
         [colour * facing[:, None] for colour in base],

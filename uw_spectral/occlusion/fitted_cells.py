@@ -20,6 +20,8 @@ from .grid import Array
 from .probe_rows import Light
 from .probes import ON_SIGHT, Rays, around
 
+NUMBERS = 4
+"""Of an entry; the first is the mean light."""
 _LEAST, _DARK_OUTSIDE = 1e-3, 0.3
 """Of the light of open water, below which errors are not relative: seen from within, and not."""
 _APART = 0.05  # of the light: cells that differ less are not looked at
@@ -82,13 +84,13 @@ class _Sights:
             light = tiles[probe]
             mean += of_mean[:, None] * light
             there += of_there[:, None] * light
-        level, change = (np.abs(part[:, ::3].mean(axis=1)) for part in (mean, there - mean))
+        level, change = (np.abs(part[:, ::NUMBERS].mean(axis=1)) for part in (mean, there - mean))
         part = _MOST_CHANGE * level / np.maximum(change, _MOST_CHANGE * level + _UNLIT)
         return (mean + part[:, None] * (there - mean)).astype(np.float32, copy=False)
 
 
 class FittedCells:
-    """Fits cells of atlases (t, nx + 2, ny + 2, nz + 2, 3) over the grid of rays.
+    """Fits cells of atlases (t, nx + 2, ny + 2, nz + 2, NUMBERS) over the grid of rays.
 
     Those of their border, which stand for what lies beyond the grid, stay.
     """
@@ -104,12 +106,12 @@ class FittedCells:
     def fit_faces(self, atlas: Array, tiles: Array, off: float) -> None:
         """Fit tiles, which surfaces that face alike look up ``off`` m before them.
 
-        ``tiles`` (p, COUNT, 3) are what probes have.
+        ``tiles`` (p, COUNT, NUMBERS) are what probes have.
         """
         surface, normal, water = _faces(self._rays)
         readers = self._readers(water, surface, surface + off * normal)
         values, flat = _by_cell(atlas), tiles.astype(np.float32)
-        level = values.reshape(len(values), -1, 3)[..., 0]
+        level = values.reshape(len(values), -1, NUMBERS)[..., 0]
         read = np.zeros((len(water), tiles.shape[1]), bool)
         for tile, fraction in views.around([*normal.T]):
             some = np.flatnonzero(fraction > _LITTLE)
@@ -122,7 +124,7 @@ class FittedCells:
         place = np.zeros(len(water), np.intp)
         place[some] = np.arange(len(some))
         for tile in np.unique(views.FIRST):
-            part = slice(3 * tile, 3 * tile + 3)
+            part = slice(NUMBERS * tile, NUMBERS * (tile + 1))
             rows = np.flatnonzero(read[:, tile])
             odd = np.flatnonzero(uneven[rows, tile])
             seen = sights.some(place[rows[odd]])
@@ -134,12 +136,12 @@ class FittedCells:
         atlas[:] = atlas[views.FIRST]
 
     def fit_water(self, atlas: Array, tiles: Array) -> None:
-        """Fit tiles (p, t, 3) that are looked up in the water."""
+        """Fit tiles (p, t, NUMBERS) that are looked up in the water."""
         place = np.stack(np.unravel_index(np.arange(len(self._points)), self._rays.reached.shape))
         some = np.flatnonzero(self._rays.reached.ravel() & (place.sum(axis=0) % 2 == 0))
         readers = self._readers(some, *[self._points[some]] * 2)
         values = _by_cell(atlas)
-        odd = np.flatnonzero(_uneven(readers, values[:, ::3].mean(axis=1)))
+        odd = np.flatnonzero(_uneven(readers, values[:, ::NUMBERS].mean(axis=1)))
         seen = self._sights(readers.some(odd))
         known = seen.known & seen.hidden.any(axis=1)
         odd, seen = odd[known], seen.some(known)
@@ -171,7 +173,7 @@ class FittedCells:
         does not count.
         """
         some = readers.cells[odd]
-        level = values[:, ::3].mean(axis=1)
+        level = values[:, ::NUMBERS].mean(axis=1)
         fitted, replaced = np.zeros((2, len(level)), bool)
         fitted[some[wrong & (readers.fractions[odd] > _UNSEEN)]] = True
         replaced[some[hidden]] = True
@@ -185,7 +187,7 @@ class FittedCells:
         there = concerned[odd]
         targets[place[odd[there]]] = wanted[there]
         dark = self._dark * level.max()
-        counts = (np.maximum(targets[:, ::3].mean(axis=1), 0.0) + dark) ** -2.0
+        counts = (np.maximum(targets[:, ::NUMBERS].mean(axis=1), 0.0) + dark) ** -2.0
         return _approached(values, fitted, replaced, readers, targets, counts)
 
     def _sights(self, readers: _Readers) -> _Sights:
@@ -297,18 +299,18 @@ def _continued(
 
 
 def _by_cell(atlas: Array) -> Light:
-    """Values of an atlas (t, nx, ny, nz, 3) by cell, (c, 3 t)."""
-    return np.moveaxis(atlas, 0, 3).reshape(-1, 3 * len(atlas)).astype(np.float32)
+    """Values of an atlas (t, nx, ny, nz, NUMBERS) by cell, (c, t NUMBERS)."""
+    return np.moveaxis(atlas, 0, 3).reshape(-1, NUMBERS * len(atlas)).astype(np.float32)
 
 
 def _put(atlas: Array, values: Light) -> None:
-    changed = values.reshape(*atlas.shape[1:4], len(atlas), 3)
+    changed = values.reshape(*atlas.shape[1:4], len(atlas), NUMBERS)
     atlas[...] = np.moveaxis(changed, 3, 0)
 
 
 def _astray(readers: _Readers, values: Light, wanted: Light) -> NDArray[np.bool_]:
     """Where readers find another light than what is wanted of these cells (c, q)."""
-    level, light = values[:, ::3].mean(axis=1), wanted[:, ::3].mean(axis=1)
+    level, light = values[:, ::NUMBERS].mean(axis=1), wanted[:, ::NUMBERS].mean(axis=1)
     off = np.abs(readers.read(level[:, None])[:, 0] - light)
     astray: NDArray[np.bool_] = off > _APART * light + _LEAST * level.max()
     return astray
@@ -353,6 +355,6 @@ def _approached(
     values[which] = np.where(replaced[which, None], spread(wanted), values[which])
     for _ in range(_ROUNDS):
         values[which] += spread(wanted - readers.read(values))
-        dark = values[:, ::3]
+        dark = values[:, ::NUMBERS]
         np.maximum(dark, 0.0, out=dark)
     return values

@@ -1,10 +1,9 @@
 """Probe irradiance as a table that a renderer looks up: what is in it, where, and its use.
 
 Ratios to the unoccluded light are kept as numbers that all bands share: their mean, and how they
-differ from it along spectra, of patches along two, of the light scattered along a ray along one;
-beside these is how much of the sun is seen. Both are kept for the directions of
-:mod:`.view_directions`; what lies between is mixed, of patches by about the unoccluded light of
-each, for that is what a ratio stands for.
+differ from it along two spectra; beside these is how much of the sun is seen. Both are kept for the
+directions of :mod:`.view_directions`; what lies between is mixed, of patches by about the
+unoccluded light of each, for that is what a ratio stands for.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from ..mathematics import NUMPY, Mathematics, Operand
 from ..table import Axis, Table, discrete_axis
 from ..transfer.channel_tables import ON_PATH, SPECTRA
 from . import view_directions as views
-from .fitted_cells import FittedCells
+from .fitted_cells import NUMBERS, FittedCells
 from .grid import Array, Grid
 from .probe_irradiance import FADE, ProbeIrradiance
 
@@ -31,10 +30,13 @@ STEPS = 4
 """Places along a ray that are looked at."""
 OFF_SURFACE = 0.7
 """Cells from a patch to the place that is looked up for it, along its normal."""
+_SUNLIT = 3  # which number of an entry is the sun's
 _RING = 1  # cells around the grid, of the light beyond it
 _LEAST = 1e-6
 _DARK = 0.02  # fraction of the light at which its colour is not told any more
+_DIM = 0.03  # fraction of the light below which errors of its colour are not relative
 _FIFTHS = 5
+_OPEN = (1.0, 0.0, 0.0, 1.0)  # without occlusion
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class OcclusionBox:
     last: Sequence[Operand]  #: Number of the last cell of the table along each axis.
     slope: Operand  #: How much more of the unoccluded light is from above than below, -1 to 1.
     reach: Operand  #: Distance that :data:`STEPS` are spread over, m.
+    turning: Operand  #: Of :attr:`.ProbeIrradiance.turning`, 1/m.
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -75,10 +78,13 @@ class OcclusionBox:
 
         ``kind`` is :data:`IRRADIANCE` or :data:`SCATTERED`; ``tile`` looks one up, by its number.
         """
-        total: Operand = 0.0
-        for number, fraction in views.around(w, m):
-            total = total + tile(number) * fraction
+        parts = [tile(number) * fraction for number, fraction in views.around(w, m)]
+        total = parts[0] + parts[1] + parts[2]
         return total if kind == SCATTERED else total * (1.0 / self.light(w, m))
+
+    def turned(self, y: Operand, m: Mathematics = NUMPY) -> Operand:
+        """Fraction of sunlight scattered once at depth y that is occluded as the rest is."""
+        return 1.0 - m.exp(-self.turning * y)
 
     def light(self, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """About the unoccluded light on patches that face unit vectors, over that on level ones.
@@ -94,25 +100,14 @@ def step(k: Operand, P: Operand, reach: Operand, m: Mathematics = NUMPY) -> Oper
     return m.minimum(P, reach) * (middle * middle)
 
 
-def along_ray(
-    steps: Sequence[Operand],
-    rate: Operand,
-    P: Operand,
-    reach: Operand,
-    m: Mathematics = NUMPY,
-) -> Operand:
-    """Mean of what was found at :data:`STEPS` of a ray, by what each brings to the camera.
+def brought(k: Operand, s: Operand, rate: Operand, m: Mathematics = NUMPY) -> Operand:
+    """What step k, at distance s, brings to the camera of light that falls off at a rate, 1/m."""
+    # Each stands for a length in proportion to the root of its distance.
+    return (2.0 * k + 1.0) * m.exp(-rate * s)
 
-    ``rate``, 1/m, is that at which the light that arrives falls off along the ray; ``reach`` is
-    :attr:`OcclusionBox.reach`.
-    """
-    total: Operand = 0.0
-    weights: Operand = 0.0
-    for k, found in enumerate(steps):
-        # Each stands for a length in proportion to the root of its distance.
-        weight = (2 * k + 1.0) * m.exp(-rate * step(float(k), P, reach, m))
-        total = total + weight * found
-        weights = weights + weight
+
+def mean_along(total: Operand, weights: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Mean along a ray, of sums over its steps: of what each brings of the light, and in all."""
     return total / m.maximum(weights, _LEAST)
 
 
@@ -122,9 +117,8 @@ class OcclusionTable:
 
     grid: Grid
     box: OcclusionBox
-    #: Of patches the mean over the bands and fractions of two spectra, times
-    #: :meth:`OcclusionBox.light`; of rays the mean, the fraction of one, and that of the sun that
-    #: is seen, (2, COUNT, nz + 2, ny + 2, nx + 2, 3).
+    #: Mean over the bands, fractions of two spectra, and that of the sun that is seen, of patches
+    #: times :meth:`OcclusionBox.light`, (2, COUNT, nz + 2, ny + 2, nx + 2, NUMBERS).
     atlas: NDArray[np.float32]
     spectra: Array  #: Of patches, and from :data:`.ON_PATH` on of rays, (SPECTRA, n).
 
@@ -147,7 +141,7 @@ class OcclusionTable:
         [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
         """
         inner = slice(_RING, -_RING)
-        mean, *fractions = np.moveaxis(self.atlas[IRRADIANCE, :, inner, inner, inner], -1, 0)
+        mean, *fractions, _ = np.moveaxis(self.atlas[IRRADIANCE, :, inner, inner, inner], -1, 0)
         lit = mean > _DARK * mean.max(axis=(1, 2, 3), keepdims=True)
         if not lit.any():  # as in water that scatters nothing, whose patches face no sun
             return np.ones((2, self.spectra.shape[1]))
@@ -157,31 +151,25 @@ class OcclusionTable:
         return np.maximum(1.0 + found @ self.spectra[:ON_PATH], _DARK)
 
     def mixed(self, kind: int, points: Array, w: Array) -> Array:
-        """Three numbers at points (m, 3) for unit vectors (m, 3), shape (m, 3)."""
+        """Numbers of :attr:`atlas` at points (m, 3) for unit vectors (m, 3), (m, NUMBERS)."""
         of_points, of_w = ([part[:, None] for part in along.T] for along in (points, w))
         place = dict(zip("xyz", self.box.place(of_points), strict=True))
         table = Table(self.atlas, self.box.axes)
         return self.box.mixed(kind, of_w, lambda tile: table.at(kind=kind, tile=tile, **place))
 
     def on_patches(self, points: Array, normal: Array) -> Array:
-        """Three numbers of the light on surfaces (m, 3), of which places beside them tell."""
-        return self.mixed(IRRADIANCE, self._beside(points, normal), normal)
-
-    def sunlit(self, points: Array, normal: Array) -> Array:
-        """Fraction of the sun that is seen from there, (m,)."""
-        found: Array = self.mixed(SCATTERED, self._beside(points, normal), normal)[:, 2]
-        return found
-
-    def _beside(self, points: Array, normal: Array) -> Array:
-        return points + normal * OFF_SURFACE / self.box.per_metre
+        """Numbers of the light on surfaces (m, 3), of which places beside them tell."""
+        return self.mixed(IRRADIANCE, points + normal * OFF_SURFACE / self.box.per_metre, normal)
 
     def along(self, origin: Array, w: Array, P: Array, rate: float | Array) -> Array:
-        """Three numbers of the light of paths, see :func:`along_ray`, shape (m, 3)."""
-        steps = [
-            self.mixed(SCATTERED, origin + w * step(k, P, self.box.reach)[:, None], w)
-            for k in range(STEPS)
-        ]
-        return np.asarray(along_ray(steps, rate, P[:, None], self.box.reach))
+        """Numbers of the light of paths that falls off at a rate, 1/m, (m, NUMBERS)."""
+        total, weights = np.zeros((len(P), NUMBERS)), np.zeros((len(P), 1))
+        for k in range(STEPS):
+            s = step(k, P, self.box.reach)[:, None]
+            weight = brought(k, s, rate)
+            total += weight * self.mixed(SCATTERED, origin + w * s, w)
+            weights += weight
+        return np.asarray(mean_along(total, weights))
 
 
 def occlusion_table(
@@ -201,34 +189,36 @@ def occlusion_table(
     grid = light.grid
     nx, ny, nz = grid.shape
     size = float(np.linalg.norm(grid.upper - np.asarray(grid.lower)))
+    fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
+    if not fraction.sum() > 0:
+        fraction = np.full(len(importance), 1.0 / len(importance))
     box = OcclusionBox(
         tuple(low + grid.cell / 2.0 for low in grid.lower),
         1.0 / grid.cell,
         _last(grid),
         light.slope,
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
+        float(light.turning @ fraction),
     )
     weight = box.light([*views.NORMALS.T])
     ratios = np.stack([light.irradiance * weight[:, None], light.scattered])
-    fraction = importance / max(float(importance.sum()), float(np.finfo(np.float64).tiny))
-    if not fraction.sum() > 0:
-        fraction = np.full(len(importance), 1.0 / len(importance))
     mean = ratios @ fraction
     root = np.sqrt(np.maximum(fraction, _LEAST))
     rest = (ratios - mean[..., None]) * root
-    tiles, spectra = np.zeros((*mean.shape, 3)), np.zeros((SPECTRA, len(fraction)))
+    tiles, spectra = np.zeros((*mean.shape, NUMBERS)), np.zeros((SPECTRA, len(fraction)))
     tiles[..., 0] = mean
-    for kind, first, last in ((IRRADIANCE, 0, ON_PATH), (SCATTERED, ON_PATH, SPECTRA)):
-        ways = _main_ways(rest[kind], last - first)
+    for kind, first in ((IRRADIANCE, 0), (SCATTERED, ON_PATH)):
+        # Errors of dark places are relative.
+        ways = _main_ways(rest[kind] / np.maximum(mean[kind], _DIM)[..., None], ON_PATH)
         tiles[kind, ..., 1 : 1 + len(ways)] = rest[kind] @ ways.T
         spectra[first : first + len(ways)] = ways / root
     # The sun is the same in every tile, so that mixing leaves it.
-    tiles[SCATTERED, ..., 2] = light.sunlit[:, None]
-    atlas = tiles.transpose(0, 2, 1, 3).reshape(2, views.COUNT, nx, ny, nz, 3)
+    tiles[..., _SUNLIT] = light.sunlit[:, None] * np.stack([weight, np.ones(views.COUNT)])[:, None]
+    atlas = tiles.transpose(0, 2, 1, 3).reshape(2, views.COUNT, nx, ny, nz, NUMBERS)
     beyond = _sides(atlas, light.valid)
     if alone:
-        beyond[IRRADIANCE], beyond[SCATTERED] = 0.0, (1.0, 0.0, 1.0)
-        beyond[IRRADIANCE, :, 0] = weight
+        beyond[:] = _OPEN
+        beyond[IRRADIANCE] *= weight[:, None]
     # What reaches out of the top is dark inside, and its own top lies beyond.
     inside = ~light.valid.reshape(nx, ny, nz)[:, :, -1]
     atlas[:, :, inside, -1] = beyond[:, :, None]
@@ -243,7 +233,7 @@ def occlusion_table(
 
 
 def _main_ways(rest: NDArray[np.floating], count: int) -> NDArray[np.floating]:
-    """The spectra (k, n), count or fewer, that bring the least error in what is bright."""
+    """The spectra (k, n), count or fewer, that bring the least error."""
     _, vectors = np.linalg.eigh(np.tensordot(rest, rest, axes=([0, 1], [0, 1])))
     return vectors[:, ::-1].T[:count]
 
@@ -253,7 +243,7 @@ def _last(grid: Grid) -> tuple[float, ...]:
 
 
 def _sides(atlas: Array, valid: NDArray[np.bool_]) -> Array:
-    """Mean of the water at the upright sides of a grid (2, COUNT, nx, ny, nz, 3)."""
+    """Mean of the water at the upright sides of a grid (2, COUNT, nx, ny, nz, NUMBERS)."""
     sides = np.zeros(atlas.shape[2:5], bool)
     sides[[0, -1]] = sides[:, [0, -1]] = True
     water = sides & valid.reshape(sides.shape)
@@ -261,7 +251,7 @@ def _sides(atlas: Array, valid: NDArray[np.bool_]) -> Array:
 
 
 def _ringed(atlas: Array, beyond: Array) -> Array:
-    """Put cells with the light beyond (2, COUNT, 3) around those of a grid."""
+    """Put cells with the light beyond (2, COUNT, NUMBERS) around those of a grid."""
     nx, ny, nz = (n + 2 * _RING for n in atlas.shape[2:5])
     ringed = np.tile(beyond[:, :, None, None, None], (1, 1, nx, ny, nz, 1))
     inner = slice(_RING, -_RING)
@@ -276,10 +266,9 @@ def without_occlusion(bands: int) -> OcclusionTable:
     --------
     >>> table = without_occlusion(3)
     >>> table.mixed(SCATTERED, np.zeros((1, 3)), np.array([[0.6, 0.0, 0.8]])).round(6)
-    array([[1., 0., 1.]])
+    array([[1., 0., 0., 1.]])
     """
     grid = Grid((-0.5, -0.5, -0.5), 1.0, (1, 1, 1))
-    box = OcclusionBox((0.0, 0.0, 0.0), 1.0, _last(grid), 0.0, 1.0)
-    atlas = np.zeros((2, views.COUNT, 3, 3, 3, 3), np.float32)
-    atlas[IRRADIANCE, ..., 0], atlas[SCATTERED] = 1.0, (1.0, 0.0, 1.0)
+    box = OcclusionBox((0.0, 0.0, 0.0), 1.0, _last(grid), 0.0, 1.0, 0.0)
+    atlas = np.tile(np.array(_OPEN, np.float32), (2, views.COUNT, 3, 3, 3, 1))
     return OcclusionTable(grid, box, atlas, np.zeros((SPECTRA, bands)))

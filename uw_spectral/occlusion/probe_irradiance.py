@@ -28,10 +28,11 @@ from .unoccluded_field import UnoccludedField
 from .view_directions import AXES, COUNT, NORMALS, around
 
 _ON_WAY = ((0.1127, 5 / 18), (0.5, 8 / 18), (0.8873, 5 / 18))
-"""Places along a ray where the light is looked at, and their weights: Gauss's."""
+"""Fractions of what arrives along a ray where the light is looked at, and weights: Gauss's."""
 _FLOOR_CELLS = 1.0  # from the floor within which what is met beyond the box is the floor
 _MEAN_COSINE = 0.25  # of a beam on surfaces of all slopes, their dark sides too
 _LEVEL = 1e-9  # cosine of a ray that gets nowhere
+_NONE = np.float32(1e-30)  # that divides
 _MOST = 1e3  # times the unoccluded light; what a white wall sends into the dark has no bound
 FADE = 2.0
 """Cells beyond the box after which half of the way to the light there is gone."""
@@ -54,6 +55,9 @@ class ProbeIrradiance:
     #: :mod:`.view_directions`, (p, COUNT, n).
     scattered: Light
     sunlit: Array  #: Fraction of the sun's beam, (p,).
+    #: Rate with depth, 1/m, at which light of the sun that goes straight by
+    #: :data:`.OCCLUSION_STREAMS` turns, (n,).
+    turning: Array
     slope: float  #: How much more of the unoccluded light is from above than below, -1 to 1.
     solution: Solution | None = None  #: What the light of another frame may start from.
 
@@ -240,13 +244,18 @@ class KnownLight:
         # Not so rays that meet a surface, though it is not clear how it is lit.
         return np.where(rays.leaves(probes), np.minimum(to_side, to_floor), to_side), depth
 
+    def on_way(self, distance: Array) -> list[Array]:
+        """Lengths of rays at which the light is looked at, of all bands alike."""
+        rate = self.unoccluded_field.rate
+        return [-np.log1p(u * np.expm1(-rate * distance)) / rate for u, _ in _ON_WAY]
+
     def look(self, rows: Rows) -> None:
         """Find the probes on the way of rays."""
         distance, _ = self.length(rows)
         probes = self.order[rows]
         point, w = self.rays.point[probes], directions()[self.looks[rows]]
-        for k, (t, _) in enumerate(_ON_WAY):
-            points = point[:, None] + w * (t * distance)[..., None]
+        for k, s in enumerate(self.on_way(distance)):
+            points = point[:, None] + w * s[..., None]
             cells = self.rays.grid.index(points)
             self.cells[k, rows] = cells
             self.seen[k, rows] = self.place[self.rays.in_sight(cells, points, probes[:, None])]
@@ -307,12 +316,11 @@ class PartOfProbes:
         self._on_way = [
             (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
         ]
-        lit = np.zeros(distance.shape, np.float32)
-        for probes, (_, weight) in zip(on_way, _ON_WAY, strict=True):
-            lit += np.float32(weight) * self._known.sunlit[probes]
-        L = (at.single - T * end.single) * lit[..., None]
-        scattered = at.scattered - T * end.scattered
-        self._scattered = flat(scattered.astype(np.float32, copy=False))
+        of_scattered, of_single = self._brought(depth, distance)
+        sunlit = self._known.sunlit[on_way][..., None]
+        L = (at.single - T * end.single) * (of_single * sunlit).sum(axis=0)
+        of_scattered *= np.maximum(at.scattered - T * end.scattered, 0.0)
+        self._scattered = [flat(part) for part in of_scattered]
         # Beyond the box occlusion is as at its side, the less the further, unless objects are
         # there.
         out = (hit < 0).nonzero()
@@ -359,6 +367,19 @@ class PartOfProbes:
         J = np.broadcast_to(fraction, at.single.shape)
         return irradiance * fraction, J, beam.astype(np.float32), unoccluded.sum(axis=2)
 
+    def _brought(self, depth: Array, distance: Array) -> tuple[Light, Light]:
+        """What places on the way bring of light scattered often, and once, (places, m, RAYS, n)."""
+        light, (_, weights) = self._known.unoccluded_field, zip(*_ON_WAY, strict=True)
+        parts = []
+        for weight, s in zip(weights, self._known.on_way(distance), strict=True):
+            y = np.maximum(depth - s * directions()[self.kind][:, 2], 0.0)
+            arrives = _transmitted(light, depth, y, s)
+            arrives *= (weight * np.exp(light.rate * s)).astype(np.float32)[..., None]
+            parts.append([arrives * part(y) for part in (light.scalar_irradiance, light.beam)])
+        found = np.array(parts, np.float32)
+        found /= np.maximum(found.sum(axis=0), _NONE)
+        return found[:, 0], found[:, 1]
+
     def put(
         self, known: KnownLight, values: Light, some: Light, new: NDArray[np.bool_] | None
     ) -> None:
@@ -386,11 +407,10 @@ class PartOfProbes:
         looked_up = [J.take(places, axis=0) for places in self._on_way]
         last = looked_up[-1][self._out]
         total, *others = looked_up
-        total *= np.float32(_ON_WAY[0][1])
-        for found, (_, weight) in zip(others, _ON_WAY[1:], strict=True):
-            found *= np.float32(weight)
+        total *= self._scattered[0]
+        for found, brought in zip(others, self._scattered[1:], strict=True):
+            found *= brought
             total += found
-        total *= self._scattered
         total += self._known_light
         total[self._out] += self._further * last + self._to_further * now.sent[self._border]
         sent = np.zeros_like(total)

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
+from ..transfer.radiance_table import OCCLUSION_STREAMS
 from ..transfer.solved_field import SolvedField
 from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
@@ -154,7 +155,8 @@ def _tabulated(found: Solution) -> ProbeIrradiance:
     irradiance, scattered = _gathered(found)
     return ProbeIrradiance(
         rays.grid, rays.valid, irradiance[everywhere], scattered[everywhere],
-        rays.sunlit[known.order][everywhere], min(max(slope, -_STEEPEST), _STEEPEST),
+        rays.sunlit[known.order][everywhere],
+        known.unoccluded_field.turning(OCCLUSION_STREAMS), min(max(slope, -_STEEPEST), _STEEPEST),
         found,
     )  # fmt: skip
 

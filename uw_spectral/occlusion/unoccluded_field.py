@@ -67,6 +67,7 @@ class UnoccludedField:
         bright = np.where(lit, total / np.where(lit, mean, 1.0), 1.0).mean(axis=0)
         # Where water scatters nothing, none comes from below: of that any spread will do.
         self._bright = np.maximum(bright, _DARKEST)
+        self._scalar = np.maximum(4.0 * math.pi * mean[:, 0], _DARKEST)
         every = np.concatenate(parts, axis=-1).astype(np.float32)
         # What a direction stands for counts, or few of them would miss the brightest.
         every = np.moveaxis(every, 1, 0)
@@ -110,17 +111,37 @@ class UnoccludedField:
         return RayLight(found[..., :n], found[..., n : 2 * n], found[..., 2 * n :])
 
     def beam(self, y: Array) -> Array:
-        """Normal irradiance of the sun's beam, forward peak included, at depths (m,), (m, n)."""
-        low, fraction = self._place(y)
-        return self._beam[low] * (1 - fraction) + self._beam[low + 1] * fraction
+        """Normal irradiance of the sun's beam, forward peak included, at depths (...), (..., n)."""
+        return self._between(self._beam, y)
+
+    def scalar_irradiance(self, y: Array) -> Array:
+        """Scalar irradiance without the sun's beam at depths (...), (..., n)."""
+        return self._between(self._scalar, y)
+
+    def turning(self, streams: int) -> Array:
+        """Rate with depth, 1/m, at which what goes straight of sunlight by ``streams`` turns, (n,).
+
+        The mean from the surface on.
+        """
+        field, y = self._field, float(self._depths.mean())
+        peak = field.phase_at(y).moments(streams)[-1]
+        b = field.scattering_between(0.0, y)
+        return b * np.maximum(peak - self._peak, 0.0) / field.light.mu_s
+
+    @functools.cached_property
+    def rate(self) -> float:
+        """Half the extinction of where light is, without the forward peak, 1/m.
+
+        Light among objects falls off less than what arrives of it, for it grows towards the open.
+        """
+        c = self.extinction(self._depths[:1], self._depths[-1:]).ravel()
+        return 0.5 * float(np.average(c, weights=self._scalar.mean(axis=0)))
 
     def irradiance(self, y: Array) -> Light:
         """Irradiance without the sun's beam on patches that face :data:`NORMALS`, (m, p, n)."""
         normal = [part[:, None] for part in NORMALS.T]
         E = tabulate(self._field).patch_irradiance(self._depths, normal, self.sun)
-        low, fraction = self._place(y)
-        E, fraction = np.moveaxis(E, 1, 0), fraction[..., None]
-        return (E[low] * (1 - fraction) + E[low + 1] * fraction).astype(np.float32)
+        return self._between(np.moveaxis(E, 1, 0), y).astype(np.float32)
 
     def extinction(self, y: Array, z: Array) -> Array:
         """Mean extinction between depths, without the forward peak, 1/m; the last axis has n."""
@@ -139,7 +160,7 @@ class UnoccludedField:
         peak, caps = self._peak, [_CAP] * len(phase.components)
         if streams is not None:
             peak = np.clip(phase.moments(streams)[-1], 0.0, 0.999)
-            caps = [_cap(part, streams) for part in phase.components]
+            caps = [forward_cap(part, streams) for part in phase.components]
         s2 = 0.5 - 0.5 * np.minimum(cosine, _CAP)
         sums = [
             _summed(kind, np.where(cosine < cap, part.per_steradian(s2), 0.0))
@@ -193,6 +214,12 @@ class UnoccludedField:
         P = np.abs(self._depths[:, None] - ends) / np.abs(z)
         return image * np.exp(-c * P[..., None])
 
+    def _between(self, values: Array, y: Array) -> Array:
+        """Values at the levels, (levels, ...), at depths between them."""
+        low, fraction = self._place(y)
+        fraction = fraction.reshape(*low.shape, *[1] * (values.ndim - 1))
+        return values[low] * (1 - fraction) + values[low + 1] * fraction
+
     def _place(self, y: Array) -> tuple[NDArray[np.intp], Array]:
         first, step = self._depths[0], self._depths[1] - self._depths[0]
         at = np.clip((y - first) / step, 0.0, _LEVELS - 1.0)
@@ -201,7 +228,7 @@ class UnoccludedField:
 
 
 @functools.lru_cache(maxsize=16)
-def _cap(part: PhaseFunction, streams: int) -> float:
+def forward_cap(part: PhaseFunction, streams: int) -> float:
     """Cosine of the angle within which a phase function has the forward peak of streams."""
     s2 = np.concatenate([[0.0], np.geomspace(_NARROWEST, 1.0, _WITHIN)])
     p = part.per_steradian(np.maximum(s2, _NARROWEST / 2.0))

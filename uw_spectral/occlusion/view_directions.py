@@ -27,13 +27,16 @@ def around(w: Sequence[Operand], m: Mathematics = NUMPY) -> list[tuple[Operand, 
     size = _size(w, m)
     half = 0.5 * (SIDE - 1)
     (i, u), (j, v) = (_cell((t + 1.0) * half, m) for t in folded(x * size, y * size, z, m))
+    # The horizon is a side of triangles everywhere, or it would be mixed from above and below it.
+    other = m.less(x * y, 0.0)
+    v = m.select(other, 1.0 - v, v)
+    near, far = j + other, j + (1.0 - other)
     before = m.less(u + v, 1.0)
-    corner = i + j * float(SIDE)
-    beyond = SIDE + 1.0
+    corner, beyond = i + near * float(SIDE), i + 1.0 + far * float(SIDE)
     return [
-        (corner + (1.0 - before) * beyond, m.absolute(1.0 - u - v)),
+        (m.select(before, corner, beyond), m.absolute(1.0 - u - v)),
         (corner + 1.0, m.select(before, u, 1.0 - v)),
-        (corner + float(SIDE), m.select(before, v, 1.0 - u)),
+        (beyond - 1.0, m.select(before, v, 1.0 - u)),
     ]
 
 

@@ -273,7 +273,7 @@ class ChannelWater:
             blocks = direct * far + fraction * (peaked * with_peak - direct * far)
         if seen.glow is not None:
             own, leaving = own + (transmittance_past - direct) * seen.glow, leaving + seen.glow
-        path = single * occlusion.single + self.occluded(M_near - blocks, occlusion.scattered, y_o)
+        path = self._occluded_path(single, M_near - blocks, y_o, occlusion)
         surroundings = self.occluded(past * rest + boundary, occlusion.scattered, y_o) * coverage
         if seen.tint is not None:
             behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
@@ -302,13 +302,20 @@ class ChannelWater:
         P = distance_in_water(y_o, -w[2], n.y_f, m)
         y_e = m.maximum(y_o - w[2] * P, 0.0)
         single = self.scaled_single_scattering(y_o, y_e, w, P) * self.aureole(y_o, w)
-        path = single * occlusion.single + self.occluded(
-            self.scattered(y_o, w), occlusion.scattered, y_o
-        )
+        path = self._occluded_path(single, self.scattered(y_o, w), y_o, occlusion)
         up = m.less(0.0, w[2])
         below = self._floor_after(P)
         end = m.select(up, self.from_surface(w, P, surface), below)
         return ChannelPixel(path, end, 0.0, end)
+
+    def _occluded_path(
+        self, single: Operand, often: Operand, y_o: Operand, occlusion: OcclusionOnPath
+    ) -> Operand:
+        """Light of a path that objects leave, of what was scattered once and often."""
+        if occlusion.turned is not None:
+            often = often + single * occlusion.turned
+            single = single * (1.0 - occlusion.turned)
+        return single * occlusion.single + self.occluded(often, occlusion.scattered, y_o)
 
     def from_surface(self, w: Sequence[Operand], P: Operand, surface: SurfaceAbove) -> Operand:
         """Radiance that comes down from the surface against w and is left after P."""

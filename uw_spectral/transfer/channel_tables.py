@@ -27,7 +27,7 @@ from .radiance_table import AZIMUTH, SUN_ANGLE, TILT, TURN, UP
 
 RATES = ("extinction", "peak", "scattering", "mean_extinction", "sun_decay")
 """Numbers that layered water has of every depth."""
-ON_PATCH, ON_PATH, SPECTRA = 0, 2, 3
+ON_PATCH, ON_PATH, SPECTRA = 0, 2, 4
 """First spectrum of the occlusion on patches, that along paths, and how many there are."""
 LENGTHS = 96
 """Distances that tables over distance have."""

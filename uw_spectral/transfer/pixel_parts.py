@@ -66,6 +66,9 @@ class OcclusionOnPath:
 
     scattered: OcclusionFactor = NO_OCCLUSION  #: Of M.
     single: Operand = 1.0  #: Fraction of sunlight scattered once.
+    #: Fraction of that which they treat as M: its peak of fewer streams turns, and comes round
+    #: edges.
+    turned: Operand | None = None
 
 
 UNOCCLUDED = OcclusionOnPath()

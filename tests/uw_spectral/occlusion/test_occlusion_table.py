@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
@@ -21,9 +23,16 @@ WAYS = ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (-0.48, 0.64, 0.6))
 def _table(ratio, sunlit, *, alone, valid=None):
     """Occlusion of a ratio per cell, the same in all bands and ways."""
     ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, len(NORMALS), 3))
+    return occlusion_table(
+        _light(ratios, valid, sunlit, 0.8), np.full(3, 0.2), np.ones(3), alone=alone
+    )
+
+
+def _light(ratios, valid=None, sunlit=1.0, slope=0.0):
+    """The same on patches and on paths."""
     valid = np.ones(GRID.count, bool) if valid is None else valid
-    light = ProbeIrradiance(GRID, valid, ratios, ratios, np.full(GRID.count, sunlit), 0.8)
-    return occlusion_table(light, np.full(3, 0.2), np.ones(3), alone=alone)
+    sun = np.full(GRID.count, sunlit)
+    return ProbeIrradiance(GRID, valid, ratios, ratios, sun, np.zeros(3), slope)
 
 
 def _read(table, first, x, w):
@@ -40,12 +49,11 @@ def test_occlusion_ends_beyond_a_box_with_nothing_around(first, w):
     np.testing.assert_allclose(_read(table, first, 3.75, w)[0], 0.6, rtol=1e-6)
     np.testing.assert_allclose(_read(table, first, -3.75, w)[0], 0.6, rtol=1e-6)
     far = [_read(table, first, x, w) for x in (10.0, 30.0, 1e4)]
-    assert np.diff([three[0] for three in far]).min() > 0
+    assert np.diff([numbers[0] for numbers in far]).min() > 0
     assert far[1][0] > 0.96
     np.testing.assert_allclose(far[2][0], 1.0, atol=1e-3)
-    # Of the sun rays alone know.
-    assert _read(table, first, 0.0, w)[2] == pytest.approx(0.4 if first else 0.0)
-    assert far[2][2] == pytest.approx(1.0 if first else 0.0, abs=1e-3)
+    assert _read(table, first, 0.0, w)[3] == pytest.approx(0.4)
+    assert far[2][3] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_one_odd_cell_at_the_side_draws_no_stripe_into_the_distance():
@@ -62,8 +70,8 @@ def test_where_objects_go_on_occlusion_does():
     ratio = np.where(np.arange(GRID.count) % GRID.shape[2] < 3, 7.0, 0.3)
     # The lowest cells are in the ground.
     table = _table(ratio, 0.1, alone=False, valid=ratio < 1)
-    three = _read(table, SCATTERED, 1e5, WAYS[2])
-    np.testing.assert_allclose(three, [0.3, 0.0, 0.1], atol=1e-3)
+    far = _read(table, SCATTERED, 1e5, WAYS[2])
+    np.testing.assert_allclose(far, [0.3, 0.0, 0.0, 0.1], atol=1e-3)
 
 
 def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
@@ -71,23 +79,20 @@ def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
     ratio[4:8, 4:8] = 0.0
     table = _table(ratio.ravel(), 1.0, alone=True, valid=ratio.ravel() > 0)
     on_top = table.mixed(IRRADIANCE, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
-    np.testing.assert_allclose(on_top, [1.0, 0.0, 0.0], atol=1e-6)
+    np.testing.assert_allclose(on_top, [1.0, 0.0, 0.0, 1.0], atol=1e-6)
     # Deeper within the grid it stays dark.
     assert table.mixed(IRRADIANCE, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6
 
 
-def test_patches_keep_the_spectrum_of_their_light():
-    """Walls of a room: what comes in, and what is thrown back, have other colours."""
+def test_light_keeps_its_spectrum():
+    """In a room what comes in, and what is thrown back, have other colours."""
     ratios = np.random.default_rng(5).uniform(0.0, 1.0, (GRID.count, 1, 3))
     ratios = np.tile(ratios, (1, len(NORMALS), 1))
-    light = ProbeIrradiance(
-        GRID, np.ones(GRID.count, bool), ratios, ratios, np.ones(GRID.count), 0.0
-    )
-    table = occlusion_table(light, np.full(3, 0.2), np.array([3.0, 2.0, 0.2]))
-    for place in (7, 500, 1000):
-        read = table.mixed(IRRADIANCE, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
-        found = read[0] + read[1:] @ table.spectra[:ON_PATH]
-        np.testing.assert_allclose(found, ratios[place, 0], atol=1e-5)
+    table = occlusion_table(_light(ratios), np.full(3, 0.2), np.array([3.0, 2.0, 0.2]))
+    parts = (IRRADIANCE, table.spectra[:ON_PATH]), (SCATTERED, table.spectra[ON_PATH:])
+    for place, (kind, spectra) in itertools.product((7, 500, 1000), parts):
+        read = table.mixed(kind, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
+        np.testing.assert_allclose(read[0] + read[1:3] @ spectra, ratios[place, 0], atol=1e-5)
 
 
 @pytest.mark.parametrize("lamp", [(1.0, 0.0, 0.0), (0.0, 0.8, 0.6), (-0.6, 0.48, 0.64)])
@@ -95,9 +100,7 @@ def test_walls_of_all_slopes_have_the_light_that_falls_on_them(lamp):
     """Six patches, mixed, gave a wall that faces a lamp obliquely 70 %; .15 rms, .13 too little."""
     E = np.maximum(NORMALS @ lamp, 0.0)
     ratios = np.tile(E[None, :, None], (GRID.count, 1, 3))
-    valid = np.ones(GRID.count, bool)
-    light = ProbeIrradiance(GRID, valid, ratios, ratios, np.ones(GRID.count), 0.0)
-    table = occlusion_table(light, np.full(3, 0.2), np.ones(3))
+    table = occlusion_table(_light(ratios), np.full(3, 0.2), np.ones(3))
     walls = np.random.default_rng(4).normal(size=(500, 3))
     walls /= np.linalg.norm(walls, axis=1, keepdims=True)
     found = table.mixed(IRRADIANCE, np.tile([0.1, 0.1, -5.0], (len(walls), 1)), walls)[:, 0]

@@ -12,7 +12,7 @@ from scipy.ndimage import map_coordinates
 from underwater_spectral.uw_spectral.imaging.description import Description
 from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.occlusion import probes
-from underwater_spectral.uw_spectral.occlusion.fitted_cells import FittedCells
+from underwater_spectral.uw_spectral.occlusion.fitted_cells import NUMBERS, FittedCells
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import OFF_SURFACE
 from underwater_spectral.uw_spectral.occlusion.probe_solution import probe_irradiance
@@ -31,6 +31,7 @@ from underwater_spectral.uw_spectral.occlusion.unoccluded_field import (
 from underwater_spectral.uw_spectral.occlusion.view_directions import AXES, NORMALS
 from underwater_spectral.uw_spectral.occlusion.voxels import voxelise
 from underwater_spectral.uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS
+from underwater_spectral.validation.occluded_paths import BoxScene, OccludedPaths
 
 UP, DOWN = AXES[4:]
 SEABED = -6.0
@@ -114,31 +115,60 @@ def test_over_the_floor_of_the_column_a_seabed_changes_nothing():
         assert np.quantile(np.abs(ratio - 1.0), 0.95) < 0.12
 
 
-def test_a_black_plate_shades_by_its_solid_angle():
-    """In water that hardly scatters, light from above is what the plate leaves of the sky."""
+def test_a_black_plate_leaves_the_light_that_paths_find():
+    """Beneath it, at three levels, in water that hardly scatters: the mean over the probes."""
     solved, (height, half) = field(water="jerlov:I"), (-2.0, 2.0)
     grid, rays, light = light_around(plate(height, half), solved, 0.0)
     cell = rays.voxels.grid.cell
     half = np.abs(rays.voxels.centre[:, :2]).max() + cell / 2
+    middle = rays.voxels.centre[0, 2]
+    scene = BoxScene((-half, -half, middle - cell / 2), (half, half, middle + cell / 2))
     levels = np.unique(grid.centres()[:, 2])
-    w = spiral(1024)
-    w = w[w[:, 2] > 0.02]
-    found = []
-    # One level has so few probes that their mean is uncertain by a percent.
     for level in levels[np.argsort(np.abs(levels + 3.5))[:3]]:
         near = np.abs(rays.point[:, :2]).max(axis=1) < 2.5
         at = np.flatnonzero((rays.point[:, 2] == level) & near)
-        assert len(at) > 20
-        flux = solved.radiance(-level, list(w.T)) * w[:, 2:]
-        over = rays.point[at, None, :2] + w[:, :2] * ((height - level) / w[:, 2:])
-        free = np.abs(over).max(axis=2) > half
-        found.append(light.irradiance[at, UP] - free @ (flux / flux.sum(axis=0)))
-    off = np.concatenate(found)
-    # The plate also shades the water on the way; a probe's ray stands for 0.2 sr.
-    assert np.abs(off.mean(axis=0)).max() < 0.06
-    assert np.sqrt((off**2).mean()) < 0.1
+        for band in range(3):
+            below, free = (
+                OccludedPaths(solved, band, scene, empty=empty).irradiance(rays.point[at], 200)
+                for empty in (False, True)
+            )
+            assert light.irradiance[at, UP, band].mean() == pytest.approx(below / free, rel=0.06)
     column = grid.index([[0.01, 0.01, z] for z in grid.centres()[: grid.shape[2], 2]])
     assert (light.irradiance[column[-1], UP] > 0.97).all()
+
+
+@pytest.mark.slow
+def test_below_a_deck_in_turbid_water_there_is_the_light_that_paths_find(record_property):
+    """What is scattered against views, under a deck over sand, near its edge and beside it.
+
+    Light looked at in places even along the rays was up to twice what it is.
+    """
+    solved, (top, half) = field(-SEABED, 0.4, "jerlov:3C"), (-2.0, 2.6)
+    points = np.concatenate([plate(top, half), plate(SEABED, 4.0)])
+    _, rays, light = light_around(points, solved, 0.4)
+    cell, z = rays.voxels.grid.cell, rays.voxels.centre[:, 2]
+    deck = rays.voxels.centre[z > top - 1.0]
+    half, middle = np.abs(deck[:, :2]).max() + cell / 2.0, deck[0, 2]
+    scene = BoxScene(
+        (-half, -half, middle - cell / 2), (half, half, middle + cell / 2), z.min(), 0.4, 0.4
+    )
+    ways = [*AXES[:5], int((NORMALS @ (0.7, -0.7, 0.0)).argmax())]
+    found = []
+    for place in ((0.0, 0.0, -4.0), (1.8, 0.0, -4.5), (-1.8, 1.0, -3.2), (3.3, 0.5, -3.5)):
+        probe = rays.nearest(np.array([place]))[0]
+        for way in ways:
+            below, free = (
+                OccludedPaths(solved, 1, scene, empty=empty).source(
+                    rays.point[probe], NORMALS[way], 40_000
+                )
+                for empty in (False, True)
+            )
+            found.append(light.scattered[probe, way, 1] * free / below)
+    record_property("ratios", str(np.round(found, 3)))
+    # One probe alone has few directions.
+    off = np.log(found)
+    assert abs(off.mean()) < 0.06
+    assert np.sqrt((off**2).mean()) < 0.14
 
 
 def rays_in_a_room(window=0.0):
@@ -283,9 +313,9 @@ def test_walls_have_the_light_that_is_there_and_not_the_one_before_them():
     """Light that changes from 2.5 to 5.5 across a room."""
     rays = rays_in_a_room()
     grid, light = rays.grid, 4.0 + rays.point[:, 0] - MIDDLE[0]
-    tiles = np.tile(light[:, None, None], (1, len(NORMALS), 3))
+    tiles = np.tile(light[:, None, None], (1, len(NORMALS), NUMBERS))
     atlas = np.pad(
-        tiles[rays.stand_in].transpose(1, 0, 2).reshape(-1, *grid.shape, 3),
+        tiles[rays.stand_in].transpose(1, 0, 2).reshape(-1, *grid.shape, NUMBERS),
         ((0, 0), *[(1, 1)] * 3, (0, 0)),
     )
     off = OFF_SURFACE * grid.cell
