@@ -22,7 +22,7 @@ from ..uw_spectral.occlusion.occlusion_table import (
     STEPS,
     OcclusionBox,
     OcclusionTable,
-    brought,
+    arriving,
     mean_along,
     step,
 )
@@ -113,7 +113,7 @@ class Occlusion:
             s = step(now, P, self._box.reach, NODES)
             point = [x + along * s for x, along in zip(camera, w, strict=True)]
             light = self._mixed(SCATTERED, point, w)
-            often, once = (brought(now, s, rate, NODES) for rate in rates)
+            often, once = (arriving(now, s, rate, NODES) for rate in rates)
             parts = [part * often for part in self._graph.components(light.colour)]
             return [*parts, light.alpha * once, often, once]
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..uw_spectral.occlusion.unoccluded_field import forward_cap
+from ..uw_spectral.occlusion.unoccluded_field import peak_cosine
 from ..uw_spectral.surface.refraction import fresnel_reflectance
 from ..uw_spectral.transfer.radiance_table import OCCLUSION_STREAMS, TABLE_STREAMS
 from ..uw_spectral.transfer.solved_field import SolvedField
@@ -141,7 +141,7 @@ class _Peakless:
     def __init__(self, field: SolvedField, band: int, streams: int) -> None:
         phase = field.phase_at(1.0)
         self._parts = [
-            (weight, part, 0.5 - 0.5 * forward_cap(part, streams))
+            (weight, part, 0.5 - 0.5 * peak_cosine(part, streams))
             for weight, part in zip(phase.weights[:, band], phase.components, strict=True)
         ]
         self._s2 = np.concatenate([[0.0], np.geomspace(_LEAST, 1.0, _ANGLES)])

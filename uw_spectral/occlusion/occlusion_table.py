@@ -49,7 +49,7 @@ class OcclusionBox:
     last: Sequence[Operand]  #: Number of the last cell of the table along each axis.
     slope: Operand  #: How much more of the unoccluded light is from above than below, -1 to 1.
     reach: Operand  #: Distance that :data:`STEPS` are spread over, m.
-    turning: Operand  #: Of :attr:`.ProbeIrradiance.turning`, 1/m.
+    forward_scattering: Operand  #: Of :attr:`.ProbeIrradiance.forward_scattering`, 1/m.
 
     @property
     def axes(self) -> tuple[Axis, ...]:
@@ -84,7 +84,7 @@ class OcclusionBox:
 
     def turned(self, y: Operand, m: Mathematics = NUMPY) -> Operand:
         """Fraction of sunlight scattered once at depth y that is occluded as the rest is."""
-        return 1.0 - m.exp(-self.turning * y)
+        return 1.0 - m.exp(-self.forward_scattering * y)
 
     def light(self, w: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
         """About the unoccluded light on patches that face unit vectors, over that on level ones.
@@ -100,7 +100,7 @@ def step(k: Operand, P: Operand, reach: Operand, m: Mathematics = NUMPY) -> Oper
     return m.minimum(P, reach) * (middle * middle)
 
 
-def brought(k: Operand, s: Operand, rate: Operand, m: Mathematics = NUMPY) -> Operand:
+def arriving(k: Operand, s: Operand, rate: Operand, m: Mathematics = NUMPY) -> Operand:
     """What step k, at distance s, brings to the camera of light that falls off at a rate, 1/m."""
     # Each stands for a length in proportion to the root of its distance.
     return (2.0 * k + 1.0) * m.exp(-rate * s)
@@ -166,7 +166,7 @@ class OcclusionTable:
         total, weights = np.zeros((len(P), NUMBERS)), np.zeros((len(P), 1))
         for k in range(STEPS):
             s = step(k, P, self.box.reach)[:, None]
-            weight = brought(k, s, rate)
+            weight = arriving(k, s, rate)
             total += weight * self.mixed(SCATTERED, origin + w * s, w)
             weights += weight
         return np.asarray(mean_along(total, weights))
@@ -198,7 +198,7 @@ def occlusion_table(
         _last(grid),
         light.slope,
         min(4.0 / max(float(extinction.min()), _LEAST), 2.0 * size),
-        float(light.turning @ fraction),
+        float(light.forward_scattering @ fraction),
     )
     weight = box.light([*views.NORMALS.T])
     ratios = np.stack([light.irradiance * weight[:, None], light.scattered])

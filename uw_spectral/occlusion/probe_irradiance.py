@@ -57,7 +57,7 @@ class ProbeIrradiance:
     sunlit: Array  #: Fraction of the sun's beam, (p,).
     #: Rate with depth, 1/m, at which light of the sun that goes straight by
     #: :data:`.OCCLUSION_STREAMS` turns, (n,).
-    turning: Array
+    forward_scattering: Array
     slope: float  #: How much more of the unoccluded light is from above than below, -1 to 1.
     solution: Solution | None = None  #: What the light of another frame may start from.
 
@@ -316,7 +316,7 @@ class PartOfProbes:
         self._on_way = [
             (p * RAYS + self._nearest[self._known.kind[p], ways]).ravel() for p in on_way
         ]
-        of_scattered, of_single = self._brought(depth, distance)
+        of_scattered, of_single = self._arriving(depth, distance)
         sunlit = self._known.sunlit[on_way][..., None]
         L = (at.single - T * end.single) * (of_single * sunlit).sum(axis=0)
         of_scattered *= np.maximum(at.scattered - T * end.scattered, 0.0)
@@ -367,7 +367,7 @@ class PartOfProbes:
         J = np.broadcast_to(fraction, at.single.shape)
         return irradiance * fraction, J, beam.astype(np.float32), unoccluded.sum(axis=2)
 
-    def _brought(self, depth: Array, distance: Array) -> tuple[Light, Light]:
+    def _arriving(self, depth: Array, distance: Array) -> tuple[Light, Light]:
         """What places on the way bring of light scattered often, and once, (places, m, RAYS, n)."""
         light, (_, weights) = self._known.unoccluded_field, zip(*_ON_WAY, strict=True)
         parts = []

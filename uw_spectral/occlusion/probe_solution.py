@@ -156,8 +156,8 @@ def _tabulated(found: Solution) -> ProbeIrradiance:
     return ProbeIrradiance(
         rays.grid, rays.valid, irradiance[everywhere], scattered[everywhere],
         rays.sunlit[known.order][everywhere],
-        known.unoccluded_field.turning(OCCLUSION_STREAMS), min(max(slope, -_STEEPEST), _STEEPEST),
-        found,
+        known.unoccluded_field.forward_scattering(OCCLUSION_STREAMS),
+        min(max(slope, -_STEEPEST), _STEEPEST), found,
     )  # fmt: skip
 
 

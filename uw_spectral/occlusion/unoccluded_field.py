@@ -118,7 +118,7 @@ class UnoccludedField:
         """Scalar irradiance without the sun's beam at depths (...), (..., n)."""
         return self._between(self._scalar, y)
 
-    def turning(self, streams: int) -> Array:
+    def forward_scattering(self, streams: int) -> Array:
         """Rate with depth, 1/m, at which what goes straight of sunlight by ``streams`` turns, (n,).
 
         The mean from the surface on.
@@ -160,7 +160,7 @@ class UnoccludedField:
         peak, caps = self._peak, [_CAP] * len(phase.components)
         if streams is not None:
             peak = np.clip(phase.moments(streams)[-1], 0.0, 0.999)
-            caps = [forward_cap(part, streams) for part in phase.components]
+            caps = [peak_cosine(part, streams) for part in phase.components]
         s2 = 0.5 - 0.5 * np.minimum(cosine, _CAP)
         sums = [
             _summed(kind, np.where(cosine < cap, part.per_steradian(s2), 0.0))
@@ -228,7 +228,7 @@ class UnoccludedField:
 
 
 @functools.lru_cache(maxsize=16)
-def forward_cap(part: PhaseFunction, streams: int) -> float:
+def peak_cosine(part: PhaseFunction, streams: int) -> float:
     """Cosine of the angle within which a phase function has the forward peak of streams."""
     s2 = np.concatenate([[0.0], np.geomspace(_NARROWEST, 1.0, _WITHIN)])
     p = part.per_steradian(np.maximum(s2, _NARROWEST / 2.0))
