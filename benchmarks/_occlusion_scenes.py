@@ -87,6 +87,14 @@ def jetty(*, inside: bool) -> bpy.types.Object:
     return look_at((-3.6, -4.4, -2.6), (-0.3, -1.6, -3.2))
 
 
+def deck() -> bpy.types.Object:
+    """Fill a file with a deck of 8 × 13 m close below the surface, over sand, and a ball."""
+    block("deck", (0.0, 0.0, -0.45), (8.0, 12.6, 0.1), _WOOD)
+    ground(-4.5, _SAND)
+    ball((0.0, -2.4, -3.4), 0.35, _SAND)
+    return look_at((0.2, -5.0, -3.0), (0.0, -1.5, -3.4))
+
+
 def car(*, inside: bool) -> bpy.types.Object:
     """Fill a file with a hull as large as a car, of sheets with windows, on sand.
 
