@@ -68,46 +68,61 @@ def texel(
     across, up = _split(h, columns), _split(v, rows, whole=whole_row)
     # In groups, rows that only nodes know leave lamplight on surfaces black in Cycles; why is open.
     if graph.slim or (whole_row and isinstance(v, NodeValue)):
-        found = _mixed(graph, image, across, up, tiled=tiled)
-        return found if alpha else found.colour
+        return _mixed(_Fetch(graph, image, tiled, alpha), across, up)
     # One node each, of a group that is built once: Blender takes its time for each node of a tree.
-    kinds = len(across), len(up)
-    group = graph.kept((_NAME, image, *kinds, tiled), lambda: _group(image, kinds, tiled=tiled))
+    kinds, options = (len(across), len(up)), (tiled, alpha)
+    key = _NAME, image, *kinds, *options
+    group = graph.kept(key, lambda: _group(image, kinds, options))
     node = graph.inner_node("ShaderNodeGroup", node_tree=group)
     for value, socket in zip((*across, *up), node.inputs, strict=True):
         graph.assign(value, socket)
-    found = Texel(*map(graph.term, node.outputs))
-    return found if alpha else found.colour
+    found = [graph.term(socket) for socket in node.outputs]
+    return Texel(*found) if alpha else found[0]
 
 
 def _group(
-    image: bpy.types.Image, kinds: Sequence[int], *, tiled: bool
+    image: bpy.types.Image, kinds: Sequence[int], options: tuple[bool, bool]
 ) -> bpy.types.ShaderNodeTree:
     """Build the group of look-ups in an image, for what :func:`_split` returns for both sides."""
     sides = zip(_SIDES, kinds, strict=True)
     names = [f"{side} {name}" for side, count in sides for name in _OF_SIDE[:count]]
-    group = OpenGroup(_NAME, dict.fromkeys(names, FLOAT), {"Color": COLOUR, "Alpha": FLOAT})
-    given = list(group.given.values())
-    found = _mixed(group.graph, image, given[: kinds[0]], given[kinds[0] :], tiled=tiled)
-    return group.finished({"Color": found.colour, "Alpha": found.alpha})
+    group = OpenGroup(_NAME, dict.fromkeys(names, FLOAT), {"Color": COLOUR})
+    given, fetch = list(group.given.values()), _Fetch(group.graph, image, *options)
+    found = _mixed(fetch, given[: kinds[0]], given[kinds[0] :])
+    if isinstance(found, Texel):
+        return group.finished({"Color": found.colour, "Alpha": found.alpha})
+    return group.finished({"Color": found})
+
+
+@dataclass(frozen=True, eq=False)
+class _Fetch:
+    """Fetches single texels of an image."""
+
+    graph: Graph
+    image: bpy.types.Image
+    tiled: bool = False
+    alpha: bool = False
+
+    def at(self, x: NodeValue | float, y: NodeValue | float) -> Operand:
+        """Return that at a place of its width and height."""
+        graph = self.graph
+        where = graph.vector(x, y, 0.0)
+        texture = graph.inner_node("ShaderNodeTexImage", image=self.image, interpolation="Closest")
+        texture.extension = "REPEAT" if self.tiled else "EXTEND"
+        take_as_given(texture)
+        graph.assign(where, texture.inputs["Vector"])
+        colour, alpha = (texture.outputs[name] for name in ("Color", "Alpha"))
+        return Texel(graph.term(colour), graph.term(alpha)) if self.alpha else graph.term(colour)
 
 
 def _mixed(
-    graph: Graph,
-    image: bpy.types.Image,
-    across: Sequence[NodeValue | float],
-    up: Sequence[NodeValue | float],
-    *,
-    tiled: bool,
-) -> Texel:
+    fetch: _Fetch, across: Sequence[NodeValue | float], up: Sequence[NodeValue | float]
+) -> Operand:
     """Mix the texels about a place."""
 
-    def along(row: NodeValue | float) -> Texel:
-        one = _single(graph, image, across[0], row, tiled=tiled)
-        if len(across) == 1:
-            return one
-        other = _single(graph, image, across[2], row, tiled=tiled)
-        return (other - one) * across[1] + one
+    def along(row: NodeValue | float) -> Operand:
+        one = fetch.at(across[0], row)
+        return one if len(across) == 1 else (fetch.at(across[2], row) - one) * across[1] + one
 
     found = along(up[0])
     return found if len(up) == 1 else (along(up[2]) - found) * up[1] + found
@@ -134,19 +149,8 @@ def closest(
     """Return a single texel of an image of fixed size, with all its digits."""
     width, height = image.size
     x, y = (place * (1.0 / n) + 0.5 / n for place, n in ((column, width), (row, height)))
-    return _single(graph, image, x, y, tiled=False).colour
-
-
-def _single(
-    graph: Graph, image: bpy.types.Image, x: NodeValue | float, y: NodeValue | float, *, tiled: bool
-) -> Texel:
-    """Return the texel of an image at a place of its width and height."""
-    where = graph.vector(x, y, 0.0)
-    texture = graph.inner_node("ShaderNodeTexImage", image=image, interpolation="Closest")
-    texture.extension = "REPEAT" if tiled else "EXTEND"
-    take_as_given(texture)
-    graph.assign(where, texture.inputs["Vector"])
-    return Texel(*(graph.term(texture.outputs[name]) for name in ("Color", "Alpha")))
+    found: NodeValue = _Fetch(graph, image).at(x, y)
+    return found
 
 
 def take_as_given(texture: bpy.types.Node) -> None:
