@@ -267,7 +267,8 @@ def _faces(rays: Rays) -> tuple[Array, Array, Cells]:
         along = normal @ way
         turned = (along > _TOWARDS) & (along < _STRAIGHT)
         steps = np.delete(axes, [axis, axis ^ 1], axis=0)
-        straight = voxels.centre[which], np.tile(way.astype(float), (len(which), 1)), beside
+        upright = np.where(along[:, None] < _STRAIGHT, way, normal)
+        straight = voxels.centre[which], upright, beside
         oblique = voxels.centre[which[turned]], normal[turned], beside[turned]
         for faces, far in ((straight, 1), (oblique, _INTO_CORNERS)):
             found += _continued(full, voxels.grid.cell, *faces, steps, far)
