@@ -13,7 +13,7 @@ from underwater_spectral.uw_spectral.occlusion.occlusion_table import (
     occlusion_table,
 )
 from underwater_spectral.uw_spectral.occlusion.probe_irradiance import ProbeIrradiance
-from underwater_spectral.uw_spectral.occlusion.view_directions import NORMALS
+from underwater_spectral.uw_spectral.occlusion.view_directions import NORMALS, around
 from underwater_spectral.uw_spectral.transfer.channel_tables import ON_PATH
 
 GRID = Grid((-3.0, -3.0, -8.0), 0.5, (12, 12, 8))
@@ -93,6 +93,14 @@ def test_light_keeps_its_spectrum():
     for place, (kind, spectra) in itertools.product((7, 500, 1000), parts):
         read = table.mixed(kind, GRID.centres()[place : place + 1], np.array([WAYS[0]]))[0]
         np.testing.assert_allclose(read[0] + read[1:3] @ spectra, ratios[place, 0], atol=1e-5)
+
+
+def test_level_views_have_the_light_of_level_directions():
+    """In two quarters of four they were mixed from above and below, which are 35° off."""
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    found = around([np.cos(azimuth), np.sin(azimuth), np.zeros(len(azimuth))])
+    level = [part * (np.abs(NORMALS[tile.astype(int), 2]) < 1e-9) for tile, part in found]
+    np.testing.assert_allclose(np.sum(level, axis=0), 1.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("lamp", [(1.0, 0.0, 0.0), (0.0, 0.8, 0.6), (-0.6, 0.48, 0.64)])
