@@ -92,7 +92,7 @@ def test_open_water_is_occluded_as_the_table_says(tmp_path):
     lit = _along_rays(
         table, c * (1.0 - up / column.sun_cosine), camera, w, P, sun_alone @ [[1] * 3]
     )
-    turned = 1.0 - np.exp(-5.0 * TURNING)
+    turned = (1.0 - np.exp(-5.0 * TURNING)) * np.minimum(s2 / 0.067, 1.0)[:, None] ** 2
     down = w[:, 2] < -0.05
     wanted = (single * (1.0 - turned) * lit + (M + single * turned) * occlusion)[down]
     errors = np.abs(seen.reshape(-1, 3)[down] / wanted - 1.0)

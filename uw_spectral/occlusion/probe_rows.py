@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .probes import RAYS
-from .view_directions import COUNT
 
 _ROWS = 32  # of a matrix product
 Light = NDArray[np.float32]
@@ -21,10 +20,9 @@ def as_slice(rows: NDArray[np.intp]) -> Rows:
     return slice(first, last + 1) if last - first + 1 == len(rows) else rows
 
 
-def joined(found: Sequence[Sequence[Light]], count: int, which: int) -> Light:
-    """Join what was found of parts of all probes."""
-    arrays = [parts[which] for parts in found]
-    return np.concatenate(arrays) if count else np.empty((0, COUNT, 1), np.float32)
+def joined(found: Sequence[Sequence[Light]]) -> list[Light]:
+    """Join what was found of parts of all probes, each of several things."""
+    return [np.concatenate(parts) for parts in zip(*found, strict=True)]
 
 
 def flat(x: Light) -> Light:

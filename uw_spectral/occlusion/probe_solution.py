@@ -31,7 +31,7 @@ from .probe_irradiance import (
 from .probe_rows import Light, joined
 from .probes import SETS, Rays
 from .unoccluded_field import depths_of
-from .view_directions import AXES
+from .view_directions import AXES, COUNT
 
 _ROUNDS = 40
 _SETTLED = 0.001  # change of a round that is none, in every probe
@@ -75,12 +75,21 @@ def probe_irradiance(
     near : ProbeIrradiance, optional
         That of a frame which started from the same one, with light that is closer to this.
     """
+    if not rays.valid.any():
+        return _unoccluded(rays.grid, reflectance.shape[1])
     water = (waters or WaterCache()).of(field, rays.grid)
     if before is not None and before.solution and before.solution.serves(water, rays):
         found = _Again(water, rays, reflectance, before.solution).solved(near and near.solution)
         if found is not None:
             return _tabulated(found)
     return _tabulated(_solved(KnownLight(water, rays, reflectance)))
+
+
+def _unoccluded(grid: Grid, bands: int) -> ProbeIrradiance:
+    """Return the light where no place of the grid is in the water."""
+    ones = np.ones((grid.count, COUNT, bands), np.float32)
+    sunlit, none = np.ones(grid.count), np.zeros(bands)
+    return ProbeIrradiance(grid, np.zeros(grid.count, bool), ones, ones, sunlit, none, 0.0)
 
 
 def _processors() -> int | None:
@@ -94,12 +103,11 @@ def _solved(known: KnownLight) -> Solution:
     parts, count = known.parts(np.arange(len(known.order))), len(known.order)
     with ThreadPoolExecutor(_processors()) as pool:
         started = list(pool.map(PartOfProbes.prepare, parts))
-        now = LightOfProbes(*(joined(started, count, k) for k in range(4)))
+        now = LightOfProbes(*joined(started))
         _settle(known, parts, now, pool)
         ended = _ratios(parts, now, pool)
     kept = parts if count <= MOST_KEPT else ()
-    irradiance, scattered = (joined(ended, count, k) for k in range(2))
-    return Solution(known, now, irradiance, scattered, kept)
+    return Solution(known, now, *joined(ended), kept)
 
 
 def _gather(

@@ -47,6 +47,7 @@ from .radiance_table import azimuth
 from .sky import Sky
 from .sun_beam import half_angle2
 
+_BESIDE_SUN = 0.067  # squared sine of half of 30°
 _LEAST = 1e-30
 _DEEP = 1e4  # m; below every table
 
@@ -273,7 +274,7 @@ class ChannelWater:
             blocks = direct * far + fraction * (peaked * with_peak - direct * far)
         if seen.glow is not None:
             own, leaving = own + (transmittance_past - direct) * seen.glow, leaving + seen.glow
-        path = self._occluded_path(single, M_near - blocks, y_o, occlusion)
+        path = self._occluded_path(single, M_near - blocks, y_o, w, occlusion)
         surroundings = self.occluded(past * rest + boundary, occlusion.scattered, y_o) * coverage
         if seen.tint is not None:
             behind = peaked * (far + rest) + self.boundary(y_o, w) * (direct / peaked)
@@ -302,19 +303,27 @@ class ChannelWater:
         P = distance_in_water(y_o, -w[2], n.y_f, m)
         y_e = m.maximum(y_o - w[2] * P, 0.0)
         single = self.scaled_single_scattering(y_o, y_e, w, P) * self.aureole(y_o, w)
-        path = self._occluded_path(single, self.scattered(y_o, w), y_o, occlusion)
+        path = self._occluded_path(single, self.scattered(y_o, w), y_o, w, occlusion)
         up = m.less(0.0, w[2])
         below = self._floor_after(P)
         end = m.select(up, self.from_surface(w, P, surface), below)
         return ChannelPixel(path, end, 0.0, end)
 
     def _occluded_path(
-        self, single: Operand, often: Operand, y_o: Operand, occlusion: OcclusionOnPath
+        self,
+        single: Operand,
+        often: Operand,
+        y_o: Operand,
+        w: Sequence[Operand],
+        occlusion: OcclusionOnPath,
     ) -> Operand:
         """Light of a path that objects leave, of what was scattered once and often."""
         if occlusion.turned is not None:
-            often = often + single * occlusion.turned
-            single = single * (1.0 - occlusion.turned)
+            # What hides the sun from a view close to it hides what has turned, too.
+            beside = self.m.minimum(half_angle2(w, self.sun, self.m) * (1.0 / _BESIDE_SUN), 1.0)
+            turned = occlusion.turned * (beside * beside)
+            often = often + single * turned
+            single = single * (1.0 - turned)
         return single * occlusion.single + self.occluded(often, occlusion.scattered, y_o)
 
     def from_surface(self, w: Sequence[Operand], P: Operand, surface: SurfaceAbove) -> Operand:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 import math
@@ -14,7 +15,7 @@ from underwater_spectral.uw_spectral.imaging.optics import resolve
 from underwater_spectral.uw_spectral.occlusion import probes
 from underwater_spectral.uw_spectral.occlusion.fitted_cells import NUMBERS, FittedCells
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
-from underwater_spectral.uw_spectral.occlusion.occlusion_table import OFF_SURFACE
+from underwater_spectral.uw_spectral.occlusion.occlusion_table import OFF_SURFACE, occlusion_table
 from underwater_spectral.uw_spectral.occlusion.probe_solution import probe_irradiance
 from underwater_spectral.uw_spectral.occlusion.probes import (
     RAYS,
@@ -169,6 +170,16 @@ def test_below_a_deck_in_turbid_water_there_is_the_light_that_paths_find(record_
     off = np.log(found)
     assert abs(off.mean()) < 0.06
     assert np.sqrt((off**2).mean()) < 0.14
+
+
+def test_a_grid_whose_water_nothing_reaches_keeps_nothing_away():
+    """Under a roof wider than the grid there was none, and Add Water failed."""
+    grid, rays, _ = light_around(plate(-2.0, 2.0), field(), 0.5, probes=200)
+    rays = dataclasses.replace(rays, valid=np.zeros(grid.count, bool))
+    light = probe_irradiance(field(), rays, np.full((len(rays.voxels), 3), 0.5))
+    table = occlusion_table(light, np.full(3, 0.2), np.ones(3))
+    below = table.on_patches(np.array([[0.0, 0.0, -3.0]]), np.array([[0.0, 0.0, 1.0]]))
+    np.testing.assert_allclose(below, [[1.0, 0.0, 0.0, 1.0]], atol=1e-6)
 
 
 def rays_in_a_room(window=0.0):
