@@ -107,7 +107,8 @@ def _solved(known: KnownLight) -> Solution:
         _settle(known, parts, now, pool)
         ended = _ratios(parts, now, pool)
     kept = parts if count <= MOST_KEPT else ()
-    return Solution(known, now, *joined(ended), kept)
+    irradiance, scattered = joined(ended)
+    return Solution(known, now, irradiance, scattered, kept)
 
 
 def _gather(
