@@ -369,9 +369,8 @@ class PartOfProbes:
 
     def _arriving(self, depth: Array, distance: Array) -> tuple[Light, Light]:
         """What places on the way bring of light scattered often, and once, (places, m, RAYS, n)."""
-        light, (_, weights) = self._known.unoccluded_field, zip(*_ON_WAY, strict=True)
-        parts = []
-        for weight, s in zip(weights, self._known.on_way(distance), strict=True):
+        light, parts = self._known.unoccluded_field, []
+        for (_, weight), s in zip(_ON_WAY, self._known.on_way(distance), strict=True):
             y = np.maximum(depth - s * directions()[self.kind][:, 2], 0.0)
             arrives = _transmitted(light, depth, y, s)
             arrives *= (weight * np.exp(light.rate * s)).astype(np.float32)[..., None]
