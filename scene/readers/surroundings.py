@@ -19,6 +19,7 @@ from ...uw_spectral.occlusion.voxels import SurfaceVoxels
 from .. import marks
 from ..rendered import ever_rendered
 from .cameras import eye_of
+from .mesh_parts import MeshArrays
 from .surface_samples import SampleCache, Triangles, visible_triangles
 
 PROBES, ROOM_PROBES = 6000, MOST_KEPT
@@ -51,6 +52,8 @@ from behind the camera, too."""
 _TALLEST = 15.0  # m, of such a box
 _DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
+_WHOLE = 0.8  # of them: what covers more is ground, though the water has a floor far below
+_SHADED = 2.0  # widths of objects below them that they shade a floor
 _BELOW_EYE = 0.3  # m
 _GROUND = 0.25  # of the area of the largest sheet: from there on another is ground, too
 _BODY_AREA = 1.0  # m²: smaller objects do not make a seabed of many
@@ -62,6 +65,7 @@ _DEPTH_STEP, _COLOUR_STEP = 0.05, 0.01  # of the ground: it should not tremble w
 _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
 _STEP, _MOST_STEPS = 1.1, 30
+_SHEET = 4096.0  # m: half the side of a floor
 _LOOKS, _SKIPPED = 256, 1.0  # directions from an eye, and voxels that its own place may fill
 
 Array = NDArray[np.float64]
@@ -88,6 +92,12 @@ class Surroundings:
     coarse: SurfaceVoxels
     samples: SampleCache
     box: tuple[Array, Array]  #: What surfaces are looked for in, m; cells may reach beyond it.
+    #: That of the water, unless the scene has a seabed.
+    floor: Triangles | None = None
+
+    def _voxels(self, grid: Grid, *, to_edges: bool = False) -> SurfaceVoxels:
+        surfaces = self.surfaces if self.floor is None else [*self.surfaces, self.floor]
+        return _voxels(surfaces, grid, self.samples, to_edges=to_edges)
 
     @property
     def middle(self) -> Place:
@@ -96,12 +106,19 @@ class Surroundings:
 
     @functools.cached_property
     def _seabed(self) -> NDArray[np.int32]:
-        """The lowest surface of each column of water, none if too few have one."""
-        if self._ended.mean() < _COVERED:
+        """The lowest surface of each column of water, none if too few have one below the eyes."""
+        far_below = self.floor is not None and not math.isfinite(self.coarse.ground_below)
+        if far_below or self._ended.mean() < _COVERED:
             return np.empty(0, np.int32)
         seabed = self._upper
         columns = np.nonzero(seabed.any(axis=2))
-        return self.coarse.number[(*columns, seabed[columns].argmax(axis=1))]
+        found = self.coarse.number[(*columns, seabed[columns].argmax(axis=1))]
+        if len(self.eyes):
+            x, y, z = self.coarse.centre[found].T
+            away = (self.eyes[:, 0, None] - x) ** 2 + (self.eyes[:, 1, None] - y) ** 2
+            if (z[away.argmin(axis=1)] > self.eyes[:, 2]).mean() > _COVERED:
+                return found[:0]
+        return found
 
     @functools.cached_property
     def _upper(self) -> NDArray[np.bool_]:
@@ -138,7 +155,7 @@ class Surroundings:
     def _only_bodies(self) -> NDArray[np.bool_]:
         """Columns, shape (nx, ny), in which there is nothing but bodies."""
         grid = self.coarse.grid
-        if not any(self._bodies):
+        if not any(self._bodies) or self.floor is not None:
             return np.zeros(grid.shape[:2], bool)
         others = np.zeros(grid.count, bool)
         low, high = np.asarray(grid.lower), grid.upper
@@ -179,13 +196,13 @@ class Surroundings:
         grid = _coarse_grid(low, high, self.middle)
         if grid.cell >= self.coarse.grid.cell:
             return None
-        return _on_ground(_voxels(self.surfaces, grid, self.samples), self.eyes)
+        return _on_ground(self._voxels(grid), self.eyes, self.floor)
 
     @functools.cached_property
     def ground(self) -> Ground | None:
-        """The seabed: the lowest surface of the columns of water, if most of them have one."""
+        """The scene's seabed: the lowest surface of the columns of water, if most have one."""
         voxels, lowest = self.coarse, self._seabed
-        if not len(lowest):
+        if not len(lowest) or self.floor is not None:
             return None
         depth = -float(np.median(voxels.centre[lowest, 2]))
         eye = -float(self.eyes[:, 2].min()) if len(self.eyes) else 0.0
@@ -202,7 +219,7 @@ class Surroundings:
             return None
         shift = np.where(self._roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
         grid = _near(low, high, self.eyes, shift, self.middle, enclosed=self._enclosed)
-        voxels = _voxels(self.surfaces, grid.finer(VOXELS), self.samples, to_edges=True)
+        voxels = self._voxels(grid.finer(VOXELS), to_edges=True)
         # What gets through a seabed beside what sticks in it must not make water of what is below.
         return replace(voxels, ground_below=self.coarse.ground_below), grid
 
@@ -244,14 +261,16 @@ class Surroundings:
     @property
     def _standing(self) -> list[tuple[Array, Array]]:
         """Boxes around objects close to the eyes that stand on the ground, and what they shade."""
-        if self.ground is None:
+        ground = self.floor or self.ground
+        if ground is None:
             return []
+        bottom = -ground.depth if isinstance(ground, Ground) else float(ground.bounds[0][2])
         bounds = np.array([surface.bounds for surface in self.surfaces])
         sides = bounds[:, 1] - bounds[:, 0]
         height, width = sides[:, 2], sides[:, :2].min(axis=1)
         # What is wider is ground, however large other ground is.
         stands = (sides.min(axis=1) > _LEAST) & (width < _CLOSE)
-        stands &= bounds[:, 0, 2] < height * _LIFTED - self.ground.depth
+        stands &= bounds[:, 0, 2] < height * _LIFTED + bottom
         if len(self.eyes):
             near = self.eyes.min(axis=0) - _CLOSE, self.eyes.max(axis=0) + _CLOSE
             stands &= ((bounds[:, 1] > near[0]) & (bounds[:, 0] < near[1])).all(axis=1)
@@ -314,13 +333,14 @@ def look_around(
     extinction: float,
     path: Sequence[tuple[float, ...]] = (),
     samples: SampleCache | None = None,
+    floor: Ground | None = None,
 ) -> Surroundings:
     """Look at what is visible around a camera, at the scene's current frame.
 
     Without a camera everything counts alike. How far away objects matter follows from the
     extinction of the clearest band, 1/m. The path is where the camera is at the frames of a job,
     see :func:`.cameras.eye_of`: unless the places lie too far apart, one serves for all, so that
-    nothing changes but what moves.
+    nothing changes but what moves. The floor is that of the water.
     """
     samples = samples or SampleCache()
     samples.next_frame()
@@ -331,7 +351,7 @@ def look_around(
         eyes += path
     frames = np.array([in_the_water(eye) for eye in eyes], np.float64).reshape(-1, 6)
     places, ahead = frames[:, :3], frames[:, 3:]
-    low, high = _around(surfaces, places, extinction)
+    low, high = _around(surfaces, places, extinction, math.inf if floor is None else floor.depth)
     grid = Grid((0.0, 0.0, 0.0), 1.0, (1, 1, 1))
     if np.isfinite([low, high]).all() and (high > low).all():
         if samples.middle is None:
@@ -339,15 +359,40 @@ def look_around(
         grid = _coarse_grid(low, high, samples.middle)
     else:
         surfaces = []
-    coarse = _on_ground(_voxels(surfaces, grid, samples), places)
-    return Surroundings(surfaces, places, ahead, coarse, samples, (low, high))
+    sheet = None if floor is None else _level_sheet(floor, samples.middle)
+    coarse = _on_ground(_voxels(surfaces, grid, samples), places, sheet)
+    around = Surroundings(surfaces, places, ahead, coarse, samples, (low, high))
+    if sheet is None or math.isfinite(coarse.ground_below):
+        return around
+    around = replace(around, floor=sheet)
+    return replace(around, coarse=_on_ground(around._voxels(grid), places, sheet))
 
 
-def _on_ground(voxels: SurfaceVoxels, eyes: Array) -> SurfaceVoxels:
-    """Surfaces whose lowest ones below all eyes are the ground, if most columns have such."""
+def _level_sheet(ground: Ground, middle: Place | None) -> Triangles:
+    x, y, _ = np.round(middle or (0.0, 0.0, 0.0))
+    sides = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+    corners = (sides * _SHEET + np.array([x, y, -ground.depth])).astype(np.float32)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    arrays = MeshArrays(corners, triangles, np.zeros(2, np.int32), corners.tobytes(), (0,), ())
+    return Triangles(arrays, np.eye(4, dtype=np.float32), np.array([ground.colour]))
+
+
+def _on_ground(voxels: SurfaceVoxels, eyes: Array, floor: Triangles | None = None) -> SurfaceVoxels:
+    """Surfaces whose lowest ones below all eyes are the ground, if most columns have such.
+
+    What lies closer to the eyes than to a floor of the water is ground if it is wide, else a roof.
+    """
     height = float(eyes[:, 2].min(initial=np.inf))
-    covered = (voxels.lowest < height).mean() >= _COVERED
-    return replace(voxels, ground_below=height) if covered else voxels
+    lowest = voxels.lowest
+    below = lowest < height
+    covered = below.mean()
+    if covered < _COVERED:
+        return voxels
+    if floor is not None and covered < _WHOLE:
+        middle = (float(floor.bounds[0][2]) + min(height, 0.0)) / 2.0
+        if np.median(lowest[below]) > middle:
+            return voxels
+    return replace(voxels, ground_below=height)
 
 
 def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:
@@ -367,8 +412,10 @@ def in_the_water(eye: Sequence[float]) -> tuple[float, ...]:
     return (x + way * ahead[0], y + way * ahead[1], -_WET, *ahead)
 
 
-def _around(surfaces: Sequence[Triangles], eyes: Array, extinction: float) -> tuple[Array, Array]:
-    """Box around objects that are not too far from the eyes to matter."""
+def _around(
+    surfaces: Sequence[Triangles], eyes: Array, extinction: float, floor_depth: float = math.inf
+) -> tuple[Array, Array]:
+    """Box around objects that are not too far from the eyes to matter, and a floor they shade."""
     low, high = (
         np.array([surface.bounds[end] for surface in surfaces]).reshape(-1, 3) for end in (0, 1)
     )
@@ -376,6 +423,9 @@ def _around(surfaces: Sequence[Triangles], eyes: Array, extinction: float) -> tu
     if len(eyes):
         near = ((high > eyes.min(axis=0) - reach) & (low < eyes.max(axis=0) + reach)).all(axis=1)
         low, high = low[near], high[near]
+    width = (high - low)[:, :2].min(axis=1)
+    if (low[:, 2] - _SHADED * width < -floor_depth).any():
+        low = np.minimum(low, (np.inf, np.inf, -floor_depth))
     low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
     if len(eyes):
         # Nothing but water may lie between objects and an eye below them.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,7 +22,7 @@ from ...uw_spectral.occlusion.probes import Rays, cast
 from ...uw_spectral.occlusion.visibility_buffer import VisibilityCache
 from ...uw_spectral.occlusion.voxels import SurfaceVoxels
 from ...uw_spectral.spectra.bands import Bands
-from ...uw_spectral.spectra.reflectance import uplift_basis
+from ...uw_spectral.spectra.reflectance import projected, uplift_basis
 from ...uw_spectral.transfer.solved_field import SolvedField
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ..readers.lamp_shadows import LampShadowCache
@@ -109,9 +110,10 @@ class Cache:
         """Look around in a water, see :func:`.look_around`; in a job once a frame."""
         extinction = float(column.attenuation.min())
         name = "" if camera is None else camera.name
-        asked = (scene.frame_current_final, name, extinction, tuple(path))
+        floor = _floor_of(column)
+        asked = (scene.frame_current_final, name, extinction, tuple(path), floor)
         if not self._of_job or self._looked is None or self._looked[0] != asked:
-            around = look_around(scene, camera, extinction, path, self.samples)
+            around = look_around(scene, camera, extinction, path, self.samples, floor)
             self._looked = asked, around
             self.ground = around.ground
         return self._looked[1]
@@ -156,6 +158,14 @@ class Cache:
         if light.serves and not (self._of_job and self.has_begun):
             self._first = inputs, rays, light
         return light
+
+
+def _floor_of(column: WaterColumn) -> Ground | None:
+    depth = column.floor_depth
+    if not math.isfinite(depth):
+        return None
+    red, green, blue = projected(column.floor_reflectance, column.bands).tolist()
+    return Ground(depth, (red, green, blue), depth)
 
 
 def table_of(

@@ -54,13 +54,12 @@ def _under_a_slab(size=7.0):
     return scene
 
 
-def _plan():
-    return make_plan(SceneSettings(bands=3, phase="hg:0.9"))
+def _plan(**settings):
+    return make_plan(SceneSettings(bands=3, phase="hg:0.9", **settings))
 
 
 def _table(scene, plan, path=(), cache=None):
-    samples = None if cache is None else cache.samples
-    around = look_around(scene, scene.camera, float(plan.column.attenuation.min()), path, samples)
+    around = (cache or occlusion.Cache()).look(scene, scene.camera, plan.column, path)
     weights = plan.reduction(6.0).weights
     return occlusion.table_of(around, plan.bands, plan.solved_field(), weights, 6.0, cache)
 
@@ -127,7 +126,7 @@ def test_a_long_path_has_larger_cells_rather_than_a_grid_per_frame():
 
 def _off(one, other):
     """Largest difference of two tables' means, of what is less than 2 % of it that."""
-    tiles = [table.atlas[..., 0] / table.atlas[:, :1, :1, :1, 0] for table in (one, other)]
+    tiles = [table.atlas[..., 0] / table.atlas[:, :, :1, :1, :1, 0] for table in (one, other)]
     return float((np.abs(tiles[0] - tiles[1]) / np.maximum(tiles[1], 0.02)).max())
 
 
@@ -278,6 +277,49 @@ def test_occlusion_reaches_down_to_a_camera_below_an_object():
     grids = [look_around(scene, camera, 0.1).under_objects()[1] for camera in (below, beside)]
     assert grids[0].lower[2] < -11.5
     assert -8.5 < grids[1].lower[2] < -7.0
+
+
+@pytest.mark.slow_but_first
+@pytest.mark.parametrize("height", [-3.0, -6.4])
+def test_an_added_floor_lies_below_objects_as_sand_does(monkeypatch, height):
+    """What came from it was as bright below a roof as beside it, twice and more what it was."""
+    monkeypatch.setattr(surroundings, "PROBES", 6000)
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)
+    scene, read = _under_a_slab(), []
+    scene.camera.location.z = height
+    sand = bpy.data.objects["sand"]
+    sand.active_material.node_tree.nodes["Principled BSDF"].inputs[0].default_value = [0.7] * 4
+    bpy.context.view_layer.update()
+    plan = _plan(floor_depth=8.1, floor_reflectance="0.7")
+    read.append(_read(_table(scene, plan)))
+    bpy.data.objects.remove(sand)
+    read.append(_read(_table(scene, plan)))
+    assert read[0].min() < 0.5, "there is shade"
+    np.testing.assert_allclose(*read, rtol=0.02, atol=0.005)
+
+
+def _slab_alone(size, height, **settings):
+    """What is around a camera and a slab at 4.6 m, without sand."""
+    scene = _under_a_slab(size)
+    bpy.data.objects.remove(bpy.data.objects["sand"])
+    scene.camera.location.z = height
+    bpy.context.view_layer.update()
+    return occlusion.Cache().look(scene, scene.camera, _plan(**settings).column)
+
+
+def test_what_is_above_the_cameras_is_no_seabed():
+    """Under a floe of 20 m in deep water there was a seabed .3 m below the camera."""
+    assert _slab_alone(20.0, -6.4).ground is None
+    assert _slab_alone(20.0, -3.0).ground is not None
+
+
+def test_a_roof_over_an_added_floor_is_no_ground():
+    """Below it there was no water, where most of the floor about a camera lay under it."""
+    for depth in (12.0, 90.0):
+        around = _slab_alone(9.0, -3.0, floor_depth=depth)
+        assert around.ground is None
+        assert around.coarse.reachable([])[around.coarse.roofed].any()
+    assert _slab_alone(40.0, -3.0, floor_depth=90.0).ground is not None
 
 
 @pytest.mark.slow_but_first

@@ -57,6 +57,22 @@ def uplift(rgb: ArrayLike, bands: Bands) -> NDArray[np.float64]:
     return np.asarray(rgb, dtype=np.float64) @ uplift_basis(bands).T
 
 
+def projected(reflectance: ArrayLike, bands: Bands) -> NDArray[np.float64]:
+    """Scene-linear Rec.709 colour whose :func:`uplift` comes closest to a reflectance, (n,).
+
+    Examples
+    --------
+    >>> bands = make_bands(8)
+    >>> projected(uplift([0.1, 0.4, 0.7], bands), bands).round(6).tolist()
+    [0.1, 0.4, 0.7]
+    """
+    values = np.asarray(reflectance, dtype=np.float64)
+    # Of few bands, the one closest to grey.
+    grey = values.mean()
+    colour = grey + np.linalg.lstsq(uplift_basis(bands), values - grey, rcond=None)[0]
+    return np.clip(colour, 0.0, 1.0)
+
+
 @functools.lru_cache(maxsize=8)
 def emission_basis(bands: Bands) -> NDArray[np.float64]:
     """Radiance of the three Rec.709 primaries in each band, for emitters, shape (n, 3).
