@@ -53,7 +53,7 @@ _TALLEST = 15.0  # m, of such a box
 _DEEPEST = 0.01  # of the ground lies lower than the box
 _COVERED = 0.5  # of the columns of water that end on ground, where there is a floor
 _WHOLE = 0.8  # of them: what covers more is ground, though the water has a floor far below
-_SHADED = 2.0  # widths of objects below them that they shade a floor
+_OCCLUDES = 2.0  # widths of objects below them that they shade a floor
 _BELOW_EYE = 0.3  # m
 _GROUND = 0.25  # of the area of the largest sheet: from there on another is ground, too
 _BODY_AREA = 1.0  # m²: smaller objects do not make a seabed of many
@@ -66,6 +66,7 @@ _SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 _SMALL = 2.5  # voxels
 _STEP, _MOST_STEPS = 1.1, 30
 _SHEET = 4096.0  # m: half the side of a floor
+_SOME_EYES = 64  # of a path are looked at
 _LOOKS, _SKIPPED = 256, 1.0  # directions from an eye, and voxels that its own place may fill
 
 Array = NDArray[np.float64]
@@ -95,7 +96,8 @@ class Surroundings:
     #: That of the water, unless the scene has a seabed.
     floor: Triangles | None = None
 
-    def _voxels(self, grid: Grid, *, to_edges: bool = False) -> SurfaceVoxels:
+    def voxels(self, grid: Grid, *, to_edges: bool = False) -> SurfaceVoxels:
+        """Return all surfaces in the cells of a grid."""
         surfaces = self.surfaces if self.floor is None else [*self.surfaces, self.floor]
         return _voxels(surfaces, grid, self.samples, to_edges=to_edges)
 
@@ -113,10 +115,10 @@ class Surroundings:
         seabed = self._upper
         columns = np.nonzero(seabed.any(axis=2))
         found = self.coarse.number[(*columns, seabed[columns].argmax(axis=1))]
-        if len(self.eyes):
+        if len(eyes := self.eyes[:: max(len(self.eyes) // _SOME_EYES, 1)]):
             x, y, z = self.coarse.centre[found].T
-            away = (self.eyes[:, 0, None] - x) ** 2 + (self.eyes[:, 1, None] - y) ** 2
-            if (z[away.argmin(axis=1)] > self.eyes[:, 2]).mean() > _COVERED:
+            away = (eyes[:, 0, None] - x) ** 2 + (eyes[:, 1, None] - y) ** 2
+            if (z[away.argmin(axis=1)] > eyes[:, 2]).mean() > _COVERED:
                 return found[:0]
         return found
 
@@ -196,7 +198,7 @@ class Surroundings:
         grid = _coarse_grid(low, high, self.middle)
         if grid.cell >= self.coarse.grid.cell:
             return None
-        return _on_ground(self._voxels(grid), self.eyes, self.floor)
+        return _on_ground(self.voxels(grid), self.eyes, self.floor)
 
     @functools.cached_property
     def ground(self) -> Ground | None:
@@ -219,7 +221,7 @@ class Surroundings:
             return None
         shift = np.where(self._roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
         grid = _near(low, high, self.eyes, shift, self.middle, enclosed=self._enclosed)
-        voxels = self._voxels(grid.finer(VOXELS), to_edges=True)
+        voxels = self.voxels(grid.finer(VOXELS), to_edges=True)
         # What gets through a seabed beside what sticks in it must not make water of what is below.
         return replace(voxels, ground_below=self.coarse.ground_below), grid
 
@@ -259,12 +261,18 @@ class Surroundings:
         return bool(((met < 0).reshape(-1, _LOOKS).mean(axis=1) < ENCLOSED).all())
 
     @property
+    def _ground_height(self) -> float:
+        """Height in m of what objects stand on, minus infinity without."""
+        if self.floor is not None:
+            return float(self.floor.bounds[0][2])
+        return -math.inf if self.ground is None else -self.ground.depth
+
+    @property
     def _standing(self) -> list[tuple[Array, Array]]:
         """Boxes around objects close to the eyes that stand on the ground, and what they shade."""
-        ground = self.floor or self.ground
-        if ground is None:
+        bottom = self._ground_height
+        if not math.isfinite(bottom):
             return []
-        bottom = -ground.depth if isinstance(ground, Ground) else float(ground.bounds[0][2])
         bounds = np.array([surface.bounds for surface in self.surfaces])
         sides = bounds[:, 1] - bounds[:, 0]
         height, width = sides[:, 2], sides[:, :2].min(axis=1)
@@ -365,7 +373,7 @@ def look_around(
     if sheet is None or math.isfinite(coarse.ground_below):
         return around
     around = replace(around, floor=sheet)
-    return replace(around, coarse=_on_ground(around._voxels(grid), places, sheet))
+    return replace(around, coarse=_on_ground(around.voxels(grid), places, sheet))
 
 
 def _level_sheet(ground: Ground, middle: Place | None) -> Triangles:
@@ -424,7 +432,7 @@ def _around(
         near = ((high > eyes.min(axis=0) - reach) & (low < eyes.max(axis=0) + reach)).all(axis=1)
         low, high = low[near], high[near]
     width = (high - low)[:, :2].min(axis=1)
-    if (low[:, 2] - _SHADED * width < -floor_depth).any():
+    if (low[:, 2] - _OCCLUDES * width < -floor_depth).any():
         low = np.minimum(low, (np.inf, np.inf, -floor_depth))
     low, high = low.min(axis=0, initial=np.inf), high.max(axis=0, initial=-np.inf)
     if len(eyes):
