@@ -225,23 +225,35 @@ class Surroundings:
         # What gets through a seabed beside what sticks in it must not make water of what is below.
         return replace(voxels, ground_below=self.coarse.ground_below), grid
 
-    def is_whole(self, grid: Grid) -> bool:
-        """Whether a grid of :meth:`under_objects` holds all of that water about the cameras."""
+    def beyond(self, grid: Grid) -> float:
+        """How far that water goes on beyond the sides of a grid of it, on average, m."""
         low, high = self._occluded
-        slack = 0.01 * grid.cell
-        return bool((grid.lower <= low + slack).all() and (grid.upper >= high - slack).all())
+        outside = np.concatenate([np.asarray(grid.lower) - low, high - grid.upper])
+        return float(np.maximum(outside, 0.0)[[0, 1, 3, 4]].mean())
 
     @functools.cached_property
     def _occluded(self) -> tuple[Array, Array]:
         """Box around the water that something overhangs, walls in, or stands in; empty without."""
         # No margin: above and beside walled water, light is nearly that of open water.
-        boxes = [self._overhung, self.coarse.between_objects(self.eyes)]
+        boxes = [self._overhung, self._walled]
         if self._enclosed:
             # At the foot of its walls there is other water, outside.
             (low, high), (first, last) = boxes
             first[:2], last[:2] = np.maximum(first, low)[:2], np.minimum(last, high)[:2]
         found = [box for box in boxes if (box[1] > box[0]).all()] or self._standing or boxes[:1]
         return np.min([box[0] for box in found], axis=0), np.max([box[1] for box in found], axis=0)
+
+    @property
+    def _walled(self) -> tuple[Array, Array]:
+        """Box around the water that is walled, and its walls; empty without."""
+        low, high = self.coarse.between_objects(self.eyes)
+        if (high > low).all():
+            side = self.coarse.grid.cell * np.array([1.0, 1.0, 0.0])
+            low, high = low - side, high + side
+            if high[2] > -_MARGIN:
+                # What they send up comes back from the surface of the water.
+                high[2] = 0.0
+        return low, high
 
     @property
     def _roofed(self) -> NDArray[np.bool_]:
@@ -271,7 +283,7 @@ class Surroundings:
     def _standing(self) -> list[tuple[Array, Array]]:
         """Boxes around objects close to the eyes that stand on the ground, and what they shade."""
         bottom = self._ground_height
-        if not math.isfinite(bottom):
+        if not math.isfinite(bottom) or not self.surfaces:
             return []
         bounds = np.array([surface.bounds for surface in self.surfaces])
         sides = bounds[:, 1] - bounds[:, 0]

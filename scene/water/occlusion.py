@@ -135,13 +135,19 @@ class Cache:
         return self._last[1]
 
     def table(
-        self, light: ProbeIrradiance, extinction: Array, seen: Array, *, alone: bool, enclosed: bool
+        self,
+        light: ProbeIrradiance,
+        extinction: Array,
+        seen: Array,
+        *,
+        beyond: float,
+        enclosed: bool,
     ) -> OcclusionTable:
         """Return the table of a light; that of before, if it is the same."""
-        given = extinction.tobytes() + seen.tobytes() + bytes([alone, enclosed])
+        given = extinction.tobytes() + seen.tobytes() + repr((beyond, enclosed)).encode()
         last = self._table
         if last is None or last[0] is not light or last[1] != given:
-            table = occlusion_table(light, extinction, seen, alone=alone, enclosed=enclosed)
+            table = occlusion_table(light, extinction, seen, beyond=beyond, enclosed=enclosed)
             self._table = last = light, given, table
         return last[2]
 
@@ -192,5 +198,5 @@ def table_of(
     cache.has_begun = True
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
     enclosed = light.solution is None or light.solution.known.rays.enclosed(eyes)
-    alone = around.is_whole(grid)
-    return cache.table(light, field.extinction, seen, alone=alone, enclosed=enclosed)
+    beyond = around.beyond(grid)
+    return cache.table(light, field.extinction, seen, beyond=beyond, enclosed=enclosed)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -177,14 +178,14 @@ def occlusion_table(
     extinction: Array,
     importance: Array,
     *,
-    alone: bool = True,
+    beyond: float = 0.0,
     enclosed: bool = True,
 ) -> OcclusionTable:
     """Tabulate probe irradiance.
 
     ``extinction`` is without the forward peak, 1/m; ``importance`` how bright the water is in each
-    band. ``alone`` tells whether nothing occludes beyond the grid; else it is there as on its
-    sides. ``enclosed``: it is looked at from where little of the open is seen.
+    band. So far ``beyond`` the sides of the grid, m, it is occluded as there, and then nothing is.
+    ``enclosed``: it is looked at from where little of the open is seen.
     """
     grid = light.grid
     nx, ny, nz = grid.shape
@@ -215,14 +216,14 @@ def occlusion_table(
     # The sun is the same in every tile, so that mixing leaves it.
     tiles[..., _SUNLIT] = light.sunlit[:, None] * np.stack([weight, np.ones(views.COUNT)])[:, None]
     atlas = tiles.transpose(0, 2, 1, 3).reshape(2, views.COUNT, nx, ny, nz, NUMBERS)
-    beyond = _sides(atlas, light.valid)
-    if alone:
-        beyond[:] = _OPEN
-        beyond[IRRADIANCE] *= weight[:, None]
+    open_water = np.tile(_OPEN, (2, views.COUNT, 1))
+    open_water[IRRADIANCE] *= weight[:, None]
+    comes = math.exp(-beyond * float(extinction @ fraction))
+    ring = comes * open_water + (1.0 - comes) * _sides(atlas, light.valid)
     # What reaches out of the top is dark inside, and its own top lies beyond.
     inside = ~light.valid.reshape(nx, ny, nz)[:, :, -1]
-    atlas[:, :, inside, -1] = beyond[:, :, None]
-    atlas = _ringed(atlas, beyond)
+    atlas[:, :, inside, -1] = ring[:, :, None]
+    atlas = _ringed(atlas, ring)
     if light.solution is not None:
         fitted = FittedCells(light.solution.known.rays, enclosed=enclosed)
         fitted.fit_faces(atlas[IRRADIANCE], tiles[IRRADIANCE], OFF_SURFACE * grid.cell)

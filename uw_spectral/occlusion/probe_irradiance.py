@@ -23,7 +23,7 @@ from ..transfer.solved_field import SolvedField
 from .changed_voxels import ChangedVoxels
 from .grid import Array, Grid
 from .probe_rows import Light, Rows, as_slice, by_band, flat, product_of_rows
-from .probes import RAYS, SETS, Rays, directions, set_of
+from .probes import MIRROR, RAYS, SETS, Rays, directions, set_of
 from .unoccluded_field import UnoccludedField
 from .view_directions import AXES, COUNT, NORMALS, around
 
@@ -218,8 +218,9 @@ class KnownLight:
 
     @functools.cached_property
     def met(self) -> NDArray[np.intp]:
-        """Slots of the sides that rays meet, one more than all where they meet none."""
-        return np.append(self.slot, self.slots)[self.rays.hit[self.order]]
+        """Slots of the sides that rays meet, and in the mirror, one more than all for none."""
+        either = np.stack([self.rays.hit[self.order], self.rays.mirrored[self.order]], axis=1)
+        return np.append(self.slot, self.slots)[either]
 
     def parts(self, rows: NDArray[np.intp]) -> list[PartOfProbes]:
         """Split some probes into parts."""
@@ -272,7 +273,11 @@ class KnownLight:
         old = found[:count]
         np.any(rays.distance[order] != before.distance[order], axis=1, out=old)
         old |= (rays.point != before.point)[order].any(axis=1)
-        old |= (self.met[:count] != np.where(was.met == was.slots, self.slots, was.met)).any(axis=1)
+        old |= (rays.to_mirrored != before.to_mirrored)[order].any(axis=1)
+        if (rays.stand_in != before.stand_in).any():
+            old |= (rays.to_mirrored[order] > 0.0).any(axis=1)
+        then = np.where(was.met == was.slots, self.slots, was.met)
+        old |= (self.met[:count] != then).any(axis=(1, 2))
         look = found.copy()
         look[:count] |= rays.other_sights(before, changed)[self.cells[:, :count]].any(axis=(0, 2))
         self.has_seen[:] = True
@@ -349,10 +354,11 @@ class PartOfProbes:
         boundary = at.image[out]  # dimmed, of all that a direction stands for
         L[out] += (T_last * (last.scattered + last.single) + boundary) * ~blocked
         self._to_further = T_last * blocked
+        shown, to_shown = rays.mirrored[valid], self._mirrored(L, T, valid)
         self._known_light = flat(L.astype(np.float32, copy=False))
-        self._met = np.flatnonzero(hit >= 0)
-        self._to_met = flat(T)[self._met]
-        self._side = self._known.slot[hit.ravel()[self._met]]
+        self._met = np.flatnonzero(np.maximum(hit, shown) >= 0)
+        self._to_met = flat(np.where(hit[..., None] >= 0, T, to_shown))[self._met]
+        self._side = self._known.slot[np.maximum(hit, shown).ravel()[self._met]]
         unoccluded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
             for x in self._sums(flat(at.scattered + at.single + at.image), last=True)
@@ -366,6 +372,36 @@ class PartOfProbes:
         beam = light.beam(depth[:, 0]) * (_MEAN_COSINE * rays.sunlit[valid][:, None])
         J = np.broadcast_to(fraction, at.single.shape)
         return irradiance * fraction, J, beam.astype(np.float32), unoccluded.sum(axis=2)
+
+    def _mirrored(self, L: NDArray[np.floating], T: Light, probes: NDArray[np.intp]) -> Light:
+        """How much of the light of sides that are seen in the surface of the water comes.
+
+        Takes from the light along rays what of the unoccluded water is mirrored instead of them,
+        and of the water before them.
+        """
+        rays, light, kind = self._known.rays, self._known.unoccluded_field, self.kind
+        away, found = rays.to_mirrored[probes], np.zeros_like(T)
+        row, ray = (away > 0.0).nonzero()
+        w, t, along = directions()[kind], away[row, ray], functools.partial(light.along, kind=kind)
+        mirror = (w @ (w * MIRROR).T).argmax(axis=0)[ray]
+        depth = t * w[ray, 2]
+        comes = T[row, ray] * light.mirrored(kind, narrow=self._known.narrow)[ray, None]
+        passes = comes * _transmitted(light, np.zeros_like(depth), depth, t)
+        first, last = (
+            along(y, ways=mirror, narrow=self._known.narrow) for y in (np.zeros_like(depth), depth)
+        )
+        self._on_mirrored = np.maximum(comes * first.scattered - passes * last.scattered, 0.0)
+        L[row, ray] -= self._on_mirrored
+        # The water halfway stands for all of it.
+        at = rays.point[probes][row] + w[ray] * (rays.distance[probes][row, ray])[:, None]
+        p = self._known.place[rays.nearest(at + w[ray] * MIRROR * (t / 2.0)[:, None])]
+        self._halfway = p * RAYS + self._nearest[self._known.kind[p], mirror]
+        self._up = row * RAYS + ray
+        shows = rays.mirrored[probes][row, ray] >= 0
+        row, ray, passes = row[shows], ray[shows], passes[shows]
+        L[row, ray] -= passes * (last.scattered + last.single + last.image)[shows]
+        found[row, ray] = passes
+        return found
 
     def _arriving(self, depth: Array, distance: Array) -> tuple[Light, Light]:
         """What places on the way bring of light scattered often, and once, (places, m, RAYS, n)."""
@@ -412,6 +448,7 @@ class PartOfProbes:
             total += found
         total += self._known_light
         total[self._out] += self._further * last + self._to_further * now.sent[self._border]
+        total[self._up] += self._on_mirrored * J.take(self._halfway, axis=0)
         sent = np.zeros_like(total)
         sent[self._met] = self._to_met * now.of_sides[self._side]
         total += sent

@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +21,8 @@ RAYS = 64
 """Directions from each probe."""
 SETS = 8
 """Sets of directions; eight probes around a point have different ones."""
+MIRROR = np.array([1.0, 1.0, -1.0], np.float32)
+"""What the surface of the water makes of directions."""
 ENCLOSED = 0.25
 """Of a probe's rays that leave: light that comes by fewer is found by chance."""
 _COARSE_START = 1.0  # voxels of a larger box that rays skip as they enter it
@@ -31,6 +34,7 @@ _OFF_WALL = 1.8  # voxels from a surface's middle to a point beside it, along it
 ON_SIGHT = tuple((k + 0.5) / 8 for k in range(8))
 """Places between two points of neighbouring cells where a surface would hide one."""
 _ABOUT_END = 7.0  # voxels from the end of a ray within which all lies that decides what it meets
+_AT_SURFACE = 0.1  # voxels from the surface of the water
 _MOST_PLACES = 48  # that have changed, or all is cast anew
 
 
@@ -96,6 +100,10 @@ class Rays:
     further: Array
     #: Whether there is a surface; or one in the box of which it is not clear how it is lit, (p, r).
     blocked: NDArray[np.bool_]
+    #: Of rays that leave the box through the surface of the water: side that is seen mirrored in
+    #: it, as in ``hit``, and how far from there, m, or to the side of the box, (p, r).
+    mirrored: NDArray[np.int32]
+    to_mirrored: Array
     probe_of_side: NDArray[np.intp]  #: Valid probe next to each side of each surface, (2 k,).
     sunlit: Array  #: Fraction of the sun that reaches a probe's surroundings, (p,).
     side_sunlit: Array  #: Fraction of each side of each surface that the sun reaches, (2 k,).
@@ -130,9 +138,8 @@ class Rays:
         origin = np.repeat(self.point[probes], RAYS, axis=0)
         heading = directions()[sets].reshape(-1, 3)
         found = _seen(self.voxels, self.beyond, _beside(self.voxels)[0], origin, heading)
-        names = "distance", "hit", "further", "blocked"
-        values = {name: getattr(self, name).copy() for name in names}
-        for name, of_rays in zip(names, found, strict=True):
+        values = {name: getattr(self, name).copy() for name in found}
+        for name, of_rays in found.items():
             values[name][probes] = of_rays.reshape(-1, RAYS)
         return dataclasses.replace(self, **values)
 
@@ -196,24 +203,27 @@ def cast(
     inner = _inner(grid, voxels, reached, below)
     point, valid = _places(voxels, grid, inner)
     sides, facing = _beside(voxels)
-    distance, hit = np.zeros((grid.count, RAYS)), np.full((grid.count, RAYS), -1, np.int32)
-    further, blocked = np.zeros(distance.shape), np.zeros(distance.shape, bool)
-    new = np.broadcast_to(valid[:, None], distance.shape)
+    new = np.broadcast_to(valid[:, None], (grid.count, RAYS))
     if before is not None and changes is not None:
         new = new & _concerned(before, point, valid, changes)
-        kept = ~new & valid[:, None]
-        distance[kept], further[kept] = before.distance[kept], before.further[kept]
-        blocked[kept] = before.blocked[kept]
-        hit[kept] = _renumbered(before.hit[kept], changes[0])
     which, ray = new.nonzero()
     ways = point[which], directions()[set_of(grid)[which], ray]
-    distance[new], hit[new], further[new], blocked[new] = _seen(voxels, beyond, sides, *ways)
+    looked = {}
+    for name, of_new in _seen(voxels, beyond, sides, *ways).items():
+        is_side = name in ("hit", "mirrored")
+        looked[name] = np.full(new.shape, -1 if is_side else 0, of_new.dtype)
+        looked[name][new] = of_new
+        if before is not None and changes is not None:
+            kept = ~new & valid[:, None]
+            was = getattr(before, name)[kept]
+            looked[name][kept] = _renumbered(was, changes[0]) if is_side else was
     beside = _probes_beside(voxels, grid, valid, point, sides, facing)
     lit = _lit(voxels, beyond, reached, sun, before, changes)
     clear = _sides_lit(voxels, beyond, sun, before, changes)
     return Rays(
-        grid, voxels, point, valid, distance, hit, further, blocked, beside,
-        _fraction_lit(voxels, grid, lit, inner, point), clear, beyond, sun, reached, lit,
+        grid, voxels, point, valid, **looked, probe_of_side=beside,
+        sunlit=_fraction_lit(voxels, grid, lit, inner, point), side_sunlit=clear,
+        beyond=beyond, to_sun=sun, reached=reached, lit=lit,
     )  # fmt: skip
 
 
@@ -251,6 +261,11 @@ def _concerned(
         w = directions()[number].astype(np.float32)
         origin, distance = point[rows, None], before.distance[rows].astype(np.float32)
         found[rows] |= near.crossed(origin, w, distance + 2.0 * cell, _ABOUT_END * cell)
+        if before.to_mirrored.any():
+            away = before.to_mirrored[rows].astype(np.float32)
+            surface = origin + w * distance[..., None]
+            crossed = near.crossed(surface, w * MIRROR, away + 2.0 * cell, _ABOUT_END * cell)
+            found[rows] |= (away > 0) & crossed
         if far:
             leaving = before.hit[rows] < 0
             length = np.where(leaving, distance + before.further[rows], 0.0)
@@ -268,8 +283,25 @@ def _renumbered(hit: NDArray[np.int32], changed: ChangedVoxels) -> NDArray[np.in
 
 def _seen(
     voxels: SurfaceVoxels, beyond: SurfaceVoxels, sides: Array, origin: Array, heading: Array
-) -> tuple[Array, NDArray[np.int32], Array, NDArray[np.bool_]]:
+) -> dict[str, NDArray[Any]]:
     """Follow rays; return what :class:`Rays` has of each."""
+    t, side, met = _meet(voxels, sides, origin, heading)
+    end = origin + heading * t[:, None]
+    far, blocked = np.zeros(len(t)), met & (side < 0)
+    far[~met], blocked[~met] = _follow(beyond, end[~met], heading[~met])
+    mirrored, away = np.full(len(t), -1, np.int32), np.zeros(len(t))
+    up = np.flatnonzero(~met & (end[:, 2] > -_AT_SURFACE * voxels.grid.cell))
+    away[up], mirrored[up], _ = _meet(voxels, sides, end[up], heading[up] * MIRROR)
+    return {
+        "distance": t, "hit": side, "further": far, "blocked": blocked,
+        "mirrored": mirrored, "to_mirrored": away,
+    }  # fmt: skip
+
+
+def _meet(
+    voxels: SurfaceVoxels, sides: Array, origin: Array, heading: Array
+) -> tuple[Array, NDArray[np.int32], NDArray[np.bool_]]:
+    """How far rays get, the side that they meet, -1 if none or unclear, and whether there is one."""
     t, number = voxels.trace(origin, heading)
     met = number >= 0
     side = np.full(len(t), -1, np.int32)
@@ -277,9 +309,7 @@ def _seen(
     side[met] = voxels.side_met(number[met], origin[met], heading[met])
     side[met] = _in_sight(voxels, end[met], heading[met], side[met], sides)
     t[met] = _to_plane(voxels, origin[met], heading[met], t[met], side[met])
-    far, blocked = np.zeros(len(t)), met & (side < 0)
-    far[~met], blocked[~met] = _follow(beyond, end[~met], heading[~met])
-    return t, side, far, blocked
+    return t, side, met
 
 
 def _to_plane(

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..surface.refraction import fresnel_reflectance
 from ..transfer.radiance_table import tabulate
 from ..transfer.solved_field import SolvedField
 from ..water.phase import PhaseFunction
@@ -109,6 +110,17 @@ class UnoccludedField:
         found += above
         n = found.shape[-1] // 3
         return RayLight(found[..., :n], found[..., n : 2 * n], found[..., 2 * n :])
+
+    def mirrored(self, kind: int, *, narrow: bool = False) -> Light:
+        """Fraction of light that goes up that the surface sends back, by direction it comes, (RAYS,).
+
+        Waves as if they were flat.
+        """
+        index, up = self._field.light.index, _fine()[:, 2:]
+        if index is None:
+            return np.zeros(RAYS, np.float32)
+        fraction = np.where(up > 0, fresnel_reflectance(np.abs(up), 1.0 / index), 0.0)
+        return _means(kind, fraction[:, None], narrow)[:, 0]
 
     def beam(self, y: Array) -> Array:
         """Normal irradiance of the sun's beam, forward peak included, at depths (...), (..., n)."""

@@ -20,11 +20,11 @@ GRID = Grid((-3.0, -3.0, -8.0), 0.5, (12, 12, 8))
 WAYS = ((0.0, 0.0, 1.0), (0.6, 0.0, -0.8), (-0.48, 0.64, 0.6))
 
 
-def _table(ratio, sunlit, *, alone, valid=None):
+def _table(ratio, sunlit, *, beyond, valid=None):
     """Occlusion of a ratio per cell, the same in all bands and ways."""
     ratios = np.broadcast_to(np.asarray(ratio)[..., None, None], (GRID.count, len(NORMALS), 3))
     return occlusion_table(
-        _light(ratios, valid, sunlit, 0.8), np.full(3, 0.2), np.ones(3), alone=alone
+        _light(ratios, valid, sunlit, 0.8), np.full(3, 0.2), np.ones(3), beyond=beyond
     )
 
 
@@ -42,7 +42,7 @@ def _read(table, first, x, w):
 @pytest.mark.parametrize("w", WAYS)
 @pytest.mark.parametrize("first", [IRRADIANCE, SCATTERED])
 def test_occlusion_ends_beyond_a_box_with_nothing_around(first, w):
-    table = _table(0.2, 0.4, alone=True)
+    table = _table(0.2, 0.4, beyond=0.0)
     for x in (0.0, 2.6, -2.7):
         np.testing.assert_allclose(_read(table, first, x, w)[0], 0.2, rtol=1e-6)
     # Two cells from the middle of the last it is half of the way.
@@ -59,17 +59,17 @@ def test_occlusion_ends_beyond_a_box_with_nothing_around(first, w):
 def test_one_odd_cell_at_the_side_draws_no_stripe_into_the_distance():
     ratio = np.ones(GRID.shape)
     ratio[6, -1] = 0.2
-    for alone in (True, False):
-        table = _table(ratio.ravel(), 1.0, alone=alone)
-        beyond = np.array([(x, 25.0, -5.0) for x in np.arange(-2.0, 2.0, 0.1)])
-        found = table.mixed(SCATTERED, beyond, np.tile([0.0, 1.0, 0.0], (len(beyond), 1)))[:, 0]
+    for beyond in (0.0, 1e9):
+        table = _table(ratio.ravel(), 1.0, beyond=beyond)
+        places = np.array([(x, 25.0, -5.0) for x in np.arange(-2.0, 2.0, 0.1)])
+        found = table.mixed(SCATTERED, places, np.tile([0.0, 1.0, 0.0], (len(places), 1)))[:, 0]
         assert np.ptp(found) < 0.04
 
 
 def test_where_objects_go_on_occlusion_does():
     ratio = np.where(np.arange(GRID.count) % GRID.shape[2] < 3, 7.0, 0.3)
     # The lowest cells are in the ground.
-    table = _table(ratio, 0.1, alone=False, valid=ratio < 1)
+    table = _table(ratio, 0.1, beyond=1e9, valid=ratio < 1)
     far = _read(table, SCATTERED, 1e5, WAYS[2])
     np.testing.assert_allclose(far, [0.3, 0.0, 0.0, 0.1], atol=1e-3)
 
@@ -77,11 +77,20 @@ def test_where_objects_go_on_occlusion_does():
 def test_what_reaches_out_of_the_top_has_the_light_beyond_on_its_own_top():
     ratio = np.ones(GRID.shape)
     ratio[4:8, 4:8] = 0.0
-    table = _table(ratio.ravel(), 1.0, alone=True, valid=ratio.ravel() > 0)
+    table = _table(ratio.ravel(), 1.0, beyond=0.0, valid=ratio.ravel() > 0)
     on_top = table.mixed(IRRADIANCE, np.array([[0.1, 0.1, -3.6]]), np.array([[0.0, 0.0, 1.0]]))[0]
     np.testing.assert_allclose(on_top, [1.0, 0.0, 0.0, 1.0], atol=1e-6)
     # Deeper within the grid it stays dark.
     assert table.mixed(IRRADIANCE, np.array([[0.1, 0.1, -5.0]]), np.array([WAYS[0]]))[0, 0] < 1e-6
+
+
+def test_far_off_there_is_as_much_of_it_as_lies_in_its_way():
+    """Beyond a box that is cut off a floe of 20 m it was as dark as under that without an end."""
+    far = np.array([[1e6, 0.0, -5.0]])
+    for beyond, wanted in ((0.0, 1.0), (5.0, 1.0 - 0.8 * (1.0 - np.exp(-1.0))), (1e9, 0.2)):
+        table = _table(np.full(GRID.count, 0.2), 1.0, beyond=beyond)
+        found = table.mixed(SCATTERED, far, np.array([WAYS[0]]))[0, 0]
+        np.testing.assert_allclose(found, wanted, rtol=1e-4)
 
 
 def test_light_keeps_its_spectrum():

@@ -90,8 +90,8 @@ def test_nothing_disturbs_nothing():
 def test_a_seabed_of_voxels_is_the_floor_of_the_column():
     """What it sends up and the water scatters back, by the solver without any voxel.
 
-    The surface mirrors the unoccluded water alone, so there is none here. Cells of 0.7 m
-    lose up to 8 % of what the water scatters.
+    Without a surface, which would mirror it. Cells of 0.7 m lose up to 8 % of what the water
+    scatters.
     """
     water = {"water": "jerlov:II", "surface": "none"}
     bare, over = field(**water), field(-SEABED, **water)
@@ -106,6 +106,28 @@ def test_a_seabed_of_voxels_is_the_floor_of_the_column():
         off = (ratio[DOWN] / (over.Eu(y) / bare.Eu(y)))[:2]
         assert off.min() > 0.91
         assert off.max() < 1.02
+
+
+def test_the_surface_mirrors_what_a_seabed_sends_up():
+    """As by the solver without any voxel; light from above was a tenth of that in a white pool.
+
+    In green light comes from beyond the 14 m that there are.
+    """
+    bare, over = field(amount=2.0), field(1.5, 0.8, amount=2.0)
+    grid = Grid((-7.0, -7.0, -2.0), 0.5, (28, 28, 4))
+    fine, points = Grid(grid.lower, grid.cell / 3, (84, 84, 12)), plate(-1.5, 7.0)
+    count = (len(points), 1)
+    voxels = voxelise(fine, points, np.tile([0.0, 0.0, 1.0], count), np.full((len(points), 3), 0.5))
+    rays = cast(voxels, grid, -np.asarray(bare.sun))
+    light = probe_irradiance(bare, rays, np.full((len(voxels), 3), 0.8))
+    unoccluded = [UnoccludedField(one, depths_of(one, grid)) for one in (over, bare)]
+    x, y, z = np.abs(grid.centres().T)
+    for depth in (0.25, 0.75, 1.25):
+        at = (np.maximum(x, y) < 1.5) & (np.abs(z - depth) < 0.1)
+        wanted, without = (one.irradiance(np.array([depth]))[0] for one in unoccluded)
+        off = (np.median(light.irradiance[at], axis=0) * without / wanted)[[UP, DOWN]]
+        np.testing.assert_allclose(off[:, 2], 1.0, atol=0.05)
+        np.testing.assert_allclose(off[:, 1], 0.94, atol=0.08)
 
 
 def test_over_the_floor_of_the_column_a_seabed_changes_nothing():
