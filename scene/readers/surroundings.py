@@ -36,6 +36,9 @@ CELLS = (0.301, 0.331, 0.361, 0.391, 0.421, 0.461, 0.501, 0.551, 0.601, 0.651, 0
 on the side of a voxel lies on either side of it by rounding."""
 _LARGER = (0.751, 0.801, 0.851, 0.901)
 """The same where eyes are enclosed: a room that is cut lets light in where it is."""
+_WIDE = (0.751, 0.801, 0.851, 0.901, 0.951, 1.001, 1.101, 1.201, 1.301)
+"""The same under wide roofs, far from the eyes."""
+_CLEAR = 0.33  # of their distance from surfaces: cells as wide show nothing
 _LEAST = 0.301  # m: the smallest cell of the coarse grid
 _COARSER = 1.12
 _BLOCK, _COARSE_BLOCK = 6, 9  # cells that come and go together when the camera moves
@@ -115,7 +118,7 @@ class Surroundings:
         seabed = self._upper
         columns = np.nonzero(seabed.any(axis=2))
         found = self.coarse.number[(*columns, seabed[columns].argmax(axis=1))]
-        if len(eyes := self.eyes[:: max(len(self.eyes) // _SOME_EYES, 1)]):
+        if len(eyes := self._some_eyes):
             x, y, z = self.coarse.centre[found].T
             away = (eyes[:, 0, None] - x) ** 2 + (eyes[:, 1, None] - y) ** 2
             if (z[away.argmin(axis=1)] > eyes[:, 2]).mean() > _COVERED:
@@ -220,10 +223,25 @@ class Surroundings:
         if not (high > low).all():
             return None
         shift = np.where(self._roofed, _AHEAD_INDOORS, _AHEAD)[:, None] * _level(self.ahead)
-        grid = _near(low, high, self.eyes, shift, self.middle, enclosed=self._enclosed)
+        grid = _near(
+            low, high, self.eyes, shift, self.middle, enclosed=self._enclosed, clear=self._clear
+        )
         voxels = self.voxels(grid.finer(VOXELS), to_edges=True)
         # What gets through a seabed beside what sticks in it must not make water of what is below.
         return replace(voxels, ground_below=self.coarse.ground_below), grid
+
+    @property
+    def _clear(self) -> float:
+        """Distance of the eyes from all surfaces, m."""
+        eyes = self._some_eyes
+        if not len(eyes) or not len(self.coarse):
+            return 0.0
+        apart = eyes[:, None] - self.coarse.centre
+        return float(np.sqrt((apart**2).sum(axis=2).min()))
+
+    @property
+    def _some_eyes(self) -> Array:
+        return self.eyes[:: max(len(self.eyes) // _SOME_EYES, 1)]
 
     def beyond(self, grid: Grid) -> float:
         """How far that water goes on beyond the sides of a grid of it, on average, m."""
@@ -502,15 +520,18 @@ def _near(
     middle: Place = (0.0, 0.0, 0.0),
     *,
     enclosed: bool = False,
+    clear: float = 0.0,
 ) -> Grid:
     """Return cells in a box, cut down to what eyes have before them if there are too many.
 
     Its middle then lies ``ahead`` of them, in halves of its size.
 
     All eyes have cells if that takes no more than :data:`PATH_PROBES`; else the first has. What is
-    cut out for it has the same size wherever it looks, and moves in blocks from ``middle``.
+    cut out for it has the same size wherever it looks, and moves in blocks from ``middle``. How
+    far they are ``clear`` of surfaces, m, tells what size of cells does.
     """
-    edges, most = ((*CELLS, *_LARGER), ROOM_PROBES) if enclosed else (CELLS, PROBES)
+    wide = tuple(cell for cell in _WIDE if cell <= _CLEAR * clear)
+    edges, most = ((*CELLS, *_LARGER), ROOM_PROBES) if enclosed else ((*CELLS, *wide), PROBES)
     whole = [_cells(low, high, cell, middle) for cell in edges]
     fitting = [grid for grid in whole if grid.count <= most]
     if fitting:

@@ -301,7 +301,7 @@ def _seen(
 def _meet(
     voxels: SurfaceVoxels, sides: Array, origin: Array, heading: Array
 ) -> tuple[Array, NDArray[np.int32], NDArray[np.bool_]]:
-    """How far rays get, the side that they meet, -1 if none or unclear, and whether there is one."""
+    """How far rays get, what side they meet, -1 if it is not clear, and whether there is one."""
     t, number = voxels.trace(origin, heading)
     met = number >= 0
     side = np.full(len(t), -1, np.int32)

@@ -112,9 +112,9 @@ class UnoccludedField:
         return RayLight(found[..., :n], found[..., n : 2 * n], found[..., 2 * n :])
 
     def mirrored(self, kind: int, *, narrow: bool = False) -> Light:
-        """Fraction of light that goes up that the surface sends back, by direction it comes, (RAYS,).
+        """Fraction of the light that rises to the surface which it sends down again, (RAYS,).
 
-        Waves as if they were flat.
+        By the direction that it comes from, of waves as if they were flat.
         """
         index, up = self._field.light.index, _fine()[:, 2:]
         if index is None:
