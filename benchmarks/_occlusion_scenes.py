@@ -12,16 +12,34 @@ from mathutils import Matrix, Vector
 from ._scenery import ball, block, ground, look_at, post
 
 _SAND, _STONE, _RED = (0.35, 0.32, 0.26), (0.25, 0.25, 0.23), (0.5, 0.12, 0.08)
-_WOOD = (0.3, 0.2, 0.11)
+_WOOD, _TILES, _ICE = (0.3, 0.2, 0.11), (0.6, 0.7, 0.75), (0.8, 0.8, 0.8)
 
 
-def slab() -> bpy.types.Object:
-    """Fill a file with a slab of 8 m that hangs 4 m above sand, and two balls."""
+def slab(*, sand: bool = True) -> bpy.types.Object:
+    """Fill a file with a slab of 8 m that hangs 4 m above sand, or nothing, and two balls."""
     block("slab", (0.0, 0.0, -4.15), (8.0, 8.0, 0.3), _STONE)
-    ground(-8.0, _SAND)
+    if sand:
+        ground(-8.0, _SAND)
     ball((0.5, 0.5, -6.5), 0.5, _RED)
     ball((-3.0, -5.2, -6.8), 0.5, _RED)
     return look_at((1.0, -9.5, -6.2), (0.0, 0.0, -6.0))
+
+
+def pool() -> bpy.types.Object:
+    """Fill a file with a pool of 5 × 10 m, 3 m deep, of white tiles, and a ball."""
+    for side in (-1.0, 1.0):
+        block(f"long {side}", (2.6 * side, 0.0, -1.4), (0.2, 10.4, 3.2), _TILES)
+        block(f"short {side}", (0.0, 5.1 * side, -1.4), (5.0, 0.2, 3.2), _TILES)
+    block("bottom", (0.0, 0.0, -3.1), (5.4, 10.4, 0.2), _TILES)
+    ball((0.5, 1.0, -2.6), 0.4, _RED)
+    return look_at((-1.0, -4.0, -1.6), (0.3, 1.0, -2.0))
+
+
+def floe() -> bpy.types.Object:
+    """Fill a file with a floe of 20 m, and a ball below; the water is deep."""
+    block("floe", (0.0, 0.0, -0.2), (20.0, 20.0, 0.6), _ICE)
+    ball((0.0, 10.0, -3.5), 0.5, _RED)
+    return look_at((0.0, 5.0, -4.0), (0.0, 11.0, -3.0))
 
 
 def box() -> bpy.types.Object:

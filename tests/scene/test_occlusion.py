@@ -7,6 +7,7 @@ import itertools
 import bpy
 import numpy as np
 import pytest
+from underwater_spectral.benchmarks._occlusion_scenes import pool
 from underwater_spectral.scene import marks
 from underwater_spectral.scene.readers import surroundings
 from underwater_spectral.scene.readers.cameras import eye_of
@@ -305,6 +306,34 @@ def _slab_alone(size, height, **settings):
     scene.camera.location.z = height
     bpy.context.view_layer.update()
     return occlusion.Cache().look(scene, scene.camera, _plan(**settings).column)
+
+
+def test_a_pool_is_in_the_grid_with_its_walls_up_to_the_surface(monkeypatch):
+    """Its walls were just outside, so that it was as dark as they without each other's light."""
+    monkeypatch.setattr(surroundings, "PROBES", 6000)
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)
+    camera = pool()
+    plan = make_plan(SceneSettings(bands=3, water="jerlov:I"))
+    scene = bpy.context.scene
+    bpy.context.view_layer.update()
+    voxels, grid = occlusion.Cache().look(scene, camera, plan.column).under_objects()
+    assert (np.abs([grid.lower[:2], grid.upper[:2]]) > [2.5, 5.0]).all()
+    assert grid.upper[2] == pytest.approx(0.0)
+    assert len(voxels) > 0
+    table = _table(scene, plan)
+    on_bottom = table.on_patches(np.array([[0.0, 0.0, -3.0]]), np.array([[0.0, 0.0, 1.0]]))
+    assert on_bottom[0, 0] > 1.5, "white tiles light one another"
+
+
+def test_a_wide_roof_far_from_the_eyes_has_a_grid_of_large_cells(monkeypatch):
+    monkeypatch.setattr(surroundings, "PROBES", 6000)
+    low, high = np.array([-14.0, -14.0, -7.1]), np.array([14.0, 14.0, 0.0])
+    eyes, ahead = np.array([[0.0, 0.0, -5.0]]), np.array([[0.0, 1.0, 0.0]])
+    cut, whole = (surroundings._near(low, high, eyes, ahead, clear=clear) for clear in (1.0, 5.0))
+    assert cut.upper[0] < 12.0
+    assert cut.cell < 0.75
+    assert whole.upper[0] >= 14.0
+    assert whole.cell < 5.0 / 3.0
 
 
 def test_what_is_above_the_cameras_is_no_seabed():
