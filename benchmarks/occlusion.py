@@ -19,7 +19,16 @@ from . import grey_scene
 from ._drawing import drawing
 from ._occlusion_moving import full_frame, moving
 from ._occlusion_scenes import (
-    box, canyon, car, deck, floe, jetty, of_file, pool, slab, tunnel,
+    box,
+    canyon,
+    car,
+    deck,
+    floe,
+    jetty,
+    of_file,
+    pool,
+    slab,
+    tunnel,
 )  # fmt: skip
 from ._places import Place, sheet
 from ._scenery import example, sized
@@ -123,8 +132,8 @@ rays each, in rooms 14 000.
 
 ## Against Cycles
 Jerlov IB, flat surface, clear sky, sun at 30°, 3 bands, 48 × 27; reef, wreck and cave are the
-example scenes, the jetty is in 3C, the car in II; the pool, of white tiles, in I; sand is modelled, but for
-one floor that is added, and none is below the floe. ΔE2000 of blocks of 3 × 3 pixels without
+example scenes, the jetty is in 3C, the car in II; the pool, of white tiles, in I; sand is
+modelled, but for one floor that is added, and none is below the floe. ΔE2000 of blocks of 3 × 3 pixels without
 occlusion and with it; *shaded*: where the sun does not reach; *noise*: of Cycles, in all of them;
 *bright*: of the picture. Wanted were 1.5 in the mean and 2.5 in shaded pixels.
 

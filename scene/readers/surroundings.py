@@ -58,6 +58,7 @@ _COVERED = 0.5  # of the columns of water that end on ground, where there is a f
 _WHOLE = 0.8  # of them: what covers more is ground, though the water has a floor far below
 _OCCLUDES = 2.0  # widths of objects below them that they shade a floor
 _BELOW_EYE = 0.3  # m
+_ROOF = 0.9  # of a seabed above all eyes: it is a roof
 _GROUND = 0.25  # of the area of the largest sheet: from there on another is ground, too
 _BODY_AREA = 1.0  # m²: smaller objects do not make a seabed of many
 _BODY = 0.25  # of its narrower side: higher closed objects are bodies, as hulls are
@@ -118,12 +119,8 @@ class Surroundings:
         seabed = self._upper
         columns = np.nonzero(seabed.any(axis=2))
         found = self.coarse.number[(*columns, seabed[columns].argmax(axis=1))]
-        if len(eyes := self._some_eyes):
-            x, y, z = self.coarse.centre[found].T
-            away = (eyes[:, 0, None] - x) ** 2 + (eyes[:, 1, None] - y) ** 2
-            if (z[away.argmin(axis=1)] > eyes[:, 2]).mean() > _COVERED:
-                return found[:0]
-        return found
+        above = self.coarse.centre[found, 2] > self.eyes[:, 2].max(initial=-np.inf)
+        return found[:0] if len(self.eyes) and above.mean() > _ROOF else found
 
     @functools.cached_property
     def _upper(self) -> NDArray[np.bool_]:

@@ -32,7 +32,7 @@ from ..readers.volume_grids import GridCache
 
 Array = NDArray[np.float64]
 
-_ENDLESS = 1e9  # m
+_NEXT_TO_NONE, _ENDLESS = 0.01, 1e9  # cells, and m
 MOST_BANDS = 8
 """That the light among objects is computed in; between them it is linear."""
 
@@ -200,7 +200,7 @@ def table_of(
     seen = field.scalar_irradiance(depth) * np.abs(weights).sum(axis=0)
     enclosed = light.solution is None or light.solution.known.rays.enclosed(eyes)
     beyond = around.beyond(grid)
-    if enclosed and beyond > 0.0:
+    if enclosed and beyond > _NEXT_TO_NONE * grid.cell:
         # Walls there are lit as those at its sides.
         beyond = _ENDLESS
     return cache.table(light, field.extinction, seen, beyond=beyond, enclosed=enclosed)
