@@ -132,10 +132,10 @@ rays each, in rooms 14 000.
 
 ## Against Cycles
 Jerlov IB, flat surface, clear sky, sun at 30°, 3 bands, 48 × 27; reef, wreck and cave are the
-example scenes, the jetty is in 3C, the car in II; the pool, of white tiles, in I; sand is
-modelled, but for one floor that is added, and none is below the floe. ΔE2000 of blocks of 3 × 3 pixels
-without occlusion and with it; *shaded*: where the sun does not reach; *noise*: of Cycles, in all of them;
-*bright*: of the picture. Wanted were 1.5 in the mean and 2.5 in shaded pixels.
+example scenes, the jetty is in 3C, the car in II, the pool, of white tiles, in I; sand is
+modelled, but for one floor that is added, and none is below the floe. ΔE2000 of blocks of 3 × 3
+pixels without occlusion and with it; *shaded*: where the sun does not reach; *noise*: of Cycles,
+in all of them; *bright*: of the picture. Wanted were 1.5 in the mean and 2.5 in shaded pixels.
 
 {rows}
 
