@@ -230,15 +230,11 @@ class Surroundings:
     @property
     def _clear(self) -> float:
         """Distance of the eyes from all surfaces, m."""
-        eyes = self._some_eyes
-        if not len(eyes) or not len(self.coarse):
+        if not len(self.eyes) or not len(self.coarse):
             return 0.0
+        eyes = self.eyes[:: max(len(self.eyes) // _SOME_EYES, 1)]
         apart = eyes[:, None] - self.coarse.centre
         return float(np.sqrt((apart**2).sum(axis=2).min()))
-
-    @property
-    def _some_eyes(self) -> Array:
-        return self.eyes[:: max(len(self.eyes) // _SOME_EYES, 1)]
 
     def beyond(self, grid: Grid) -> float:
         """How far that water goes on beyond the sides of a grid of it, on average, m."""
@@ -249,7 +245,6 @@ class Surroundings:
     @functools.cached_property
     def _occluded(self) -> tuple[Array, Array]:
         """Box around the water that something overhangs, walls in, or stands in; empty without."""
-        # No margin: above and beside walled water, light is nearly that of open water.
         boxes = [self._overhung, self._walled]
         if self._enclosed:
             # At the foot of its walls there is other water, outside.
