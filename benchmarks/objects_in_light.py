@@ -149,8 +149,8 @@ objects of 30° and for those seen from below.
 
 ## What differs
 - Objects of 30° seen from below keep the sun off the camera: within its shadow, which has the
-  grid's cells for an edge, a few thousandths of the light around the sun are left, and what is
-  black there is up to 1.6 × too bright; red, of which a ten thousandth is there, 4.6 ×.
+  grid's cells for an edge, a few hundredths of the light around the sun are left. Blue and green
+  are 1.0 to 1.4 × too bright there; red, of which a thousandth of the blue is there, 1.5 to 6 ×.
 - A large black plate 8 m away in 3C is up to 1.4 × too bright: no grid is made for it.
 """,
     (Target("median, %", "median", 3.0), Target("95 %, %", "most", 15.0)),
