@@ -181,7 +181,7 @@ class SampleCache:
 
     def __init__(self) -> None:
         self.meshes = MeshCache()
-        self.voxels = FilledVoxels()
+        self.voxels, self.without_floor = FilledVoxels(), FilledVoxels()
         self.middle: tuple[float, float, float] | None = None
         """From which the cells of all frames are counted: that of the first."""
         self._objects = LastUsed[bytes, Triangles]()
@@ -200,7 +200,7 @@ class SampleCache:
 
     @property
     def _all(self) -> tuple[LastUsed[Any, Any], ...]:
-        return self.meshes, self.voxels, self._objects, self._samples
+        return self.meshes, self.voxels, self.without_floor, self._objects, self._samples
 
     def surface(self, shown: Triangles) -> Triangles:
         """Return one that is the same, with what is known of it already."""

@@ -103,7 +103,8 @@ class Surroundings:
     def voxels(self, grid: Grid, *, to_edges: bool = False) -> SurfaceVoxels:
         """Return all surfaces in the cells of a grid."""
         surfaces = self.surfaces if self.floor is None else [*self.surfaces, self.floor]
-        return _voxels(surfaces, grid, self.samples, to_edges=to_edges)
+        filling = _filling(surfaces, grid, self.samples, to_edges=to_edges)
+        return self.samples.voxels.of(grid, filling)
 
     @property
     def middle(self) -> Place:
@@ -390,7 +391,8 @@ def look_around(
     else:
         surfaces = []
     sheet = None if floor is None else _level_sheet(floor, samples.middle)
-    coarse = _on_ground(_voxels(surfaces, grid, samples), places, sheet)
+    filled = samples.voxels if sheet is None else samples.without_floor
+    coarse = _on_ground(filled.of(grid, _filling(surfaces, grid, samples)), places, sheet)
     around = Surroundings(surfaces, places, ahead, coarse, samples, (low, high))
     if sheet is None or math.isfinite(coarse.ground_below):
         return around
@@ -573,9 +575,9 @@ def _before(
     return _cells(*((first, last) if (last > first).all() else (low, high)), cell, middle)
 
 
-def _voxels(
+def _filling(
     surfaces: Sequence[Triangles], grid: Grid, samples: SampleCache, *, to_edges: bool = False
-) -> SurfaceVoxels:
+) -> Filling:
     low, high = np.asarray(grid.lower), grid.upper
     # What part of a voxel is covered is told by several samples in it.
     spacing = grid.cell / 2.0 if to_edges else grid.cell
@@ -584,5 +586,4 @@ def _voxels(
         np.linalg.norm(np.subtract(*surface.bounds)) < _SMALL * grid.cell for surface in surfaces
     ]
     keys = [surface.key for surface in surfaces]
-    filling = Filling(keys, found, [bool(x) for x in small], to_edges)
-    return samples.voxels.of(grid, filling)
+    return Filling(keys, found, [bool(x) for x in small], to_edges)

@@ -19,6 +19,7 @@ from underwater_spectral.scene.water import occlusion
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
+from underwater_spectral.uw_spectral.occlusion import filled_voxels
 from underwater_spectral.uw_spectral.occlusion.occlusion_table import IRRADIANCE, SCATTERED
 
 pytestmark = pytest.mark.filterwarnings(
@@ -334,6 +335,19 @@ def test_a_wide_roof_far_from_the_eyes_has_a_grid_of_large_cells(monkeypatch):
     assert cut.cell < 0.75
     assert whole.upper[0] >= 14.0
     assert whole.cell < 5.0 / 3.0
+
+
+def test_an_added_floor_is_not_filled_again_where_nothing_has_moved(monkeypatch):
+    scene, cache, filled = _under_a_slab(), occlusion.Cache(), []
+    bpy.data.objects.remove(bpy.data.objects["sand"])
+    bpy.context.view_layer.update()
+    fill = filled_voxels._fill
+    monkeypatch.setattr(filled_voxels, "_fill", lambda *given: filled.append(1) or fill(*given))
+    for more in (True, False):
+        around = cache.look(scene, scene.camera, _plan(floor_depth=8.1).column)
+        assert around.under_objects() is not None
+        assert bool(filled) == more
+        filled.clear()
 
 
 def test_what_is_above_the_cameras_is_no_seabed():
