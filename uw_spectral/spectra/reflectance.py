@@ -62,7 +62,7 @@ def projected(reflectance: ArrayLike, bands: Bands) -> NDArray[np.float64]:
 
     Examples
     --------
-    >>> bands = make_bands(8)
+    >>> bands = Bands.at_wavelengths([450, 500, 550, 600])
     >>> projected(uplift([0.1, 0.4, 0.7], bands), bands).round(6).tolist()
     [0.1, 0.4, 0.7]
     """
