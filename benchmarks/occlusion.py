@@ -29,7 +29,7 @@ from ._occlusion_scenes import (
     pool,
     slab,
     tunnel,
-)  # fmt: skip
+)
 from ._places import Place, sheet
 from ._scenery import example, sized
 from .runner import Ask, Page, Target, table

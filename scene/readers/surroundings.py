@@ -36,7 +36,7 @@ CELLS = (0.301, 0.331, 0.361, 0.391, 0.421, 0.461, 0.501, 0.551, 0.601, 0.651, 0
 on the side of a voxel lies on either side of it by rounding."""
 _LARGER = (0.751, 0.801, 0.851, 0.901)
 """The same where eyes are enclosed: a room that is cut lets light in where it is."""
-_WIDE = (0.751, 0.801, 0.851, 0.901, 0.951, 1.001, 1.101, 1.201, 1.301)
+_WIDE = (*_LARGER, 0.951, 1.001, 1.101, 1.201, 1.301)
 """The same under wide roofs, far from the eyes."""
 _CLEAR = 0.33  # of their distance from surfaces: cells as wide show nothing
 _LEAST = 0.301  # m: the smallest cell of the coarse grid

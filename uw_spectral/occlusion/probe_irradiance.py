@@ -299,8 +299,10 @@ class PartOfProbes:
 
     def __init__(self, rows: Rows, known: KnownLight, kind: int) -> None:
         self.rows, self.kind, self._known = rows, kind, known
-        kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
-        self._sums = functools.partial(kernel.sums, narrow=known.narrow)
+        self._kernel, self._nearest = known.water.kernels[kind], known.water.nearest[kind]
+        self._sums = functools.partial(self._kernel.sums, narrow=known.narrow)
+        along = known.unoccluded_field.along
+        self._along = functools.partial(along, kind=kind, narrow=known.narrow)
 
     def prepare(self) -> tuple[Light, Light, Light, Light]:
         """Compute what other probes do not change; return the start of the light."""
@@ -314,8 +316,7 @@ class PartOfProbes:
         at_floor = distance < to_side
         end_depth = np.maximum(depth - distance * w[:, 2], 0.0)
         T = _transmitted(light, depth, end_depth, distance)
-        along = functools.partial(light.along, kind=kind, narrow=self._known.narrow)
-        at, end = along(depth, ways=ways), along(end_depth, ways=ways)
+        at, end = self._along(depth, ways=ways), self._along(end_depth, ways=ways)
         on_way = self._known.seen[:, self.rows]
         # Probes on the way have other directions; the closest stands for the ray's.
         self._on_way = [
@@ -334,7 +335,7 @@ class PartOfProbes:
         T_out, z = T[out], end_depth[out]
         last_depth = np.maximum(z - far * w[out[1], 2], 0.0)
         T_last = _transmitted(light, z, last_depth, far)
-        last = along(last_depth, ways=out[1])
+        last = self._along(last_depth, ways=out[1])
         near = FADE * rays.grid.cell
         brought_from = 1.0 / (
             light.extinction(z, last_depth) + 2.0 / np.maximum(far, near)[:, None]
@@ -354,11 +355,12 @@ class PartOfProbes:
         boundary = at.image[out]  # dimmed, of all that a direction stands for
         L[out] += (T_last * (last.scattered + last.single) + boundary) * ~blocked
         self._to_further = T_last * blocked
-        shown, to_shown = rays.mirrored[valid], self._mirrored(L, T, valid)
+        met = np.flatnonzero(hit >= 0)
+        shown, side, comes = self._mirrored(L, T, valid)
         self._known_light = flat(L.astype(np.float32, copy=False))
-        self._met = np.flatnonzero(np.maximum(hit, shown) >= 0)
-        self._to_met = flat(np.where(hit[..., None] >= 0, T, to_shown))[self._met]
-        self._side = self._known.slot[np.maximum(hit, shown).ravel()[self._met]]
+        self._met = np.concatenate([met, shown])
+        self._to_met = np.concatenate([flat(T)[met], comes])
+        self._side = self._known.slot[np.concatenate([hit.ravel()[met], side])]
         unoccluded, self._source, self._scattered0 = (
             np.maximum(x, light.faintest)
             for x in self._sums(flat(at.scattered + at.single + at.image), last=True)
@@ -373,35 +375,34 @@ class PartOfProbes:
         J = np.broadcast_to(fraction, at.single.shape)
         return irradiance * fraction, J, beam.astype(np.float32), unoccluded.sum(axis=2)
 
-    def _mirrored(self, L: NDArray[np.floating], T: Light, probes: NDArray[np.intp]) -> Light:
-        """How much of the light of sides that are seen in the surface of the water comes.
+    def _mirrored(
+        self, L: NDArray[np.floating], T: Light, probes: NDArray[np.intp]
+    ) -> tuple[NDArray[np.intp], NDArray[np.int32], Light]:
+        """Rays that show sides in the surface of the water, which, and how much of their light.
 
         Takes from the light along rays what of the unoccluded water is mirrored instead of them,
         and of the water before them.
         """
-        rays, light, kind = self._known.rays, self._known.unoccluded_field, self.kind
-        away, found = rays.to_mirrored[probes], np.zeros_like(T)
-        row, ray = (away > 0.0).nonzero()
-        w, t, along = directions()[kind], away[row, ray], functools.partial(light.along, kind=kind)
-        mirror = (w @ (w * MIRROR).T).argmax(axis=0)[ray]
-        depth = t * w[ray, 2]
-        comes = T[row, ray] * light.mirrored(kind, narrow=self._known.narrow)[ray, None]
+        rays, light = self._known.rays, self._known.unoccluded_field
+        row, ray = (rays.to_mirrored[probes] > 0.0).nonzero()
+        probe = probes[row]
+        w, t = directions()[self.kind][ray], rays.to_mirrored[probe, ray]
+        mirror = self._kernel.mirror[ray]
+        depth = t * w[:, 2]
+        comes = T[row, ray] * self._kernel.mirrored[self._known.narrow][ray, None]
         passes = comes * _transmitted(light, np.zeros_like(depth), depth, t)
-        first, last = (
-            along(y, ways=mirror, narrow=self._known.narrow) for y in (np.zeros_like(depth), depth)
-        )
+        first, last = (self._along(y, ways=mirror) for y in (np.zeros_like(depth), depth))
         self._on_mirrored = np.maximum(comes * first.scattered - passes * last.scattered, 0.0)
         L[row, ray] -= self._on_mirrored
         # The water halfway stands for all of it.
-        at = rays.point[probes][row] + w[ray] * (rays.distance[probes][row, ray])[:, None]
-        p = self._known.place[rays.nearest(at + w[ray] * MIRROR * (t / 2.0)[:, None])]
+        at = rays.point[probe] + w * rays.distance[probe, ray][:, None]
+        p = self._known.place[rays.nearest(at + w * MIRROR * (t / 2.0)[:, None])]
         self._halfway = p * RAYS + self._nearest[self._known.kind[p], mirror]
-        self._up = row * RAYS + ray
-        shows = rays.mirrored[probes][row, ray] >= 0
-        row, ray, passes = row[shows], ray[shows], passes[shows]
-        L[row, ray] -= passes * (last.scattered + last.single + last.image)[shows]
-        found[row, ray] = passes
-        return found
+        self._up, side = row * RAYS + ray, rays.mirrored[probe, ray]
+        shows = side >= 0
+        behind = passes * (last.scattered + last.single + last.image)
+        L[row[shows], ray[shows]] -= behind[shows]
+        return self._up[shows], side[shows], passes[shows]
 
     def _arriving(self, depth: Array, distance: Array) -> tuple[Light, Light]:
         """What places on the way bring of light scattered often, and once, (places, m, RAYS, n)."""
@@ -464,7 +465,13 @@ class _Kernel:
         views = unoccluded_field.phase_weights(kind, NORMALS, OCCLUSION_STREAMS)
         self._weights: list[Light] = []  # of wide directions, and of narrow ones
         self._of_surfaces: list[Light] = []
+        self.mirrored: list[Light] = []
+        """Fractions that the surface of the water sends back, :meth:`.UnoccludedField.mirrored`."""
+        w = directions()[kind]
+        self.mirror = (w @ (w * MIRROR).T).argmax(axis=0)
+        """Direction that is closest to each one's mirrored in that surface, (RAYS,)."""
         for narrow in (False, True):
+            self.mirrored.append(unoccluded_field.mirrored(kind, narrow=narrow))
             patches, even = unoccluded_field.patch_weights(kind, narrow=narrow)
             self._weights.append(np.concatenate([patches, ways, views], axis=2))
             self._of_surfaces.append(even - patches)

@@ -206,6 +206,7 @@ def cast(
     new = np.broadcast_to(valid[:, None], (grid.count, RAYS))
     if before is not None and changes is not None:
         new = new & _concerned(before, point, valid, changes)
+    kept = ~new & valid[:, None]
     which, ray = new.nonzero()
     ways = point[which], directions()[set_of(grid)[which], ray]
     looked = {}
@@ -214,7 +215,6 @@ def cast(
         looked[name] = np.full(new.shape, -1 if is_side else 0, of_new.dtype)
         looked[name][new] = of_new
         if before is not None and changes is not None:
-            kept = ~new & valid[:, None]
             was = getattr(before, name)[kept]
             looked[name][kept] = _renumbered(was, changes[0]) if is_side else was
     beside = _probes_beside(voxels, grid, valid, point, sides, facing)
