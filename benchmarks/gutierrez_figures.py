@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..uw_spectral.water.inelastic_processes import PROCESSES
-from ..uw_spectral.water.named_waters import named_waters
+from ..uw_spectral.water.named import named_waters
 from ..validation.constituent_seas import (
     case1_rows,
     constituents_of_figure2,

@@ -10,7 +10,7 @@ from underwater_spectral.uw_spectral.water.diffuse_attenuation import (
     Kd_Lee2013,
 )
 from underwater_spectral.uw_spectral.water.kd_inversion import water_of_chlorophyll
-from underwater_spectral.uw_spectral.water.named_waters import named_waters
+from underwater_spectral.uw_spectral.water.named import named_waters
 from underwater_spectral.validation import constituent_seas as figures
 from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
 

@@ -27,7 +27,7 @@ from underwater_spectral.uw_spectral.water.inelastic_processes import (
     raman_emission,
     raman_process,
 )
-from underwater_spectral.uw_spectral.water.named_waters import named_waters
+from underwater_spectral.uw_spectral.water.named import named_waters
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.uw_spectral.water.pure_water import pure_water_absorption
 from underwater_spectral.validation.closed_form.light_field import (

@@ -9,8 +9,7 @@ from ..errors import InputError
 from ..spectra.bands import Bands
 from ..water.bio_optics import Constituents
 from ..water.inelastic_processes import EXCITATION, InelasticProcess, inelastic_processes
-from ..water.named import parse_uniform_water, parse_water
-from ..water.named_waters import constituents_of
+from ..water.named import constituents_of, parse_uniform_water, parse_water
 from ..water.optical_properties import Water
 from ..water.phase import BandPhase
 from ..water.phase_functions import parse_phase

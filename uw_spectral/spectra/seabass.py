@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError, printable
 from .spectral_table import LARGEST_NUMBER, SHORTEST_WAVELENGTH_NM
-from .spectrum import Spectrum, read_text
+from .spectrum import Spectrum, number_of, read_text
 
 _DELIMITERS = {"comma": ",", "tab": "\t", "semicolon": ";", "space": None}
 _FLAGS = ("missing", "above_detection_limit", "below_detection_limit")
@@ -188,14 +188,6 @@ def read_seabass(path: str | Path) -> SeaBASS:
         if not any(bad):
             columns[field] = np.array([np.nan if value in flags else value for value in values])
     return SeaBASS(path, header, fields, units, columns, np.array(numbers), cells)
-
-
-def number_of(text: str) -> float | None:
-    """Return the number that a text is, None if it is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return None
 
 
 def _rows(

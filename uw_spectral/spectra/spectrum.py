@@ -282,7 +282,7 @@ def read_table(
     columns = {}
     for place, name in enumerate(names):
         cells = [(line, row[place]) for line, row in text.rows[1:]]
-        has_number = name in required or any(_number(cell) is not None for _, cell in cells)
+        has_number = name in required or any(number_of(cell) is not None for _, cell in cells)
         if name in wanted and has_number:
             columns[name] = constant([_finite(path, name, *cell) for cell in cells])
     return Table(path, text.header, columns)
@@ -317,15 +317,16 @@ def _check_names(text: TableText, required: tuple[str, ...]) -> None:
         raise InputError(f"{text.place} has column names but no rows; add the numbers below them")
 
 
-def _number(cell: str) -> float | None:
+def number_of(text: str) -> float | None:
+    """Return the number that a text is, None if it is none."""
     try:
-        return float(cell)
+        return float(text)
     except ValueError:
         return None
 
 
 def _finite(path: Path, name: str, line: int, cell: str) -> float:
-    value = _number(cell)
+    value = number_of(cell)
     if value is None or not np.isfinite(value):
         raise InputError(
             f"{path}, line {line}, column {name}: {printable(cell)!r} is not a finite number; "
@@ -338,9 +339,3 @@ def _finite(path: Path, name: str, line: int, cell: str) -> float:
 def shipped_table(name: str) -> Table:
     """Return one of the project's own tables, by its file name; it is read once."""
     return read_table(DATA_DIRECTORY / name, required=())
-
-
-@functools.cache
-def shipped_spectrum(table: str, column: str, name: str) -> Spectrum:
-    """Return a column of one of the project's own tables, by the table's file name."""
-    return shipped_table(table).spectrum(column, name)

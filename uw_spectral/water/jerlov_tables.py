@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -122,22 +123,15 @@ class _Column:
 
     def doubts(self, name: str) -> list[Doubt]:
         """Return one doubt per run of neighbouring rows of the same status."""
-        found, last = [], len(self.statuses) - 1
-        starts = [
-            row
-            for row, status in enumerate(self.statuses)
-            if status and (row == 0 or self.statuses[row - 1] != status)
-        ]
-        for first in starts:
-            status = self.statuses[first]
-            end = first
-            while end < last and self.statuses[end + 1] == status:
-                end += 1
-            meaning = _STATUS_TEXTS.get(status, f"has the status {status!r}")
-            rows = f"{self.wavelengths[first]:g} to {self.wavelengths[end]:g} nm"
-            above = self.wavelengths[first - 1] if first else -np.inf
-            below = self.wavelengths[end + 1] if end < last else np.inf
-            found.append(Doubt(f"{name}, {rows}: {meaning}", float(above), float(below)))
+        found, nm = [], [-np.inf, *self.wavelengths.tolist(), np.inf]
+        rows = enumerate(self.statuses, start=1)
+        for status, run in itertools.groupby(rows, key=lambda row: row[1]):
+            places = [place for place, _ in run]
+            if status:
+                first, last = places[0], places[-1]
+                meaning = _STATUS_TEXTS.get(status, f"has the status {status!r}")
+                text = f"{name}, {nm[first]:g} to {nm[last]:g} nm: {meaning}"
+                found.append(Doubt(text, nm[first - 1], nm[last + 1]))
         return found
 
 

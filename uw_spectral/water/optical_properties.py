@@ -264,16 +264,12 @@ class Water(ComparedByContent):
                 raise InputError(f"the factor on {what} is {factor:g}; give 0 or more")
         if absorption == scattering == 1.0:
             return self
-        scaled = (
-            replace(spectrum, values=spectrum.values * factor)
-            for spectrum, factor in ((self.absorption, absorption), (self.scattering, scattering))
-        )
-        name = f"{self.name}, absorption × {absorption:.4g}, scattering × {scattering:.4g}"
         return replace(
             self,
-            **dict(zip(("absorption", "scattering"), scaled, strict=True)),
+            absorption=replace(self.absorption, values=self.absorption.values * absorption),
+            scattering=replace(self.scattering, values=self.scattering.values * scattering),
             diffuse_attenuation=None,
-            name=name,
+            name=f"{self.name}, absorption × {absorption:.4g}, scattering × {scattering:.4g}",
         )
 
     @property

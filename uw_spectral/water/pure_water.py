@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import unknown_name
-from ..spectra.spectrum import shipped_spectrum, shipped_table
+from ..spectra.spectrum import Spectrum, shipped_table
 
 PURE_WATER_TABLE = "pure_water_absorption.csv"
 _SCATTERING_TABLE = "molecular_scattering.csv"
@@ -27,12 +29,8 @@ def pure_water_absorption(
     InputError
         Wavelength outside the table, or unknown source.
     """
-    table = shipped_table(PURE_WATER_TABLE)
-    if source == "wavelength_nm" or source not in table.columns:
-        raise unknown_name("absorption of pure water", source, list(table.columns)[1:])
-    return shipped_spectrum(PURE_WATER_TABLE, source, f"absorption of pure water ({source})").at(
-        wavelengths
-    )
+    name = f"absorption of pure water ({source})"
+    return _tabulated(PURE_WATER_TABLE, source, "absorption of pure water", name).at(wavelengths)
 
 
 def molecular_scattering(
@@ -53,10 +51,14 @@ def molecular_scattering(
     InputError
         If a wavelength lies outside the table, or the model is unknown.
     """
-    table = shipped_table(_SCATTERING_TABLE)
-    models = [column for column in table.columns if column != "wavelength_nm"]
-    if model not in models:
-        raise unknown_name("molecular scattering", model, models)
-    return shipped_spectrum(_SCATTERING_TABLE, model, f"molecular scattering {model}").at(
-        wavelengths
-    )
+    name = f"molecular scattering {model}"
+    return _tabulated(_SCATTERING_TABLE, model, "molecular scattering", name).at(wavelengths)
+
+
+@functools.cache
+def _tabulated(file: str, column: str, kind: str, name: str) -> Spectrum:
+    table = shipped_table(file)
+    known = [column for column in table.columns if column != "wavelength_nm"]
+    if column not in known:
+        raise unknown_name(kind, column, known)
+    return table.spectrum(column, name)

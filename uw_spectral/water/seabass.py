@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError, printable
-from ..spectra.seabass import SeaBASS, number_of, read_seabass
-from ..spectra.spectrum import Spectrum
+from ..spectra.seabass import SeaBASS, read_seabass
+from ..spectra.spectrum import Spectrum, number_of
 from ..surface.sun_position import sun_zenith_Spencer1971
 from .kd_inversion import SUN_ZENITH, check_pure_water_range, invert_Kd
 from .optical_properties import BACKSCATTER, Water

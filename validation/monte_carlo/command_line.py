@@ -24,8 +24,7 @@ from ...uw_spectral.surface.refraction import (
 from ...uw_spectral.transfer.water_column import SURFACES, WaterColumn
 from ...uw_spectral.water.bio_optics import Constituents
 from ...uw_spectral.water.inelastic_processes import parse_processes
-from ...uw_spectral.water.named import parse_uniform_water
-from ...uw_spectral.water.named_waters import constituents_of
+from ...uw_spectral.water.named import constituents_of, parse_uniform_water
 from ...uw_spectral.water.optical_properties import Water
 from ...uw_spectral.water.phase import BandPhase
 from ...uw_spectral.water.phase_functions import parse_phase

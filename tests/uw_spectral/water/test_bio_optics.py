@@ -9,7 +9,7 @@ import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, parse_constituents
-from underwater_spectral.uw_spectral.water.named_waters import named_water, named_waters
+from underwater_spectral.uw_spectral.water.named import named_water, named_waters
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
