@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import bpy
 import numpy as np
 
 from ..uw_spectral.errors import first_of
-from . import scripts, units
+from . import scripts
 from .rendered import collections_of, dry_switches, rendered_layer
 from .session import is_live
 
@@ -56,9 +57,7 @@ def _of_camera(scene: bpy.types.Scene, camera: bpy.types.Object, traced: bool) -
 
 
 def _notes(scene: bpy.types.Scene, sky: str) -> Iterator[str]:
-    unit = units.note(scene)
-    if unit:
-        yield unit
+    yield from _of_unit(scene)
     render, view, layer = scene.render, scene.view_settings, rendered_layer(scene)
     others = [repr(other.name) for other in scene.view_layers if other.use and other != layer]
     if others:
@@ -96,6 +95,16 @@ def _notes(scene: bpy.types.Scene, sky: str) -> Iterator[str]:
     yield from own_water.notes(scene)
     if not is_live(scene):
         yield from _of_world(scene.world, sky)
+
+
+def _of_unit(scene: bpy.types.Scene) -> Iterator[str]:
+    # Coefficients are those of one metre per unit, as Blender's own volumes have it.
+    units = scene.unit_settings
+    if units.system != "NONE" and not math.isclose(units.scale_length, 1.0, rel_tol=1e-6):
+        yield (
+            f"the scene's unit scale is {units.scale_length:.4g}, but the water takes each Blender "
+            "unit as 1 m; scale the scene, or set Unit Scale to 1"
+        )
 
 
 def _of_world(world: bpy.types.World | None, sky: str) -> Iterator[str]:

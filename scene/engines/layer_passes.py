@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...uw_spectral.spectra.exr_parts import read_passes
+from ...uw_spectral.spectra.spectral_image import read_passes
 from ..temporary import held
 from .exr_output import write_exr
 

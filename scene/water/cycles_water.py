@@ -9,11 +9,19 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...node_groups import attributes, sea_floor, sky_world, sun_lamp, sun_lid
+from ...node_groups import attributes, sea_floor, sky_world, sun_lamp, sun_lid, uplift
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
+from ..materials import (
+    band_colors,
+    bare_colours,
+    bare_surfaces,
+    clear_shadows,
+    refractive_indices,
+    wet_colours,
+)
 from ..readers.scene_lamps import SceneLamps
-from . import cycles_lamps, cycles_surface, layer_volumes, routed_materials, scene_water
+from . import cycles_lamps, cycles_surface, layer_volumes, scene_water
 from .cycles_phase import CyclesPhase
 from .water_body import WaterExtent, plane
 
@@ -51,7 +59,7 @@ def add_water(
     """
     options = options or Options()
     scene_water.prepare(scene)
-    notes = routed_materials.insert(scene, column, indices_in_water=options.indices_in_water)
+    notes = _route_materials(scene, column, indices_in_water=options.indices_in_water)
     above, dry = options.above, options.dry
     raised = options.raised and column.surface == "waves"
     objects = layer_volumes.build(column, phases, extent, raised=raised)
@@ -103,6 +111,25 @@ def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None 
         for item in marks.objects(scene):
             if marks.IS_SUN in item and not item[marks.IS_SUN]:
                 scene_water.turn(item, column.skylight.sun)
+
+
+def _route_materials(
+    scene: bpy.types.Scene, column: WaterColumn, *, indices_in_water: bool
+) -> list[str]:
+    """Let the colours of materials be those of the bands; returns what could not be treated."""
+    _, bare = bare_surfaces.dress(scene)
+    materials, notes = scene_water.own_materials(scene, routed=True)
+    notes += bare
+    bare_colours.insert(materials)
+    if column.reflects:
+        clear_shadows.insert(materials)
+    wet_colours.insert(materials)
+    uplift.set_wet_grains(column.refractive_index)
+    notes += band_colors.insert(materials)
+    if indices_in_water:
+        refractive_indices.insert(materials)
+        uplift.set_water_index(column.refractive_index)
+    return notes
 
 
 def _suns_differ(column: WaterColumn) -> bool:

@@ -9,14 +9,8 @@ import bpy
 import numpy as np
 import pytest
 from underwater_spectral.scene.engines import cycles_settings, exr_output
-from underwater_spectral.scene.terms import inelastic_layers
-from underwater_spectral.scene.water import (
-    cycles_water,
-    pass_values,
-    scene_water,
-    volume_stack,
-    water_body,
-)
+from underwater_spectral.scene.terms import inelastic_layers, limits
+from underwater_spectral.scene.water import cycles_water, pass_values, scene_water, water_body
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import columns, scenes
@@ -129,7 +123,7 @@ def test_more_volumes_than_cycles_tells_apart_are_named(count, step, more, said)
     for k in range(count):
         bpy.ops.mesh.primitive_cube_add(size=5.0, location=(step * k, 0.0, -20.0))
         bpy.context.object.data.materials.append(fog)
-    found = volume_stack.notes(bpy.context.scene, [(0.0, 0.0, -30.0)], more)
+    found = limits.of_volumes(bpy.context.scene, [(0.0, 0.0, -30.0)], more)
     assert bool(found) == said
 
 

@@ -1,13 +1,14 @@
 """Scenes in other units than the metre are told so."""
 
 import bpy
-from underwater_spectral.scene import units
+from underwater_spectral.scene.unsupported import unsupported
 
 
 def test_only_another_unit_than_the_metre_is_named(empty_blender):
     scene = bpy.context.scene
-    assert units.note(scene) == ""
+    assert unsupported(scene) == ()
     scene.unit_settings.scale_length = 0.01
-    assert "0.01" in units.note(scene)
+    (note,) = unsupported(scene)
+    assert "0.01" in note
     scene.unit_settings.system = "NONE"
-    assert units.note(scene) == ""
+    assert unsupported(scene) == ()

@@ -28,7 +28,7 @@ print("FOUND " + json.dumps({"loaded": loaded, "data": data}))
 """
 # Of what renders, enabling loads only what the panel stores and the table of terms.
 LIGHT = {
-    *("scene", "scene.session", "scene.stored_settings", "scene.stored_lamps", "scene.units"),
+    *("scene", "scene.session", "scene.stored_settings", "scene.stored_lamps"),
     "scene.stored_clouds",
     "scene.stored_materials",
     *("scene.raised_limits", "scene.scripts", "scene.unsupported", "scene.rendered"),

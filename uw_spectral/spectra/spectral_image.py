@@ -209,6 +209,44 @@ def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float32], Bands, str
     )
 
 
+def read_passes(path: Path) -> dict[str, NDArray[np.float32]]:
+    """Read the passes of a file whose channels are called ``View Layer.Pass.Channel``.
+
+    By name of the pass, (height, width, k); channels as they lie in the file, after R, G, B, A or
+    X, Y, Z, W.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or damaged.
+    """
+    import OpenImageIO as oiio  # noqa: N813
+
+    source = oiio.ImageInput.open(str(path)) if path.is_file() else None
+    if source is None:
+        raise InputError(f"cannot read {path}: there is no such picture; render it again")
+    found: dict[str, dict[str, NDArray[np.float32]]] = {}
+    try:
+        part = 0
+        while source.seek_subimage(part, 0):
+            spec = source.spec()
+            pixels = source.read_image(part, 0, 0, spec.nchannels, "float")
+            if pixels is None:
+                raise InputError(f"{path} is incomplete or damaged; render it again")
+            image = np.asarray(pixels, np.float32).reshape(spec.height, spec.width, -1)
+            for index, name in enumerate(spec.channelnames):
+                *_, layer, channel = ("", *name.rsplit(".", 2))
+                found.setdefault(layer, {})[channel.upper()] = image[..., index]
+            part += 1
+    finally:
+        source.close()
+    place = "RGBAXYZWV".find
+    return {
+        layer: np.stack([channels[name] for name in sorted(channels, key=place)], axis=-1)
+        for layer, channels in found.items()
+    }
+
+
 def temporary_name(path: Path, what: str = "tmp") -> Path:
     """Return a hidden name beside a file that no other process takes, with the same suffix.
 
@@ -222,8 +260,6 @@ def temporary_name(path: Path, what: str = "tmp") -> Path:
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary name next to a file, and put it in the file's place on success.
-
-    It has the same suffix, and is removed if the body fails.
 
     Yields
     ------
