@@ -21,7 +21,7 @@ from ..water.frame_water import FrameInputs, RealtimeWater, realtime_water
 from ..water.occlusion import Cache
 from ..water.scene_frame import Eye, SceneFrame
 from .all_terms import TERMS
-from .scene_occlusion import has_occlusion
+from .occlusion import has_occlusion
 
 
 def eevee_water(

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from mathutils import Euler, Matrix
 from underwater_spectral.scene.readers import surroundings
-from underwater_spectral.scene.terms.scene_occlusion import table_of
+from underwater_spectral.scene.terms.occlusion import table_of
 from underwater_spectral.scene.water import occlusion
 from underwater_spectral.scene.water.scene_frame import Eye, SceneFrame
 from underwater_spectral.uw_spectral.occlusion.fitted_cells import FittedCells
