@@ -56,17 +56,17 @@ def bring_to_rec709() -> str:
         )
     bpy.ops.wm.set_working_color_space(working_space=wanted, convert_colors=True)
     said = f"the file's colours were converted from {before} to {wanted}"
-    kept = [mesh for mesh in bpy.data.meshes if _has_float_colours(mesh)]
+    kept = [
+        mesh
+        for mesh in bpy.data.meshes
+        if any(found.data_type == "FLOAT_COLOR" for found in mesh.color_attributes)
+    ]
     if kept:
         said += (
             f"; float colour attributes of {_names(kept)} were not, since Blender takes them for "
             f"numbers: they count as {wanted}"
         )
     return said
-
-
-def _has_float_colours(mesh: bpy.types.Mesh) -> bool:
-    return any(found.data_type == "FLOAT_COLOR" for found in mesh.color_attributes)
 
 
 def images_without_space() -> list[bpy.types.Image]:

@@ -92,12 +92,12 @@ def _linked(scene: bpy.types.Scene) -> list[bpy.types.ID]:
     lamps = [item for item in seen if item.type == "LIGHT"]
     wet = list(dict.fromkeys(m for item in seen for m in materials_of(item)))
     inner = inner_groups(m.node_tree for m in wet if m.is_editable)
-    groups = [group for group in inner if _has_shaders(group)]
+    groups = [
+        group
+        for group in inner
+        if any(output.type == "SHADER" for node in group.nodes for output in node.outputs)
+    ]
     return [x for x in (*wet, *sorted(groups, key=lambda g: g.name), *lamps) if not x.is_editable]
-
-
-def _has_shaders(group: bpy.types.NodeTree) -> bool:
-    return any(output.type == "SHADER" for node in group.nodes for output in node.outputs)
 
 
 def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
@@ -109,11 +109,8 @@ def materials(scene: bpy.types.Scene) -> list[bpy.types.Material]:
 @contextlib.contextmanager
 def drawn_by(scene: bpy.types.Scene, engine: str) -> Iterator[None]:
     """Read materials by the outputs of ``CYCLES`` or ``EEVEE`` while the block runs."""
-    trees = [
-        material.node_tree
-        for material in materials(scene)
-        if material.is_editable and _outputs_differ(material.node_tree)
-    ]
+    trees = [material.node_tree for material in materials(scene) if material.is_editable]
+    trees = [x for x in trees if x.get_output_node("CYCLES") != x.get_output_node("EEVEE")]
     for tree in trees:
         tree[_DRAWN_BY] = engine
     try:
@@ -129,10 +126,6 @@ def output_of(tree: bpy.types.ShaderNodeTree) -> bpy.types.Node | None:
     Where the user has given each engine one of its own, they are two.
     """
     return tree.get_output_node(tree.get(_DRAWN_BY, "EEVEE"))
-
-
-def _outputs_differ(tree: bpy.types.ShaderNodeTree) -> bool:
-    return tree.get_output_node("CYCLES") != tree.get_output_node("EEVEE")
 
 
 def materials_of(item: bpy.types.Object) -> list[bpy.types.Material]:

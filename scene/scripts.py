@@ -17,7 +17,10 @@ _ALLOW = (
 
 def scripts_run() -> bool:
     """Whether the open file has Python of its own, and Blender runs it."""
-    return not bpy.app.autoexec_fail and (bool(_registered()) or any(_python()))
+    own = (driver for _, driver in _drivers() if driver.driver.type == "SCRIPTED")
+    return not bpy.app.autoexec_fail and (
+        bool(_registered()) or any(not driver.driver.is_simple_expression for driver in own)
+    )
 
 
 def notes() -> Iterator[str]:
@@ -41,13 +44,6 @@ def notes() -> Iterator[str]:
 
 def _registered() -> list[str]:
     return [text.name for text in bpy.data.texts if text.use_module]
-
-
-def _python() -> Iterator[bpy.types.Driver]:
-    for _, curve in _drivers():
-        driver = curve.driver
-        if driver.type == "SCRIPTED" and not driver.is_simple_expression:
-            yield driver
 
 
 def _drivers() -> Iterator[tuple[bpy.types.ID, bpy.types.FCurve]]:

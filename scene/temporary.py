@@ -41,7 +41,13 @@ def render_settings(
         *((item, name, False) for item in scene.objects for name in dry_switches(item)),
         *((part, "holdout", False) for part in collections if part.holdout),
         # Cycles knows these, EEVEE does not; to be unseen by the camera is the same.
-        *((item, "visible_camera", False) for item in _indirect(collections)),
+        *(
+            (item, "visible_camera", False)
+            for part in collections
+            if part.indirect_only
+            for item in part.collection.objects
+            if item.visible_camera
+        ),
         # What they have baked is the light of a scene without water.
         *((item, "hide_render", True) for item in scene.objects if item.type == "LIGHT_PROBE"),
         # Blender's render follows them, whatever camera it is to have.
@@ -57,9 +63,3 @@ def render_settings(
     kept = [(owner, name, getattr(owner, name)) for owner, name in written]
     with held([*wanted, *layers, *kept]):
         yield rendered
-
-
-def _indirect(parts: Iterable[bpy.types.LayerCollection]) -> list[bpy.types.Object]:
-    """Objects that are only to be seen in mirrors and shadows."""
-    only = [part for part in parts if part.indirect_only]
-    return [item for part in only for item in part.collection.objects if item.visible_camera]

@@ -120,25 +120,21 @@ class RealtimeWater:
     @functools.cached_property
     def projected(self) -> ChannelTables:
         """Light of the water in the channels."""
-        given: dict[str, Any] = {"measured": list(self.inputs.reflectances.values())}
-        for term in self.inputs.terms:
-            given |= term.projection()
-        return self._project(self.channels, given)
+        return self._project(self.channels, measured=list(self.inputs.reflectances.values()))
 
     @functools.cached_property
     def exciting(self) -> ChannelTables:
         """Light of the water as what it excites absorbs it; its first colour is white."""
         white = np.zeros((len(self.column.bands), len(COLOURS)))
         white[:, 0] = 1.0
+        return self._project(Channels(self.excitation, white, white), emissions=())
+
+    def _project(self, channels: Channels, **others: Any) -> ChannelTables:  # noqa: ANN401
         given: dict[str, Any] = {}
         for term in self.inputs.terms:
             given |= term.projection()
-        given["emissions"] = ()
-        return self._project(Channels(self.excitation, white, white), given)
-
-    def _project(self, channels: Channels, given: Mapping[str, Any]) -> ChannelTables:
         level = self.column.skylight.level
-        return project(self.field, channels, self.depth, level, **given)
+        return project(self.field, channels, self.depth, level, **given | others)
 
     @functools.cached_property
     def excitation(self) -> NDArray[np.float64]:
@@ -174,13 +170,6 @@ class RealtimeWater:
         brightest = float(np.max(white))
         return _WHITE / max(brightest, _DARKEST) if brightest > 0 else 1.0
 
-    def _level_light(self) -> NDArray[np.float64]:
-        """Mean radiance of open water around the camera, shape (n,)."""
-        turns = np.pi / 2.0 * np.arange(_SIDES)
-        w = np.cos(turns), np.sin(turns), 0.0 * turns
-        depth = min(max(self.depth, 0.0), self.field.floor_depth)
-        return self.field.radiance(depth, w).mean(axis=0)
-
     @functools.cached_property
     def numbers(self) -> Numbers:
         """What the node groups need besides tables and images."""
@@ -193,7 +182,11 @@ class RealtimeWater:
             realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
             realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
         }
-        through = self.channels.mean(self.channels.reflectance.T, self._level_light())
+        turns = np.pi / 2.0 * np.arange(_SIDES)
+        w = np.cos(turns), np.sin(turns), 0.0 * turns
+        depth = min(max(self.depth, 0.0), self.field.floor_depth)
+        level = self.field.radiance(depth, w).mean(axis=0)
+        through = self.channels.mean(self.channels.reflectance.T, level)
         channels = dict(zip(realtime_values.FILTERS, np.clip(through, 0.0, 1.0), strict=True))
         if "reflectance" in self.layers:
             columns = self.channels.project(self.channels.reflectance.T)

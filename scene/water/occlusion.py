@@ -62,21 +62,6 @@ class _Inputs:
         grids = self.grid == other.grid and self.coarse.grid == other.coarse.grid
         return self.field is other.field and self.bands == other.bands and grids
 
-    def rays(self, before: Rays | None) -> Rays:
-        to_sun = -np.asarray(self.field.sun)
-        return cast(self.voxels, self.grid, to_sun, self.eyes, self.coarse, before)
-
-    def light(
-        self,
-        rays: Rays,
-        waters: WaterCache,
-        before: ProbeIrradiance | None,
-        near: ProbeIrradiance | None,
-    ) -> ProbeIrradiance:
-        """Compute it; that of other frames may serve."""
-        reflectance = np.clip(self.voxels.colour @ uplift_basis(self.bands).T, 0.0, 1.0)
-        return probe_irradiance(self.field, rays, reflectance, waters, before, near)
-
 
 class Cache:
     """What was computed for a frame and may serve for the next, which is the same without it.
@@ -153,15 +138,17 @@ class Cache:
         return last[2]
 
     def _solved(self, inputs: _Inputs) -> ProbeIrradiance:
-        first = self._first
-        rays = inputs.rays(first and first[1])
+        first, field, voxels = self._first, inputs.field, inputs.voxels
+        to_sun = -np.asarray(field.sun)
+        rays = cast(voxels, inputs.grid, to_sun, inputs.eyes, inputs.coarse, first and first[1])
         before = first[2] if first is not None and first[0].of_same_water(inputs) else None
         same_rays = first is not None and rays.hit is first[1].hit
-        if first and before and same_rays and inputs.voxels.equals(first[0].voxels):
+        if first and before and same_rays and voxels.equals(first[0].voxels):
             # Nothing but eyes has moved.
             return before
         near = None if self._of_job or self._last is None else self._last[1]
-        light = inputs.light(rays, self._waters, before, near)
+        reflectance = np.clip(voxels.colour @ uplift_basis(inputs.bands).T, 0.0, 1.0)
+        light = probe_irradiance(field, rays, reflectance, self._waters, before, near)
         if light.serves and not (self._of_job and self.has_begun):
             self._first = inputs, rays, light
         return light
