@@ -66,7 +66,12 @@ def distribute(
     values[nodes.OBJECTS] = objects
     place = _place(scene)
     if not swims:
-        _check_count(values)
+        count = math.pi * float(values[nodes.RADIUS]) ** 2 * float(values[nodes.DENSITY])  # pyright: ignore[reportArgumentType]
+        if not count <= _MOST:
+            raise InputError(
+                f"{count:.3g} objects would be scattered, and {_MOST} are the most; choose a lower "
+                "density or a smaller radius"
+            )
         seabed = seabed or _below(scene, place)
         if seabed is None or seabed in objects.all_objects[:]:
             raise InputError(
@@ -102,12 +107,3 @@ def _below(scene: bpy.types.Scene, place: Vector) -> bpy.types.Object | None:
         if matrix == item.matrix_world:
             return item.original
         at = at - Vector((0.0, 0.0, _STEP))
-
-
-def _check_count(values: Mapping[str, nodes.Value]) -> None:
-    count = math.pi * float(values[nodes.RADIUS]) ** 2 * float(values[nodes.DENSITY])  # pyright: ignore[reportArgumentType]
-    if not count <= _MOST:
-        raise InputError(
-            f"{count:.3g} objects would be scattered, and {_MOST} are the most; choose a lower "
-            "density or a smaller radius"
-        )

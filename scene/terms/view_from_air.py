@@ -7,15 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Self, override
 
 import bpy
-import numpy as np
-from numpy.typing import NDArray
 
 from ...node_groups import realtime_values
 from ...node_groups.realtime_air import AirShape
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
-from ...uw_spectral.transfer.above_water import LightInAir, flattened_sun, light_in_air
-from ...uw_spectral.transfer.channels import Channels
+from ...uw_spectral.transfer.above_water import flattened_sun, light_in_air
 from .. import marks
 from ..readers.moving_surface import ViewFromAir
 from ..water import refraction_displacement, scene_water
@@ -81,16 +78,12 @@ class AirTerm(Term):
 
 def in_air(water: RealtimeWater) -> Numbers:
     """Return the numbers of the light in the air."""
-    light = light_in_air(water.column, water.field)
+    light, channels = light_in_air(water.column, water.field), water.channels
     single = {
         realtime_values.MIRRORED_FRACTION: float(light.mirrored),
         realtime_values.MIRRORED_SUN: float(light.sun_mirrored),
     }
-    return Numbers(_of_channels(water.channels, light), single)
-
-
-def _of_channels(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.float64]]:
-    """Return sun and sky in the air, on colours and alone, and light that colours emit."""
+    # Sun and sky alone and on colours, and light that colours emit.
     found = {
         realtime_values.SUN_LEVEL: channels.project(light.sun),
         realtime_values.SKY_LEVEL: channels.project(light.level),
@@ -102,4 +95,4 @@ def _of_channels(channels: Channels, light: LightInAir) -> dict[str, NDArray[np.
         (realtime_values.GLOW_ABOVE, channels.project(channels.emission.T).T),
     ):
         found |= dict(zip(names, columns.T, strict=True))
-    return found
+    return Numbers(found, single)

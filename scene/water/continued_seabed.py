@@ -44,14 +44,10 @@ def notes(plan: RenderPlan, around: Surroundings | None) -> list[str]:
     if around is None or not plan.settings.scene_floor or math.isfinite(plan.column.floor_depth):
         return []
     ground = around.ground
-    close = [_CLOSE.format("" if ground else "not ")] if around.is_close_decision else []
-    return [*close, *_deeper(ground)]
-
-
-def _deeper(ground: Ground | None) -> list[str]:
-    if ground is None or ground.bottom - ground.depth <= max(_STEP[0] * ground.depth, _STEP[1]):
-        return []
-    return [
-        f"the scene's own seabed, {ground.depth:.3g} m deep, goes on beyond its border "
-        f"{ground.bottom:.3g} m deep, under its lowest place; give --no-scene-floor if it ends"
-    ]
+    found = [_CLOSE.format("" if ground else "not ")] if around.is_close_decision else []
+    if ground is not None and ground.bottom - ground.depth > max(_STEP[0] * ground.depth, _STEP[1]):
+        found.append(
+            f"the scene's own seabed, {ground.depth:.3g} m deep, goes on beyond its border "
+            f"{ground.bottom:.3g} m deep, under its lowest place; give --no-scene-floor if it ends"
+        )
+    return found

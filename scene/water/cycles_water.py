@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
-from ...node_groups import attributes, sea_floor, sky_world, sun_lamp, sun_lid, uplift
+from ...node_groups import attributes, sea_floor, sky_world, sun_lamp, sun_lid, uplift, water_volume
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
 from ..materials import (
@@ -21,12 +22,19 @@ from ..materials import (
     wet_colours,
 )
 from ..readers.scene_lamps import SceneLamps
-from . import cycles_lamps, cycles_surface, layer_volumes, scene_water
+from . import cycles_lamps, cycles_surface, raised_surface, scene_water
 from .cycles_phase import CyclesPhase
-from .water_body import WaterExtent, plane
+from .water_body import WaterExtent, box, plane
 
 _LID = "uw_sun_lid"
 _LID_HEIGHT, _LID_REACH = 200.0, 6.0  # m above the water; heights that it is wider
+# The volume box stays clear of the interface, or Cycles would nest the two media; the
+# gap is water that is not there, so it is kept to this optical depth.
+_SURFACE_GAP = 1e-3
+_LARGEST_GAP = 0.01
+# Layers overlap: faces in one place would count as one. It is a tenth of that gap, and lies
+# below the depth where they meet, so that a camera there is in the upper one alone.
+_OVERLAP = 0.1
 
 
 @dataclass(frozen=True)
@@ -62,7 +70,7 @@ def add_water(
     notes = _route_materials(scene, column, indices_in_water=options.indices_in_water)
     above, dry = options.above, options.dry
     raised = options.raised and column.surface == "waves"
-    objects = layer_volumes.build(column, phases, extent, raised=raised)
+    objects = _layer_volumes(column, phases, extent, raised=raised)
     parts: dict[str, bpy.types.ID] = {}
     if column.reflects:
         item, parts = cycles_surface.build(
@@ -130,6 +138,36 @@ def _route_materials(
         refractive_indices.insert(materials)
         uplift.set_water_index(column.refractive_index)
     return notes
+
+
+def _layer_volumes(
+    column: WaterColumn, phases: Sequence[CyclesPhase], extent: WaterExtent, *, raised: bool
+) -> list[bpy.types.Object]:
+    """Build a box for each layer; the first follows waves with heights if it is ``raised``."""
+    gap = _gap(column.attenuation)
+    tops, bottoms = [gap if column.reflects else 0.0], []
+    above = column.attenuation
+    for layer in column.below:
+        here = layer.absorption + layer.scattering
+        overlap = _OVERLAP * _gap(np.maximum(above, here))
+        above = here
+        if layer.top + overlap >= extent.bottom:
+            break
+        tops.append(layer.top + overlap)
+        bottoms.append(min(layer.top + 2.0 * overlap, extent.bottom))
+    bottoms.append(extent.bottom)
+    boxes = []
+    # Layers below the water's bottom have no box.
+    for index, (top, bottom, phase) in enumerate(zip(tops, bottoms, phases, strict=False)):
+        part = WaterExtent(extent.half_width, bottom)
+        follows = raised and index == 0
+        boxes.append((raised_surface.body if follows else box)("UW Water", part, top))
+        boxes[-1].data.materials.append(water_volume.build(phase.lobes, index))
+    return boxes
+
+
+def _gap(attenuation: NDArray[np.float64]) -> float:
+    return min(_LARGEST_GAP, _SURFACE_GAP / max(float(attenuation.max()), _SURFACE_GAP))
 
 
 def _suns_differ(column: WaterColumn) -> bool:

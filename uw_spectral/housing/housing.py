@@ -36,10 +36,8 @@ class Housing:
     water: SeaWater = field(default_factory=SeaWater)
 
     def _indices(self, wavelength: ArrayLike) -> tuple[Array, Array]:
-        return (
-            self.port.glass.refractive_index(wavelength),
-            self.water.refractive_index(wavelength),
-        )
+        glass = self.port.glass.refractive_index(wavelength)
+        return glass, self.water.refractive_index(wavelength)
 
     def ray_in_water(self, pixels: ArrayLike, wavelength: ArrayLike) -> tuple[Array, Array]:
         """Where the rays of pixels leave the port, and where they go, by wavelength in nm.
@@ -48,12 +46,9 @@ class Housing:
         that see nothing through the port.
         """
         given, nm = _together(pixels, wavelength)
-        return self._traced(self.camera.directions(given, nm), nm)
-
-    def _traced(self, directions: Array, wavelength: Array) -> tuple[Array, Array]:
         axis = self.port.axis
-        along, across, side = _split(directions, axis)
-        x, r, angle = self.port.leaving(np.arctan2(across, along), *self._indices(wavelength))
+        along, across, side = _split(self.camera.directions(given, nm), axis)
+        x, r, angle = self.port.leaving(np.arctan2(across, along), *self._indices(nm))
         origins = x[..., None] * axis + r[..., None] * side
         there = np.cos(angle)[..., None] * axis + np.sin(angle)[..., None] * side
         seen = self.port.passes(origins)[..., None]

@@ -6,7 +6,6 @@ import functools
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,24 +18,25 @@ _ITERATIONS = 50
 _EXACT = 1e-13  # of a normalised image coordinate: below a billionth of a pixel
 
 
-class Lens(Protocol):
+@dataclass(frozen=True)
+class Lens:
     """Maps directions to normalised image coordinates, which times focal length are pixels."""
 
     @property
     def numbers(self) -> dict[str, float]:
         """Its coefficients by name."""
-        ...
+        return asdict(self)
 
     def image(self, directions: ArrayLike) -> Array:
         """Normalised image coordinates, shape (..., 2), of directions, shape (..., 3).
 
         NaN for directions that the lens does not see.
         """
-        ...
+        raise NotImplementedError
 
     def directions(self, image: ArrayLike) -> Array:
         """Unit directions of normalised image coordinates; NaN beyond the lens's picture."""
-        ...
+        raise NotImplementedError
 
 
 def _smallest_extremum(derivative: Sequence[float]) -> float:
@@ -47,7 +47,7 @@ def _smallest_extremum(derivative: Sequence[float]) -> float:
 
 
 @dataclass(frozen=True)
-class BrownConrady:
+class BrownConrady(Lens):
     """A rectilinear lens with distortion, in OpenCV's order; none by default.
 
     D. C. Brown, Photogramm. Eng. 32, 444 (1966).
@@ -62,11 +62,6 @@ class BrownConrady:
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, (self.k1, self.k2, self.p1, self.p2, self.k3))):
             raise InputError("lens: distortion is five finite numbers k1, k2, p1, p2, k3")
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        """As of :class:`Lens`."""
-        return asdict(self)
 
     @functools.cached_property
     def _farthest(self) -> float:
@@ -123,7 +118,7 @@ class BrownConrady:
 
 
 @dataclass(frozen=True)
-class KannalaBrandt:
+class KannalaBrandt(Lens):
     """A fisheye: radius θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸), equidistant by default.
 
     Coefficients are in the order of OpenCV's ``fisheye``.
@@ -139,11 +134,6 @@ class KannalaBrandt:
     def __post_init__(self) -> None:
         if not all(map(math.isfinite, self._coefficients)):
             raise InputError("lens: a fisheye's k1, k2, k3, k4 must be finite")
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        """As of :class:`Lens`."""
-        return asdict(self)
 
     @property
     def _coefficients(self) -> tuple[float, ...]:

@@ -190,11 +190,8 @@ class NoPort:
 
 def _through_faces(inner: Array, outer: Array, glass: Array, water: Array) -> Array:
     """Fraction of light that two faces let through, by the cosines at them in air and glass."""
-    into_air, into_glass = (
-        fresnel_reflectance(inner, glass),
-        fresnel_reflectance(outer, water / glass),
-    )
-    return (1.0 - into_air) * (1.0 - into_glass)
+    into_air = fresnel_reflectance(inner, glass)
+    return (1.0 - into_air) * (1.0 - fresnel_reflectance(outer, water / glass))
 
 
 def _slope(tangent: Array, index: Array) -> tuple[Array, Array]:

@@ -28,12 +28,11 @@ def focus_distance(housing: Housing, distance: ArrayLike, wavelength: ArrayLike)
         return np.asarray(distance, dtype=np.float64) * np.ones_like(np.asarray(wavelength, float))
     if isinstance(port, FlatPort):
         faces, pupil = (np.inf, np.inf), port.distance
-        thickness = port.thickness
     elif isinstance(port, DomePort):
         faces, pupil = (port.radius, port.inner_radius), port.inner_radius - port.pupil[2]
-        thickness = port.thickness
     else:
         raise TypeError(f"no paraxial image behind {type(port).__name__}")
+    thickness = port.thickness
     glass = port.glass.refractive_index(wavelength)
     water = housing.water.refractive_index(wavelength)
     # Lengths count outwards, so that 1/s is positive before a face whose centre lies behind it.

@@ -302,12 +302,8 @@ class Constituents:
         return ",".join(changed) or "nothing in it"
 
 
-_AMOUNTS = {
-    "chl": "chlorophyll",
-    "cdom": "cdom",
-    "minerals": "minerals",
-    "detritus": "detritus",
-}
+AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
+"""Amounts of :class:`Constituents`, as columns of a profile and settings call them."""
 PROPERTIES = {
     "cdom-slope": "cdom_slope",
     "detritus-slope": "detritus_slope",
@@ -324,7 +320,7 @@ PROPERTIES = {
 }
 """What of :class:`Constituents` is no amount, by the keys of options and of tables' comments."""
 
-_KEYS = {**_AMOUNTS, **PROPERTIES}
+_KEYS = dict(zip(("chl", *AMOUNTS[1:]), AMOUNTS, strict=True)) | PROPERTIES
 _PURE = Constituents()
 
 

@@ -25,18 +25,14 @@ DIFFRACTED = 0.5
 """Fraction of the scattered light that is only diffracted, as by a disc."""
 
 
-def sauter_radius(
-    smallest: float = SMALLEST_RADIUS, largest: float = HINZE_RADIUS, slope: float = SIZE_SLOPE
-) -> float:
-    """Return the radius, m, of bubbles with the volume per area of a population.
-
-    ``slope`` is the power of the radius that their number follows between the two, m.
-    """
+def sauter_radius() -> float:
+    """Return the radius, m, of bubbles with the volume per area of those of a plume."""
 
     def moment(power: float) -> float:
-        return (largest ** (power + 1.0) - smallest ** (power + 1.0)) / (power + 1.0)
+        power += SIZE_SLOPE + 1.0
+        return (HINZE_RADIUS**power - SMALLEST_RADIUS**power) / power
 
-    return moment(3.0 + slope) / moment(2.0 + slope)
+    return moment(3.0) / moment(2.0)
 
 
 def bubble_scattering(void_fraction: float) -> float:

@@ -50,7 +50,8 @@ def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water | WaterProfile
     if scheme == "chl":
         return water_of_chlorophyll(_amount(text, rest))
     if scheme == "case" and rest:
-        return named_water(rest)
+        name, sea = _named(rest)
+        return sea.constituents.water(name, sea.source)
     if scheme == "file" and rest:
         return read_water(rest)
     raise InputError(
@@ -151,18 +152,6 @@ def named_waters() -> dict[str, NamedWater]:
             "the slope of Babin et al. (2003); the rest: chosen, typical",
         ),
     }
-
-
-def named_water(name: str) -> Water:
-    """Return a typical water of a sea; see :func:`named_waters`.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown.
-    """
-    key, sea = _named(name)
-    return sea.constituents.water(key, sea.source)
 
 
 def _named(name: str) -> tuple[str, NamedWater]:

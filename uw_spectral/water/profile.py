@@ -14,14 +14,11 @@ from numpy.typing import NDArray
 from ..errors import InputError, unknown_name
 from ..spectra.spectral_table import checked_spectral_table
 from ..spectra.spectrum import Table, read_table, read_text, table_text
-from .bio_optics import PROPERTIES, Constituents
+from .bio_optics import AMOUNTS, PROPERTIES, Constituents
 from .optical_properties import Water
 
 DEPTH = "depth_m"
 """Column that makes a table a profile."""
-
-AMOUNTS = ("chlorophyll", "cdom", "minerals", "detritus")
-"""Columns of a profile of constituents, in the units of :class:`.Constituents`."""
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

@@ -9,7 +9,7 @@ import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents, parse_constituents
-from underwater_spectral.uw_spectral.water.named import named_water, named_waters
+from underwater_spectral.uw_spectral.water.named import named_waters, parse_water
 from underwater_spectral.uw_spectral.water.optical_properties import Water
 from underwater_spectral.uw_spectral.water.pure_water import (
     molecular_scattering,
@@ -205,9 +205,9 @@ def test_named_waters_are_what_their_sources_say():
     assert north["phytoplankton"][0] + north["minerals"][0] == pytest.approx(1.21, rel=0.02)
     cdom = seas["cdom-coast"].constituents.absorptions([350.0])["cdom"][0]
     assert cdom == pytest.approx(3.66, rel=0.02)
-    assert named_water("North Sea").name == "north-sea"
+    assert parse_water("case:North Sea").name == "north-sea"
     with pytest.raises(InputError, match="Near names: baltic"):
-        named_water("balti")
+        parse_water("case:balti")
 
 
 def test_chlorophyll_and_jerlov_types():
