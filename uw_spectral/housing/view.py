@@ -76,15 +76,9 @@ def field_needed(
 ) -> PinholeView:
     """Return the pinhole picture that holds all that a picture through the port shows.
 
-    Parameters
-    ----------
-    nearest : float
-        Distance from the port of the nearest object, m.
-    position : three floats, optional
-        Of the pinhole; :func:`viewpoint` by default.
-    finest : bool
-        Whether its pixels are as small as the smallest of the picture; else as small as these are
-        on average, and square.
+    The nearest object is ``nearest`` m from the port, the pinhole at ``position``, by default
+    :func:`viewpoint`. Its pixels are as small as the smallest of the picture if ``finest``; else as
+    small as these are on average, and square.
 
     Raises
     ------

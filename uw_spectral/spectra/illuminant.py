@@ -92,19 +92,13 @@ def band_mean(spectrum: Spectrum, bands: Bands) -> NDArray[np.float64]:
 def parse_illuminant(text: str, sun_zenith: float = 0.0) -> Illuminant:
     """Return the illuminant that an option names.
 
-    Parameters
-    ----------
-    text : str
-        ``"d65"``, ``"equal-energy"``: relative, all of it direct.
-        ``"astm-g173"``: the AM 1.5 sun. Its direct normal irradiance times
-        the cosine of the zenith angle is the direct part; the rest of the
-        global irradiance on the tilted plane is the diffuse part, taken as
-        horizontal. The spectrum stays that of a sun at 48.2°.
-        ``"clear-sky"``: sun and sky by zenith angle, 0 to 75°.
-        ``"file:PATH"``: a table ``wavelength_nm,irradiance[,diffuse]``, in
-        W m-2 nm-1, where irradiance is the direct part. Or SeaBASS with
-        ``es``, by a wavelength column or as ``es490``: the mean of one
-        station, above the water, all of it direct.
+    ``"d65"``, ``"equal-energy"``: relative, all of it direct. ``"astm-g173"``: the AM 1.5 sun. Its
+    direct normal irradiance times the cosine of the zenith angle is the direct part; the rest of
+    the global irradiance on the tilted plane is the diffuse part, taken as horizontal. The spectrum
+    stays that of a sun at 48.2°. ``"clear-sky"``: sun and sky by zenith angle, 0 to 75°.
+    ``"file:PATH"``: a table ``wavelength_nm,irradiance[,diffuse]``, in W m-2 nm-1, where irradiance
+    is the direct part. Or SeaBASS with ``es``, by a wavelength column or as ``es490``: the mean of
+    one station, above the water, all of it direct.
 
     Raises
     ------

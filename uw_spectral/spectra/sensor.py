@@ -142,15 +142,9 @@ def list_sensors(kind: Kind | None = None) -> list[str]:
 def parse_sensor(text: str) -> Sensor:
     """Return the sensor that an option names.
 
-    Jiang, Liu, Gu & Süsstrunk, WACV 2013.
-
-    Parameters
-    ----------
-    text : str
-        A name of :func:`list_sensors` in any case, or ``"file:PATH"``: a CSV
-        table ``wavelength_nm,R,G,B``, a rawtoaces JSON file, or a text file
-        in the layout of Jiang et al. 2013; where that holds several cameras,
-        ``"file:PATH#NAME"``.
+    A name of :func:`list_sensors` in any case, or ``"file:PATH"``: a CSV table
+    ``wavelength_nm,R,G,B``, a rawtoaces JSON file, or a text file in the layout of Jiang, Liu, Gu &
+    Süsstrunk, WACV 2013; where that holds several cameras, ``"file:PATH#NAME"``.
 
     Raises
     ------

@@ -35,18 +35,11 @@ def write_exr(
     metadata: Mapping[str, Any] | None = None,
     formats: Sequence[str] | None = None,
 ) -> None:
-    """Write a float32 OpenEXR image.
+    """Write a float32 OpenEXR image, shape (height, width, k).
 
-    The file is replaced in one step once its content is complete.
-
-    Parameters
-    ----------
-    pixels : array_like, shape (height, width, k)
-    metadata : mapping, optional
-        Attributes of the header: text, whole numbers, floats; anything else
-        is stored as JSON text.
-    formats : sequence of str, optional
-        ``"half"`` or ``"float"`` for each channel.
+    The file is replaced in one step once its content is complete. Attributes of the header are
+    text, whole numbers, floats; anything else is stored as JSON text. Formats are ``"half"`` or
+    ``"float"`` for each channel.
 
     Raises
     ------
@@ -261,10 +254,7 @@ def temporary_name(path: Path, what: str = "tmp") -> Path:
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary name next to a file, and put it in the file's place on success.
 
-    Yields
-    ------
-    Path
-        Name to write to, with the same suffix; removed if the body fails.
+    It has the same suffix, and is removed if the body fails.
 
     Raises
     ------

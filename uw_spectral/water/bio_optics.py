@@ -331,17 +331,10 @@ def _fixed_organic() -> tuple[FournierForand, ...]:
 
 
 def parse_constituents(text: str) -> Constituents:
-    """Read constituents as an option spells them.
+    """Read constituents as an option spells them, ``"chl=1,cdom=0.05,minerals=0.1"``.
 
-    Parameters
-    ----------
-    text : str
-        ``"chl=1,cdom=0.05,minerals=0.1"``; keys chl, cdom, minerals, detritus,
-        cdom-slope, detritus-slope, bb/b, salinity, mineral-slope,
-        mineral-exponent, mineral-bb/b, organic-b, organic-power,
-        organic-exponent, chl-yield, cdom-yield; ``"case1=0.5"`` stands for
-        :meth:`Constituents.case1`, which the other keys then change; empty is
-        pure sea water.
+    Keys are chl, cdom, minerals, detritus, and those of :data:`PROPERTIES`; ``"case1=0.5"`` stands
+    for :meth:`Constituents.case1`, which the other keys then change; empty is pure sea water.
 
     Raises
     ------

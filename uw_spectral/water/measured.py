@@ -24,12 +24,9 @@ CONTENT = (
 def read_water(path: str | Path) -> Water | WaterProfile:
     """Return the water of a file, or its layers if it differs with depth.
 
-    Parameters
-    ----------
-    path : str or Path
-        ``.sb``, or what begins as SeaBASS does: see :func:`.water_from_seabass`. Else a CSV table:
-        ``wavelength_nm,a,b[,Kd]``, or ``wavelength_nm,Kd``, which is inverted
-        (:func:`.invert_Kd`). With a column ``depth_m``: see :func:`.read_profile`.
+    ``.sb``, or what begins as SeaBASS does: see :func:`.water_from_seabass`. Else a CSV table:
+    ``wavelength_nm,a,b[,Kd]``, or ``wavelength_nm,Kd``, which is inverted (:func:`.invert_Kd`).
+    With a column ``depth_m``: see :func:`.read_profile`.
 
     Raises
     ------

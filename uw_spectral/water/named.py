@@ -28,14 +28,10 @@ def list_waters() -> dict[str, tuple[str, ...]]:
 def parse_water(text: str, source: str = DEFAULT_SOURCE) -> Water | WaterProfile:
     """Return the water that an option names, in layers if a file gives it over depth.
 
-    Parameters
-    ----------
-    text : str
-        ``"jerlov:IB"``; ``"bio:chl=1,cdom=0.1"``, constituents as
-        :func:`.parse_constituents` reads them; ``"chl:3"``, mg/m³, see
-        :func:`.water_of_chlorophyll`; ``"case:baltic"``, one of
-        :func:`named_waters`; or a file, as :func:`.read_water` reads it:
-        ``"file:water.csv"``, ``"file:profile.csv"``, ``"file:station.sb"``.
+    As ``"jerlov:IB"``; ``"bio:chl=1,cdom=0.1"``, constituents as :func:`.parse_constituents` reads
+    them; ``"chl:3"``, mg/m³, see :func:`.water_of_chlorophyll`; ``"case:baltic"``, one of
+    :func:`named_waters`; or a file, as :func:`.read_water` reads it: ``"file:water.csv"``,
+    ``"file:profile.csv"``, ``"file:station.sb"``.
 
     Raises
     ------

@@ -91,15 +91,9 @@ class Water(ComparedByContent):
         Solonenko & Mobley, Appl. Opt. 54, 5392 (2015); Williamson & Hollins,
         Appl. Opt. 61, 9951 (2022).
 
-        Parameters
-        ----------
-        water_type : str
-            I, IA, IB, II, III, 1C, 3C, 5C, 7C or 9C, in any case.
-        source : str
-            ``"solonenko2015"``: inverted from Kd, 300-700 nm, all types, with
-            HydroLight's Kd; misprinted rows of 3C and 5C are repaired from
-            ``data/``. ``"williamson2022"``: measured, 300-800 nm, IB to 5C,
-            no Kd.
+        Types are :data:`JERLOV_TYPES`, in any case. The source ``"solonenko2015"`` is inverted from
+        Kd, 300-700 nm, all types, with HydroLight's Kd; misprinted rows of 3C and 5C are repaired
+        from ``data/``. ``"williamson2022"`` is measured, 300-800 nm, IB to 5C, no Kd.
 
         Raises
         ------

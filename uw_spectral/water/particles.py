@@ -220,16 +220,9 @@ def particle_cloud(
     Small ones are drawn near the camera only, large ones far away too: each size class fills a
     box that ends where its smallest would look smaller than an angle.
 
-    Parameters
-    ----------
-    per_litre : float
-        Particles larger than 0.1 mm, per litre. Smaller ones of the kind follow the same law.
-    slope : float
-        Of the sizes, unless the kind has its own.
-    reach : float
-        Distance from which on nothing is seen, m.
-    most : int
-        Particles at most; with more, the angle grows.
+    ``per_litre`` counts particles larger than 0.1 mm; smaller ones of the kind follow the same law,
+    whose ``slope`` a kind may have of its own. From ``reach``, m, on nothing is seen. With more
+    particles than ``most`` the angle grows.
 
     Raises
     ------
@@ -275,14 +268,9 @@ def drifted(
 ) -> tuple[Operand, ...]:
     """Where a particle is after some time, as three coordinates in m.
 
-    Parameters
-    ----------
-    wander : Operand
-        Largest stray from its path along each axis, m.
-    pace : Operand
-        Angle per second at which it strays.
-    phases : sequence of three Operands
-        Of the strays, radians; they also make the axes' paces differ.
+    ``wander`` is its largest stray from its path along each axis, m, ``pace`` the angle per second
+    at which it strays; the three ``phases`` of the strays, radians, also make the axes' paces
+    differ.
     """
     found = []
     for axis in range(3):

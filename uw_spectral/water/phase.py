@@ -99,16 +99,9 @@ class Mixture:
 
 @dataclass(frozen=True, eq=False)
 class BandPhase(ComparedByContent, Mixture):
-    """Mixture of phase functions whose weights may differ by band.
+    """Mixture of phase functions whose weights may differ by band."""
 
-    Parameters
-    ----------
-    components : tuple of PhaseFunction
-        The k parts.
-    weights : array, shape (k, n)
-        Fraction of each part in each band; each column adds up to 1.
-    """
-
+    #: Fraction of each of the k parts in each band, (k, n); each column adds up to 1.
     weights: NDArray[np.float64]
 
     def __post_init__(self) -> None:

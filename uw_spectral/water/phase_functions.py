@@ -359,12 +359,8 @@ _PARSERS: dict[str, tuple[str, tuple[int, ...], Callable[..., PhaseModel]]] = {
 def parse_phase(text: str) -> PhaseModel:
     """Read a phase function as the user writes it.
 
-    Parameters
-    ----------
-    text : str
-        ``hg:0.8``, ``tthg:0.9,-0.3,0.97``, ``fournier-forand:1.10,0.0183``,
-        ``petzold``, ``rayleigh``, ``einstein-smoluchowski``, ``isotropic``,
-        ``mixture`` or ``mixture:0.0183``.
+    As ``hg:0.8``, ``tthg:0.9,-0.3,0.97``, ``fournier-forand:1.10,0.0183``, ``petzold``,
+    ``rayleigh``, ``einstein-smoluchowski``, ``isotropic``, ``mixture`` or ``mixture:0.0183``.
 
     Raises
     ------

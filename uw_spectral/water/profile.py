@@ -103,15 +103,12 @@ WaterProfile = DepthProfile[Water] | DepthProfile[Constituents]
 def read_profile(path: str | Path) -> WaterProfile:
     """Read a profile from a CSV table with the column ``depth_m``.
 
-    Parameters
-    ----------
-    path : str or Path
-        Either ``depth_m,wavelength_nm,a,b`` in m, nm and 1/m: the rows of a depth stand
-        together, and the wavelengths may differ between depths. Or ``depth_m`` with some of
-        ``chlorophyll,cdom,minerals,detritus`` in the units of :class:`.Constituents`, a row
-        for each depth; what is left out is 0. The comment may state what holds at all depths, as
-        ``# cdom-slope: 0.018``, by the keys of :func:`.parse_constituents`. Depths increase; see
-        :meth:`DepthProfile.of_samples` for the layers that they make.
+    Either ``depth_m,wavelength_nm,a,b`` in m, nm and 1/m: the rows of a depth stand together, and
+    the wavelengths may differ between depths. Or ``depth_m`` with some of
+    ``chlorophyll,cdom,minerals,detritus`` in the units of :class:`.Constituents`, a row for each
+    depth; what is left out is 0. The comment may state what holds at all depths, as
+    ``# cdom-slope: 0.018``, by the keys of :func:`.parse_constituents`. Depths increase; see
+    :meth:`DepthProfile.of_samples` for the layers that they make.
 
     Raises
     ------

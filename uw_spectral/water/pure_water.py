@@ -19,10 +19,7 @@ def pure_water_absorption(
 ) -> NDArray[np.float64]:
     """Absorption of pure water, 1/m, from 300 to 800 nm.
 
-    Parameters
-    ----------
-    source : str
-        ``pope_fry_1997`` (IOCCG 2018 outside 420 to 727.5 nm) or ``smith_baker_1981``.
+    Sources are ``pope_fry_1997`` (IOCCG 2018 outside 420 to 727.5 nm) and ``smith_baker_1981``.
 
     Raises
     ------
@@ -38,13 +35,9 @@ def molecular_scattering(
 ) -> NDArray[np.float64]:
     """Scattering of the water molecules and salt ions, b_w in 1/m, from 300 to 800 nm.
 
-    Its backscattering is b_w / 2.
-
-    Parameters
-    ----------
-    model : str
-        ``zhang2009_S35_T22`` (sea water, 22 °C), ``zhang2009_S0_T20`` (fresh
-        water), ``morel1974_sea``, ``smith_baker_1981_sea`` or ``haltrin1999``.
+    Its backscattering is b_w / 2. Models are ``zhang2009_S35_T22`` (sea water, 22 °C),
+    ``zhang2009_S0_T20`` (fresh water), ``morel1974_sea``, ``smith_baker_1981_sea`` and
+    ``haltrin1999``.
 
     Raises
     ------
