@@ -13,6 +13,7 @@ import functools
 import numpy as np
 from numpy.typing import NDArray
 
+from .content import constant
 from .mathematics import NUMPY, Mathematics, Operand
 
 
@@ -29,9 +30,7 @@ def lattice(side: int) -> NDArray[np.float64]:
     u, v = (part.ravel() for part in np.meshgrid(at, at))
     z = 1.0 - np.abs(u) - np.abs(v)
     w = np.stack([*folded(u, v, z), z], axis=-1)
-    w /= np.linalg.norm(w, axis=-1, keepdims=True)
-    w.flags.writeable = False
-    return w
+    return constant(w / np.linalg.norm(w, axis=-1, keepdims=True))
 
 
 def folded(u: Operand, v: Operand, z: Operand, m: Mathematics = NUMPY) -> tuple[Operand, Operand]:

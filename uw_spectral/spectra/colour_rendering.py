@@ -96,9 +96,7 @@ def rec709_to_XYZ() -> NDArray[np.float64]:
     """Matrix from scene-linear Rec.709 (D65) to CIE XYZ, white at Y = 1, unrounded."""
     colour = colour_science()
     space = colour.RGB_COLOURSPACES["ITU-R BT.709"]
-    matrix = np.asarray(colour.normalised_primary_matrix(space.primaries, space.whitepoint))
-    matrix.setflags(write=False)
-    return matrix
+    return constant(colour.normalised_primary_matrix(space.primaries, space.whitepoint))
 
 
 def luminance(rgb: ArrayLike) -> NDArray[np.float64]:

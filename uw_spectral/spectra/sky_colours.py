@@ -23,9 +23,7 @@ _FINE = Bands.uniform(42, 360.0, 780.0)
 @functools.cache
 def _daylight_primaries() -> Spectrum:
     """Spectra of a red, a green and a blue of Rec.709, of the components S0, S1, S2 of daylight."""
-    found = (
-        colour_science().colorimetry.datasets.SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES.values()
-    )
+    found = colour_science().colorimetry.SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES.values()
     wavelengths = np.asarray(next(iter(found)).wavelengths, np.float64)
     components = np.stack([one.values for one in found], axis=1)
     d65, eye = parse_illuminant("d65").direct, standard_observer().sensitivity

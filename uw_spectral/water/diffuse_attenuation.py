@@ -50,19 +50,20 @@ def checked_coefficients(sun_zenith: float, **coefficients: ArrayLike) -> list[N
     """
     if not 0 <= sun_zenith <= 90:
         raise InputError(f"Kd: the sun zenith must be 0 to 90 degrees, got {sun_zenith:g}")
-    arrays = [np.asarray(values, dtype=np.float64) for values in coefficients.values()]
-    for name, values in zip(coefficients, arrays, strict=True):
-        if not np.all(np.isfinite(values) & (values >= 0)):
-            raise InputError(f"Kd: {name} must be finite and not negative")
-    return arrays
+    return [not_negative(values, f"Kd: {name}") for name, values in coefficients.items()]
+
+
+def not_negative(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Return values as an array; InputError if one is negative or not finite."""
+    found = np.asarray(values, dtype=np.float64)
+    if not np.all(np.isfinite(found) & (found >= 0)):
+        raise InputError(f"{what} must be finite and not negative")
+    return found
 
 
 def Kd490_Morel2007(chlorophyll: ArrayLike) -> NDArray[np.float64]:
     """Kd at 490 nm, 1/m, of a case 1 water with this chlorophyll, mg/m³."""
-    chlorophyll = np.asarray(chlorophyll, dtype=np.float64)
-    if not np.all(np.isfinite(chlorophyll) & (chlorophyll >= 0)):
-        raise InputError("Kd(490): chlorophyll must be finite and not negative")
-    return _KW_490 + _CHI_490 * chlorophyll**_E_490
+    return _KW_490 + _CHI_490 * not_negative(chlorophyll, "Kd(490): chlorophyll") ** _E_490
 
 
 def Kd_Morel2001(chlorophyll: float) -> Spectrum:
@@ -88,7 +89,5 @@ def Kd_Morel2001(chlorophyll: float) -> Spectrum:
 
 def chlorophyll_Morel2007(Kd490: ArrayLike) -> NDArray[np.float64]:
     """Chlorophyll, mg/m³, of the case 1 water with this Kd at 490 nm, 1/m; 0 for pure water."""
-    Kd490 = np.asarray(Kd490, dtype=np.float64)
-    if not np.all(np.isfinite(Kd490) & (Kd490 >= 0)):
-        raise InputError("Kd(490) must be finite and not negative")
-    return (np.maximum(Kd490 - _KW_490, 0.0) / _CHI_490) ** (1 / _E_490)
+    rest = np.maximum(not_negative(Kd490, "Kd(490)") - _KW_490, 0.0)
+    return (rest / _CHI_490) ** (1 / _E_490)

@@ -19,6 +19,7 @@ from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
 from ..spectra.spectrum import shipped_table
 from .bio_optics import Constituents
+from .diffuse_attenuation import not_negative
 from .phase import PhaseFunction
 from .phase_functions import EinsteinSmoluchowski, Isotropic
 
@@ -285,7 +286,4 @@ def _edges(bands: Bands) -> NDArray[np.float64]:
 
 
 def _coefficient(values: ArrayLike, bands: Bands, name: str) -> NDArray[np.float64]:
-    a = np.broadcast_to(np.asarray(values, dtype=np.float64), (len(bands),))
-    if not np.all(np.isfinite(a) & (a >= 0)):
-        raise InputError(f"absorption of {name} must be finite and not negative")
-    return a
+    return np.broadcast_to(not_negative(values, f"absorption of {name}"), (len(bands),))

@@ -70,16 +70,10 @@ def invert_Kd(
     A. Morel et al., Remote Sens. Environ. 111, 69 (2007), for the chlorophyll; H. Loisel &
     A. Morel (1998) for b; A. Morel & S. Maritorena (2001) for bb/b.
 
-    Parameters
-    ----------
-    Kd : Spectrum
-        1/m, in 300 to 800 nm and known at 490 nm.
-    sun_zenith : float, optional
-        Of the measurement, in air, 0 to 90 degrees; :data:`TYPICAL_SUN_ZENITH`, with a caveat, if
-        it is not known.
-    backscatter : float, optional
-        bb/b of the particles; that of the case 1 water (Morel & Maritorena 2001) if it is not
-        known. The water is drawn with it.
+    Kd is in 1/m, within 300 to 800 nm and known at 490 nm. The sun of the measurement is in air, 0
+    to 90 degrees; :data:`TYPICAL_SUN_ZENITH`, with a caveat, if it is not known. ``backscatter`` is
+    bb/b of the particles, with which the water is drawn; that of the case 1 water (Morel &
+    Maritorena 2001) if it is not known.
 
     Raises
     ------

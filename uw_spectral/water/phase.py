@@ -200,5 +200,4 @@ def _moments(phase: PhaseFunction, count: int) -> NDArray[np.float64]:
         moments[order - 1] = 1 - np.sum(density * (1 - legendre))
         following = ((2 * order + 1) * cosine * legendre - order * before) / (order + 1)
         before, legendre = legendre, following
-    moments.setflags(write=False)
-    return moments
+    return constant(moments)
