@@ -73,7 +73,7 @@ def look_from_mirror(
         buffer = filled_view(scene, camera, surfaces, water.field.floor_depth)
         single |= realtime_adjacency.FIELDS.numbers(buffer.view)
         occlusion.write_adjacency(scene, water, buffer)
-    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, single))
+    _write(scene, single)
 
 
 def show_mirrored(
@@ -86,7 +86,7 @@ def show_mirrored(
     realtime_reflected_view.write_picture(
         marks.part(scene, realtime_reflected_view.PART), picture, nearness
     )
-    _place(scene, realtime_reflected_view.FIELDS.numbers(view))
+    _write(scene, realtime_reflected_view.FIELDS.numbers(view))
 
 
 def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
@@ -94,11 +94,8 @@ def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedV
 
     The sun is that of the air; shadows fall as if objects were where they seem to be.
     """
-    numbers = {
-        realtime_values.THROUGH: 1.0,
-        **dict(zip(realtime_values.CAMERA, view.eye, strict=True)),
-    }
-    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, numbers))
+    eye = dict(zip(realtime_values.CAMERA, view.eye, strict=True))
+    _write(scene, {realtime_values.THROUGH: 1.0, **eye})
     for item in marks.suns(scene):
         scene_water.turn(item, water.column.skylight.sun)
 
@@ -112,18 +109,18 @@ def show_window(
     """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
     image = marks.part(scene, realtime_refracted_view.PART)
     realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
-    _place(scene, realtime_refracted_view.FIELDS.numbers(view))
+    _write(scene, realtime_refracted_view.FIELDS.numbers(view))
 
 
 def hide_window(scene: bpy.types.Scene) -> None:
     """Let the sky alone be seen through the surface."""
-    _place(scene, realtime_refracted_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
+    _write(scene, realtime_refracted_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
 
 
 def hide_mirrored(scene: bpy.types.Scene) -> None:
     """Let the surface mirror open water alone."""
-    _place(scene, realtime_reflected_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
+    _write(scene, realtime_reflected_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
 
 
-def _place(scene: bpy.types.Scene, numbers: dict[str, float]) -> None:
+def _write(scene: bpy.types.Scene, numbers: dict[str, float]) -> None:
     realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, numbers))

@@ -44,7 +44,8 @@ def mixtures_of(described: WaterDescription) -> DepthProfile[Mixture]:
         scaled = layer.scaled(described.absorption_factor, described.scattering_factor)
         return Mixture(scaled, constituents)
 
-    return (water if isinstance(water, DepthProfile) else DepthProfile.uniform(water)).map(mixture)
+    layers = water if isinstance(water, DepthProfile) else DepthProfile((0.0,), (water,))
+    return layers.map(mixture)
 
 
 def phase_of(described: WaterDescription, mixture: Mixture, bands: Bands) -> BandPhase:

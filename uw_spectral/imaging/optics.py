@@ -6,7 +6,7 @@ import functools
 
 from ..errors import InputError
 from ..spectra.bands import Bands
-from ..spectra.barrier_filter import check as check_filter
+from ..spectra.barrier_filter import parse_filter
 from ..spectra.illuminant import parse_illuminant
 from ..spectra.reflectance import parse_reflectance
 from ..spectra.sensor import parse_sensor, standard_observer
@@ -85,7 +85,7 @@ def resolve(description: Description) -> ResolvedOptics:
     sensor = description.camera.sensor
     if isinstance(sensor, str):
         sensor = parse_sensor(sensor)
-    check_filter(description.camera.filter)
+    parse_filter(description.camera.filter)
     return ResolvedOptics(
         description,
         mixtures.map(lambda mixture: mixture.water),

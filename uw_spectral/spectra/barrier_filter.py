@@ -24,16 +24,8 @@ _LARGEST = 500.0
 
 
 def transmittance(text: str, bands: Bands) -> NDArray[np.float64]:
-    """Return the mean transmittance over bands, shape (n,), of ``"none"`` or :data:`CONTENT`.
-
-    Without a width it is 15 nm.
-
-    Raises
-    ------
-    InputError
-        If it is neither, the cut-off is not between 200 and 1100 nm, or the width not above 0.
-    """
-    known = _parsed(text)
+    """Return the mean transmittance over bands, shape (n,), of what :func:`parse_filter` reads."""
+    known = parse_filter(text)
     if known is None:
         return np.ones(len(bands))
     cut, width = known
@@ -43,13 +35,14 @@ def transmittance(text: str, bands: Bands) -> NDArray[np.float64]:
     )
 
 
-def check(text: str) -> None:
-    """Raise the error of a text that names no filter."""
-    _parsed(text)
+def parse_filter(text: str) -> tuple[float, float] | None:
+    """Return cut-off and width, nm, of :data:`CONTENT`, 15 nm wide by default; None of ``"none"``.
 
-
-def _parsed(text: str) -> tuple[float, float] | None:
-    """Return the cut-off and the width, nm."""
+    Raises
+    ------
+    InputError
+        If it is neither, the cut-off is not between 200 and 1100 nm, or the width not above 0.
+    """
     if text.strip().lower() == NO_FILTER:
         return None
     kind, _, rest = text.strip().partition(":")

@@ -105,14 +105,9 @@ class Table:
     header: str
     columns: dict[str, NDArray[np.float64]]
 
-    def spectrum(self, column: str, name: str | None = None) -> Spectrum:
+    def spectrum(self, column: str, name: str) -> Spectrum:
         """Return one column over ``wavelength_nm``."""
-        return Spectrum(
-            self.columns["wavelength_nm"],
-            self.columns[column],
-            name or f"{column} of {self.path.name}",
-            self.header,
-        )
+        return Spectrum(self.columns["wavelength_nm"], self.columns[column], name, self.header)
 
     def stated(self, key: str) -> float | None:
         """Return the number of a comment line ``# key: number``, or with ``=``; None without one.
@@ -225,13 +220,12 @@ def table_text(text: str, place: str) -> TableText:
     >>> table_text("# of 2024;;\nwavelength_nm;a;\n400;0,1;\n;;\n", "").rows
     ((2, ('wavelength_nm', 'a')), (3, ('400', '0.1')))
     """
-    numbered = [
-        (number, line) for number, line in enumerate(text.splitlines(), start=1) if line.strip()
-    ]
-    is_comment = [line.lstrip(' "').startswith("#") for _, line in numbered]
-    pairs = list(zip(numbered, is_comment, strict=True))
-    comments = [line.strip(' "\t,;').lstrip("# ") for (_, line), comment in pairs if comment]
-    lines = [each for each, comment in pairs if not comment]
+    comments, lines = [], []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.lstrip(' "').startswith("#"):
+            comments.append(line.strip(' "\t,;').lstrip("# "))
+        elif line.strip():
+            lines.append((number, line))
     first = lines[0][1] if lines else ""
     delimiter = next((x for x in ",;\t" if x in first), ",")
     rows = []

@@ -110,9 +110,7 @@ def invert_Kd(
     chlorophyll = min(
         float(chlorophyll_Morel2007(Kd.at([REFERENCE_WAVELENGTH]))[0]), _LARGEST_CHLOROPHYLL
     )
-    ratio = backscatter
-    if ratio is None:
-        ratio = particle_backscatter_Morel2001(chlorophyll)
+    ratio = particle_backscatter_Morel2001(chlorophyll) if backscatter is None else backscatter
     molecular = molecular_scattering(nm)
     particles = particle_scattering_Loisel1998(chlorophyll, nm)
 

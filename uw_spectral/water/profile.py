@@ -57,11 +57,6 @@ class DepthProfile(Generic[T]):
             )
 
     @classmethod
-    def uniform(cls, whole: T) -> DepthProfile[T]:
-        """One layer."""
-        return cls((0.0,), (whole,))
-
-    @classmethod
     def of_samples(cls, depths: Sequence[float], samples: Sequence[T]) -> DepthProfile[T]:
         """Layers around samples: they meet half-way between two neighbouring depths.
 
