@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,18 +26,15 @@ _ROUNDING = 4e-16
 _FORWARD = (0.0, 0.0, 1.0)
 
 
-class Port(Protocol):
+class Port:
     """A port in the axes of the camera, its pupil at the origin, lengths in m."""
 
-    @property
-    def glass(self) -> Glass:
-        """What it is made of."""
-        ...
+    glass: Glass  #: What it is made of.
 
     @property
     def axis(self) -> Array:
-        """Unit vector of the axis of symmetry, shape (3,)."""
-        ...
+        """Unit vector of the axis of symmetry, shape (3,); forward by default."""
+        return np.array(_FORWARD)
 
     def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
         """Trace a ray from the pupil, by its angle to the axis in air, to the outer face.
@@ -46,23 +42,23 @@ class Port(Protocol):
         Three values: its place there along the axis and across it, and its angle to the axis in the
         water. NaN comes of rays that do not meet the port.
         """
-        ...
+        raise NotImplementedError
 
     def angle_towards(self, along: Array, across: Array, glass: Array, water: Array) -> Array:
         """Angle in air of the ray that reaches a point in the water; NaN if none does."""
-        ...
+        raise NotImplementedError
 
     def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
         """Fraction of the light that both faces let through, by the angle to the axis in air."""
-        ...
+        raise NotImplementedError
 
     def passes(self, points: Array) -> NDArray[np.bool_]:
-        """Whether points of the outer face, shape (..., 3), are glass and not frame."""
-        ...
+        """Whether points of the outer face, shape (..., 3), are glass, not frame; here all."""
+        return np.isfinite(points).all(axis=-1)
 
 
 @dataclass(frozen=True)
-class FlatPort:
+class FlatPort(Port):
     """A plane window.
 
     Raises
@@ -153,21 +149,12 @@ class FlatPort:
         outer = np.sqrt(1.0 - (np.sin(angle) / glass) ** 2)
         return _through_faces(np.cos(angle), outer, glass, water)
 
-    def passes(self, points: Array) -> NDArray[np.bool_]:
-        """As of :class:`Port`: the window has no frame."""
-        return np.isfinite(points).all(axis=-1)
-
 
 @dataclass(frozen=True)
-class NoPort:
+class NoPort(Port):
     """Nothing between the lens and the water: what the lens sees is as it was calibrated."""
 
     glass: Glass = field(default_factory=lambda: Glass.of_index(1.0))
-
-    @property
-    def axis(self) -> Array:
-        """As of :class:`Port`."""
-        return np.array(_FORWARD)
 
     def leaving(self, angle: Array, glass: Array, water: Array) -> tuple[Array, Array, Array]:
         """As of :class:`Port`: rays begin at the pupil and are not bent."""
@@ -182,10 +169,6 @@ class NoPort:
     def transmittance(self, angle: Array, glass: Array, water: Array) -> Array:
         """As of :class:`Port`."""
         return np.ones(np.broadcast(angle, glass, water).shape)
-
-    def passes(self, points: Array) -> NDArray[np.bool_]:
-        """As of :class:`Port`."""
-        return np.isfinite(points).all(axis=-1)
 
 
 def _through_faces(inner: Array, outer: Array, glass: Array, water: Array) -> Array:
@@ -202,7 +185,7 @@ def _slope(tangent: Array, index: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class DomePort:
+class DomePort(Port):
     """A spherical shell.
 
     Raises
