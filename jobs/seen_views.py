@@ -16,7 +16,7 @@ from ..scene.terms.eevee_water import eevee_water
 from ..scene.terms.occlusion import OcclusionTerm
 from ..scene.water.frame_water import RealtimeWater
 from ..scene.water.occlusion import Cache
-from ..scene.water.scene_frame import Eye
+from ..scene.water.term import Eye
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.transfer.solved_field import SolvedField

@@ -14,15 +14,14 @@ from ..uw_spectral.errors import InputError
 _AHEAD = 6.0  # m before the camera
 _MOST = 200_000
 _STEP = 1e-3  # m, past what is not the seabed
-_AROUND = {nodes.RADIUS: 12.0, nodes.SEED: 0}
-_UPRIGHT = {nodes.PATCH: 3.0, nodes.STEEPEST: math.radians(60.0)}
 
 
 def _standing(
     density: float, sizes: tuple[float, float], others: Mapping[str, float]
 ) -> dict[str, float]:
     return {
-        **_AROUND, nodes.DENSITY: density, **_UPRIGHT, nodes.CLUMPS: 0.7, nodes.UPRIGHT: 0.5,
+        nodes.RADIUS: 12.0, nodes.SEED: 0, nodes.DENSITY: density, nodes.PATCH: 3.0,
+        nodes.STEEPEST: math.radians(60.0), nodes.CLUMPS: 0.7, nodes.UPRIGHT: 0.5,
         nodes.SMALLEST: sizes[0], nodes.LARGEST: sizes[1], **others,
     }  # fmt: skip
 

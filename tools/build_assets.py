@@ -83,7 +83,7 @@ def shaders() -> Iterable[Any]:
     """Yield the groups for shaders."""
     from underwater_spectral.node_groups import realtime_waves
     from underwater_spectral.scene.terms import eevee_water, waves
-    from underwater_spectral.scene.water.scene_frame import Eye
+    from underwater_spectral.scene.water.term import Eye
     from underwater_spectral.tools import asset_groups, closed_form_group
     from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 

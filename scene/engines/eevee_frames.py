@@ -19,7 +19,7 @@ from ..terms.waves import with_waves
 from ..water import metering
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
-from ..water.scene_frame import Eye
+from ..water.term import Eye
 from . import planar_picture
 
 

@@ -21,8 +21,7 @@ from ..readers.clouds import clouds_of, grids_of
 from ..readers.scene_lamps import SceneLamps
 from ..water import cloud_volumes
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 from .lamps import LampTerm
 
 

@@ -14,7 +14,7 @@ from ..water import continued_seabed, cycles_water, scene_water
 from ..water.cycles_phase import cycles_phases
 from ..water.occlusion import Cache
 from ..water.pass_values import PassValues
-from ..water.scene_frame import Eye, SceneFrame
+from ..water.term import Eye, SceneFrame
 from ..water.water_body import WaterExtent
 from . import limits
 from .all_terms import TERMS

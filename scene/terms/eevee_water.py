@@ -19,7 +19,7 @@ from ..readers.surroundings import has_objects
 from ..water import continued_seabed
 from ..water.frame_water import FrameInputs, RealtimeWater, realtime_water
 from ..water.occlusion import Cache
-from ..water.scene_frame import Eye, SceneFrame
+from ..water.term import Eye, SceneFrame
 from .all_terms import TERMS
 from .occlusion import has_occlusion
 

@@ -18,8 +18,7 @@ from .. import contents, marks
 from ..materials import surface_description
 from ..materials.fluorescence import FluorescentObjects, fluorescent_objects, unseen
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,7 @@ from ..materials.wet_trees import surface_node
 from ..readers.threads import hair_of, material_of
 from ..rendered import ever_rendered
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 
 @dataclass(frozen=True)

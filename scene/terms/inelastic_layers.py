@@ -22,8 +22,7 @@ from ...node_groups.water_volume import volume_coefficients
 from ...uw_spectral.transfer.discrete_ordinates import Emission
 from .. import marks
 from ..water import scene_water
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 from ..water.water_body import WaterExtent, box
 
 NAME = "UW Layer"

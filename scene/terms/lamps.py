@@ -23,8 +23,7 @@ from ..readers.lamps import lamp_excitations, plan_lamps
 from ..readers.scene_lamps import SceneLamps
 from ..water import cycles_lamps, excited_water, scene_water
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Follower, Term
+from ..water.term import Follower, SceneFrame, Term
 
 # Intensity of the lamps that cast shadows: what they add to the sun's light on an object is this
 # fraction of what the lamps themselves do. Fainter ones drown in the rounding of single precision.

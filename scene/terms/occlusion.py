@@ -27,8 +27,7 @@ from ..readers.surroundings import Surroundings, has_objects
 from ..water import continued_seabed, metering, occlusion
 from ..water.frame_water import FLOOR, RealtimeWater
 from ..water.realtime import shadow_resolution
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 _FINEST = 0.001  # detail of the sun's shadow, m: Blender's default
 _IN_ROOM = 0.5  # of the light of open water

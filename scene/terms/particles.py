@@ -29,8 +29,7 @@ from .. import marks
 from ..materials import band_colors
 from ..water import new_materials, scene_water
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 _REACH, _LONGEST = 4.0, 30.0  # optical depth in the clearest band, and m, beyond which none is seen
 _MILLI = 1e-3

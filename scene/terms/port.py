@@ -11,8 +11,7 @@ from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
 from ..readers import cameras
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,8 +18,7 @@ from ...uw_spectral.transfer.sky_picture import SkyPicture
 from .. import marks
 from ..water.frame_water import RealtimeWater
 from ..water.pass_values import gain_in_water
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 
 @dataclass(frozen=True, eq=False)

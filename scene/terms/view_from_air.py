@@ -17,8 +17,7 @@ from .. import marks
 from ..readers.moving_surface import ViewFromAir
 from ..water import refraction_displacement, scene_water
 from ..water.frame_water import RealtimeWater
-from ..water.scene_frame import SceneFrame
-from ..water.term import Term
+from ..water.term import SceneFrame, Term
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ from ..terms.waves import with_waves
 from ..water import metering
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
-from ..water.scene_frame import Eye
+from ..water.term import Eye
 
 _FEW_BANDS = 8  # while settings change
 _STOPS = "stops"

@@ -27,7 +27,7 @@ from ..readers.lamps import lamp_excitations
 from ..temporary import held
 from . import scene_water
 from .pass_values import PassValues
-from .scene_frame import SceneFrame
+from .term import SceneFrame
 from .water_body import WaterExtent, box
 
 _EXCITED = "uw_excited"

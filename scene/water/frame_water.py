@@ -50,11 +50,6 @@ class FrameInputs:
     frame: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     terms: tuple[Term, ...] = ()
 
-    def with_terms(self, *terms: Term) -> FrameInputs:
-        """Return the same with terms, in place of those of their kind."""
-        kept = [x for x in self.terms if type(x) not in {type(term) for term in terms}]
-        return replace(self, terms=(*kept, *terms))
-
 
 @dataclass(frozen=True, eq=False)
 class RealtimeWater:
@@ -81,7 +76,8 @@ class RealtimeWater:
 
     def with_terms(self, *terms: Term) -> RealtimeWater:
         """Return the water with terms, in place of those of their kind."""
-        return replace(self, inputs=self.inputs.with_terms(*terms))
+        kept = [x for x in self.inputs.terms if type(x) not in {type(term) for term in terms}]
+        return replace(self, inputs=replace(self.inputs, terms=(*kept, *terms)))
 
     def term[T: Term](self, kind: type[T]) -> T | None:
         """Return the term of a kind, if there is one."""

@@ -16,7 +16,7 @@ from mathutils import Euler, Matrix
 from underwater_spectral.scene.readers import surroundings
 from underwater_spectral.scene.terms.occlusion import table_of
 from underwater_spectral.scene.water import occlusion
-from underwater_spectral.scene.water.scene_frame import Eye, SceneFrame
+from underwater_spectral.scene.water.term import Eye, SceneFrame
 from underwater_spectral.uw_spectral.occlusion.fitted_cells import FittedCells
 
 from . import scene as laws

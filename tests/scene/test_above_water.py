@@ -19,7 +19,7 @@ from underwater_spectral.scene.water import (
     scene_water,
     water_body,
 )
-from underwater_spectral.scene.water.scene_frame import Eye
+from underwater_spectral.scene.water.term import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.uw_spectral.surface.refraction import (

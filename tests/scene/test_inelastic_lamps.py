@@ -15,7 +15,7 @@ from underwater_spectral.scene.readers.lamp_shadows import LampShadowCache
 from underwater_spectral.scene.terms import eevee_water
 from underwater_spectral.scene.water import excited_water, water_body
 from underwater_spectral.scene.water.occlusion import Cache
-from underwater_spectral.scene.water.scene_frame import Eye
+from underwater_spectral.scene.water.term import Eye
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes

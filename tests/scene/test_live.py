@@ -15,7 +15,7 @@ from underwater_spectral.scene.session import is_live
 from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import changes, live, live_scenes, problems, submerging
 from underwater_spectral.scene.water import occlusion
-from underwater_spectral.scene.water.scene_frame import Eye
+from underwater_spectral.scene.water.term import Eye
 from underwater_spectral.settings.render_plan import make_plan, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
 from underwater_spectral.ui import live_updates

@@ -11,7 +11,7 @@ from underwater_spectral.scene.readers import moving_surface
 from underwater_spectral.scene.terms import waves
 from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.water import realtime, scene_water, water_body
-from underwater_spectral.scene.water.scene_frame import Eye
+from underwater_spectral.scene.water.term import Eye
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot

@@ -15,7 +15,7 @@ from underwater_spectral.scene.terms import particles
 from underwater_spectral.scene.terms.eevee_water import eevee_water
 from underwater_spectral.scene.viewport import live
 from underwater_spectral.scene.water import realtime, scene_water, water_body
-from underwater_spectral.scene.water.scene_frame import Eye
+from underwater_spectral.scene.water.term import Eye
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot

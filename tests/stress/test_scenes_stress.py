@@ -24,7 +24,7 @@ from underwater_spectral.scene.water import (
     scene_water,
     water_body,
 )
-from underwater_spectral.scene.water.scene_frame import Eye
+from underwater_spectral.scene.water.term import Eye
 from underwater_spectral.settings.render_plan import make_plan
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.tests.scene import scenes, snapshot
