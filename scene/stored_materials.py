@@ -12,8 +12,6 @@ import bpy
 from ..settings.known_words import suggestions
 
 PROPERTY = "underwater"
-
-
 _SCHEME = "file:"
 
 

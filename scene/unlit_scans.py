@@ -17,11 +17,10 @@ def notes(scene: bpy.types.Scene) -> list[str]:
     """Return a hint about materials that give off a picture and reflect nothing, if there are."""
     seen = contents.objects(scene, ever_rendered(scene))
     found = dict.fromkeys(m.name for item in seen for m in contents.materials_of(item) if _is(m))
-    names = list(found)
-    if not names:
+    if not found:
         return []
     return [
-        f"material {first_of(map(repr, names))} glows with its picture, as unlit "
+        f"material {first_of(map(repr, found))} glows with its picture, as unlit "
         "scans do: it is as bright at any depth and takes no light; to light it, link the picture "
         "to the Base Color of a Principled BSDF"
     ]

@@ -43,12 +43,10 @@ class PassValues:
     @classmethod
     def of_plan(cls, plan: RenderPlan, scene: bpy.types.Scene) -> PassValues:
         """Return the values of the water itself, and of the materials of a scene."""
-        values: dict[str, NDArray[np.float64]] = {}
-        for names, basis in (
-            (attributes.REFLECTANCE_BASIS, uplift_basis(plan.bands)),
-            (attributes.EMISSION_BASIS, emission_basis(plan.bands)),
-        ):
-            values.update(zip(names, basis.T, strict=True))
+        values: dict[str, NDArray[np.float64]] = {
+            **dict(zip(attributes.REFLECTANCE_BASIS, uplift_basis(plan.bands).T, strict=True)),
+            **dict(zip(attributes.EMISSION_BASIS, emission_basis(plan.bands).T, strict=True)),
+        }
         for material, reflectance in band_colors.measured_reflectances(scene):
             name = band_colors.measured_attribute(material)
             if name is not None:

@@ -184,14 +184,11 @@ def reduction(
 
 @dataclass(frozen=True, eq=False)
 class _InDaylight:
-    """A sensor behind bands in the light at the surface.
+    """A sensor behind bands in the light at the surface."""
 
-    ``response`` (3, n) is to radiances, ``white`` (3,) to a white diffuser. ``matrix`` (3, 3)
-    is that of an observer, or what fits a camera's responses, over those to white, to colours.
-    """
-
-    response: NDArray[np.float64]
-    white: NDArray[np.float64]
+    response: NDArray[np.float64]  #: To radiances, (3, n).
+    white: NDArray[np.float64]  #: To a white diffuser, (3,).
+    #: Of an observer, or what fits a camera's responses, over those to white, to colours, (3, 3).
     matrix: NDArray[np.float64]
     delta_e: float
 

@@ -22,15 +22,11 @@ _TYPICAL, _LONGEST = 1 << 12, 1 << 20
 
 @dataclass(frozen=True)
 class ExrHeader:
-    """What a scanline image says of itself.
+    """What a scanline image says of itself."""
 
-    ``size`` is width and height, ``text`` its attributes of text, ``whole``
-    whether every chunk lies in the file.
-    """
-
-    size: tuple[int, int]
-    text: dict[str, str]
-    whole: bool
+    size: tuple[int, int]  #: Width and height.
+    text: dict[str, str]  #: Its attributes of text.
+    whole: bool  #: Whether every chunk lies in the file.
 
 
 def read_header(path: Path) -> ExrHeader | None:

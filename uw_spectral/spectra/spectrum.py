@@ -95,14 +95,10 @@ _ALIKE = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A CSV table: comment header, column names, numbers.
+    """A CSV table: comment header, column names, numbers."""
 
-    ``header`` holds the comment lines (source, licence), ``columns`` the
-    numbers by column name; ``path`` is kept for messages.
-    """
-
-    path: Path
-    header: str
+    path: Path  #: For messages.
+    header: str  #: Its comment lines (source, licence).
     columns: dict[str, NDArray[np.float64]]
 
     def spectrum(self, column: str, name: str) -> Spectrum:

@@ -32,14 +32,10 @@ _STATUS_TEXTS = {
 
 @dataclass(frozen=True)
 class Doubt:
-    """A caveat that concerns part of a table.
+    """A caveat that concerns part of a table."""
 
-    ``text`` names quantity and wavelengths; an interpolated value rests on
-    the doubtful rows if its wavelength lies strictly between ``above`` and
-    ``below`` (nm).
-    """
-
-    text: str
+    text: str  #: Names quantity and wavelengths.
+    #: Interpolated values strictly between these, nm, rest on the doubtful rows.
     above: float
     below: float
 

@@ -31,8 +31,6 @@ JERLOV_SOURCES = ("solonenko2015", "williamson2022")
 DEFAULT_SOURCE = "solonenko2015"
 BACKSCATTER = "bb/b"
 """Key in the comment of a table, as ``# bb/b: 0.01``."""
-
-
 _PURE = np.arange(300.0, 801.0, 5.0)  # nm, where pure water is known
 
 
