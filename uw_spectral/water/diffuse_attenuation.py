@@ -50,10 +50,10 @@ def checked_coefficients(sun_zenith: float, **coefficients: ArrayLike) -> list[N
     """
     if not 0 <= sun_zenith <= 90:
         raise InputError(f"Kd: the sun zenith must be 0 to 90 degrees, got {sun_zenith:g}")
-    return [not_negative(values, f"Kd: {name}") for name, values in coefficients.items()]
+    return [checked_coefficient(values, f"Kd: {name}") for name, values in coefficients.items()]
 
 
-def not_negative(values: ArrayLike, what: str) -> NDArray[np.float64]:
+def checked_coefficient(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return values as an array; InputError if one is negative or not finite."""
     found = np.asarray(values, dtype=np.float64)
     if not np.all(np.isfinite(found) & (found >= 0)):
@@ -63,7 +63,7 @@ def not_negative(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 def Kd490_Morel2007(chlorophyll: ArrayLike) -> NDArray[np.float64]:
     """Kd at 490 nm, 1/m, of a case 1 water with this chlorophyll, mg/m³."""
-    return _KW_490 + _CHI_490 * not_negative(chlorophyll, "Kd(490): chlorophyll") ** _E_490
+    return _KW_490 + _CHI_490 * checked_coefficient(chlorophyll, "Kd(490): chlorophyll") ** _E_490
 
 
 def Kd_Morel2001(chlorophyll: float) -> Spectrum:
@@ -89,5 +89,5 @@ def Kd_Morel2001(chlorophyll: float) -> Spectrum:
 
 def chlorophyll_Morel2007(Kd490: ArrayLike) -> NDArray[np.float64]:
     """Chlorophyll, mg/m³, of the case 1 water with this Kd at 490 nm, 1/m; 0 for pure water."""
-    rest = np.maximum(not_negative(Kd490, "Kd(490)") - _KW_490, 0.0)
+    rest = np.maximum(checked_coefficient(Kd490, "Kd(490)") - _KW_490, 0.0)
     return (rest / _CHI_490) ** (1 / _E_490)

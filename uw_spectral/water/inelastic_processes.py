@@ -19,7 +19,7 @@ from ..errors import InputError, unknown_name
 from ..spectra.bands import Bands
 from ..spectra.spectrum import shipped_table
 from .bio_optics import Constituents
-from .diffuse_attenuation import not_negative
+from .diffuse_attenuation import checked_coefficient
 from .phase import PhaseFunction
 from .phase_functions import EinsteinSmoluchowski, Isotropic
 
@@ -286,4 +286,4 @@ def _edges(bands: Bands) -> NDArray[np.float64]:
 
 
 def _coefficient(values: ArrayLike, bands: Bands, name: str) -> NDArray[np.float64]:
-    return np.broadcast_to(not_negative(values, f"absorption of {name}"), (len(bands),))
+    return np.broadcast_to(checked_coefficient(values, f"absorption of {name}"), (len(bands),))
