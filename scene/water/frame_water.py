@@ -178,6 +178,7 @@ class RealtimeWater:
             realtime_values.SHAFT_END: self.shafts.end if self.shafts else 0.0,
             realtime_values.SHAFT_SCALE: self.shafts.scale if self.shafts else 0.0,
         }
+        # By the mean radiance of open water around the camera.
         turns = np.pi / 2.0 * np.arange(_SIDES)
         w = np.cos(turns), np.sin(turns), 0.0 * turns
         depth = min(max(self.depth, 0.0), self.field.floor_depth)
