@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..mathematics import NUMPY, Mathematics, Operand, added_up, dot
 from . import density_grid
 from .cloud_numbers import (
     DEEPEST_DIFFERENCE,
@@ -35,7 +35,6 @@ from .cloud_numbers import (
     Veil,
     Wide,
     add_up,
-    added_up,
     march,
 )
 from .density_grid import Grid

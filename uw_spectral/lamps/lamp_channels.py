@@ -26,16 +26,14 @@ forward.
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..mathematics import NUMPY, Mathematics, Operand, dot, sum_of
 from ..table import Axis, Lookup, Table
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
@@ -142,7 +140,7 @@ class ChannelLight:
     def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once over a length, by the squared sine of half the angle."""
         parts = zip(self.components, self.scattered, strict=True)
-        return _total(table.at(length=length) * part.per_steradian(s2, m) for part, table in parts)
+        return sum_of(table.at(length=length) * part.per_steradian(s2, m) for part, table in parts)
 
     def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return what absorption over a length leaves of light of which bands have so much."""
@@ -255,7 +253,7 @@ def matte_part(
     colour: Sequence[Operand], facets: Sequence[Facets], m: Mathematics = NUMPY
 ) -> list[Operand]:
     """Return what of a colour is not that of facets that mirror evenly."""
-    mirrored = [_total(parts) for parts in zip(*(one.even for one in facets), strict=True)]
+    mirrored = [sum_of(parts) for parts in zip(*(one.even for one in facets), strict=True)]
     mirrored = mirrored or [0.0] * COLOURS
     return [m.maximum(a - b, 0.0) for a, b in zip(colour, mirrored, strict=True)]
 
@@ -428,8 +426,4 @@ def bands_of(values: Operand) -> list[Operand]:
 
 
 def _weighted(weights: Sequence[Operand], values: Sequence[Operand]) -> Operand:
-    return _total(value * weight for weight, value in zip(weights, values, strict=True))
-
-
-def _total(values: Sequence[Operand] | Operand) -> Operand:
-    return functools.reduce(operator.add, values)
+    return sum_of(value * weight for weight, value in zip(weights, values, strict=True))

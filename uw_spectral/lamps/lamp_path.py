@@ -17,14 +17,13 @@ from __future__ import annotations
 
 import functools
 import math
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..mathematics import NUMPY, Mathematics, Operand, added_up
 from ..water.phase import Mixture
 from .lamp import Lamp, RayPastLamp
 from .profile import NO_EDGE
@@ -223,10 +222,8 @@ def gauss_sum(
     nodes: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
 ) -> tuple[Operand, ...]:
     """Add up terms of the places of Gauss and Legendre on 0 to 1, and of their fractions."""
-    terms = [
-        term(float(place), float(fraction)) for place, fraction in zip(*gauss(nodes), strict=True)
-    ]
-    return tuple(functools.reduce(operator.add, column) for column in zip(*terms, strict=True))
+    places = zip(*gauss(nodes), strict=True)
+    return added_up(term(float(place), float(fraction)) for place, fraction in places)
 
 
 @functools.cache
