@@ -81,34 +81,22 @@ def along_path(stretch: Operand) -> tuple[Axis]:
 
 @dataclass(frozen=True, eq=False)
 class ChannelLamp:
-    """The tables of a lamp.
+    """The tables of a lamp."""
 
-    Attributes
-    ----------
-    scattered : array, shape (k, LENGTHS, 3)
-        O, of each part of the phase function, 1/m.
-    unscattered : array, shape (LENGTHS, 3)
-        What is seen of the lamp itself.
-    in_water : array, shape (3, LENGTHS, 3)
-        S, of the three bands for light in the water.
-    coloured : array, shape (3 + m, 3, LENGTHS, 3)
-        S, of a red, a green and a blue surface and of m measured reflectances, of the three bands
-        for light on objects.
-    exciting : array, shape (3, LENGTHS, 3), or (0, LENGTHS, 3)
-        S, of the three bands for light on objects; its channels are what excites fluorophores.
-    floating : array, shape (FLOATING, FLOATING, 3), or (0, FLOATING, 3)
-        Of light on what floats in the water: see :meth:`ChannelLight.floating_at`.
-    inelastic : InelasticLight, optional
-        The lamp stands for light of changed wavelength, with three bands of its own; it has no
-        other, and S are over the way to the camera, but for the scattering there.
-    """
-
-    scattered: Array
-    unscattered: Array
-    in_water: Array
+    scattered: Array  #: O, of each part of the phase function, 1/m, (k, LENGTHS, 3).
+    unscattered: Array  #: What is seen of the lamp itself, (LENGTHS, 3).
+    in_water: Array  #: S, of the three bands for light in the water, (3, LENGTHS, 3).
+    #: S, of a red, a green and a blue surface and of m measured reflectances, of the three bands
+    #: for light on objects, (3 + m, 3, LENGTHS, 3).
     coloured: Array
+    #: S, of the three bands for light on objects; its channels are what excites fluorophores,
+    #: (3, LENGTHS, 3), or (0, LENGTHS, 3).
     exciting: Array
+    #: Of light on what floats in the water, see :meth:`ChannelLight.floating_at`,
+    #: (FLOATING, FLOATING, 3), or (0, FLOATING, 3).
     floating: Array
+    #: The lamp stands for light of changed wavelength, with three bands of its own; it has no
+    #: other, and S are over the way to the camera, but for the scattering there.
     inelastic: InelasticLight | None = None
 
 
@@ -116,24 +104,15 @@ class ChannelLamp:
 class ChannelLight:
     """The light of a lamp in channels, of arrays or in a node tree: a :class:`.LampSpectrum`.
 
-    Attributes
-    ----------
-    water : LampWater
-        Of the three bands; its absorption and phase function are not read.
-    scattered, in_water : sequence of Lookup
-        As of :class:`ChannelLamp`.
-    split : callable
-        Returns the three bands of a value.
-    floating : Lookup, optional
-        As of :class:`ChannelLamp`.
+    Tables are those of :class:`ChannelLamp`.
     """
 
-    water: LampWater
+    water: LampWater  #: Of the three bands; its absorption and phase function are not read.
     components: Sequence[PhaseFunction]
     scattered: Sequence[Lookup]
     unscattered: Lookup
     in_water: Sequence[Lookup]
-    split: Callable[[Operand], Sequence[Operand]]
+    split: Callable[[Operand], Sequence[Operand]]  #: Returns the three bands of a value.
     floating: Lookup | None = None
     inelastic: InelasticLight | None = None
 
@@ -173,21 +152,12 @@ class ChannelLight:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceLight:
-    """The light of a lamp on an object and on to the camera, of arrays or in a node tree.
+    """The light of a lamp on an object and on to the camera, of arrays or in a node tree."""
 
-    Attributes
-    ----------
-    water : LampWater
-        Of the three bands; its absorption and phase function are not read.
-    coloured : sequence of sequence of Lookup
-        As of :class:`ChannelLamp`: of each colour, of each of the three bands.
-    split : callable
-        Returns the three bands of a value.
-    """
-
-    water: LampWater
+    water: LampWater  #: Of the three bands; its absorption and phase function are not read.
+    #: As of :class:`ChannelLamp`: of each colour, of each of the three bands.
     coloured: Sequence[Sequence[Lookup]]
-    split: Callable[[Operand], Sequence[Operand]]
+    split: Callable[[Operand], Sequence[Operand]]  #: Returns the three bands of a value.
 
     def arriving_at(
         self, lamp: Lamp, patch: PatchPastLamp, visible: Operand = 1.0, m: Mathematics = NUMPY
@@ -260,25 +230,16 @@ def matte_part(
 
 @dataclass(frozen=True, eq=False)
 class LampChannels:
-    """Lamps and their water, projected; make it with :func:`project_lamps`.
-
-    Attributes
-    ----------
-    in_water, on_surfaces : LampWater
-        Of the three bands that stand for all.
-    measured : int
-        Measured reflectances of surfaces.
-    stretch : float
-        Length at the middle of the tables, m.
-    """
+    """Lamps and their water, projected; make it with :func:`project_lamps`."""
 
     lamps: tuple[Lamp, ...]  #: The last ones may stand for light of changed wavelength.
     projected: tuple[ChannelLamp, ...]
+    #: Of the three bands that stand for all.
     in_water: LampWater
     on_surfaces: LampWater
     components: tuple[PhaseFunction, ...]
-    measured: int
-    stretch: float
+    measured: int  #: Measured reflectances of surfaces.
+    stretch: float  #: Length at the middle of the tables, m.
 
     @property
     def parts(self) -> int:
@@ -313,19 +274,17 @@ class LampChannels:
     def lights(self) -> Iterator[tuple[Lamp, ChannelLight]]:
         """Return each lamp with its light in the water."""
         for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            yield (
-                lamp,
-                ChannelLight(
-                    self.in_water,
-                    self.components,
-                    self._rows(projected.scattered),
-                    Table(projected.unscattered, along_path(self.stretch)),
-                    self._rows(projected.in_water),
-                    bands_of,
-                    Table(projected.floating, ON_FLOATING) if self.floats else None,
-                    projected.inelastic,
-                ),
+            light = ChannelLight(
+                self.in_water,
+                self.components,
+                self._rows(projected.scattered),
+                Table(projected.unscattered, along_path(self.stretch)),
+                self._rows(projected.in_water),
+                bands_of,
+                Table(projected.floating, ON_FLOATING) if self.floats else None,
+                projected.inelastic,
             )
+            yield lamp, light
 
     def reflected(
         self,
@@ -365,27 +324,20 @@ class LampChannels:
         D, F = np.zeros(3), np.zeros(3)
         matte = matte_part(colour, facets)
         mirroring = [one.with_all_light(to_eye) for one in facets]
-        for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            arriving = light.arriving_at(lamp, patch, visible)
+        for light, lamp, patch, arriving, _ in self._on_surface(point, normal, visible):
             found = light.tables(arriving.length + P)
             tables = of_colour(found[:COLOURS], matte)
             if measured is not None:
                 tables = found[COLOURS + measured]
-            fractions = light.unscattered(P), light.forward(P)
-            bands = light.on_patch(arriving, patch) / math.pi
-            D, F = (
-                total + light.arriving(bands * fraction, tables)
-                for total, fraction in zip((D, F), fractions, strict=True)
-            )
+            parts = [(light.on_patch(arriving, patch), tables)]
             to_lamp = [-part for part in lamp.towards(point)[1]]
             for one in mirroring:
                 bands, seen = light.on_facets(arriving, lamp, patch, one, to_eye, to_lamp)
-                tables = of_colour(found[:COLOURS], seen)
-                D, F = (
-                    total + light.arriving(bands / math.pi * fraction, tables)
-                    for total, fraction in zip((D, F), fractions, strict=True)
-                )
+                parts.append((bands, of_colour(found[:COLOURS], seen)))
+            unscattered, forward = light.unscattered(P), light.forward(P)
+            for bands, tables in parts:
+                D = D + light.arriving(bands / math.pi * unscattered, tables)
+                F = F + light.arriving(bands / math.pi * forward, tables)
         return D, F
 
     def irradiance(
@@ -393,9 +345,7 @@ class LampChannels:
     ) -> Array:
         """Irradiance on patches, as of :meth:`reflected`, shape (..., 3)."""
         E = np.zeros(3)
-        for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            arriving = light.arriving_at(lamp, patch, visible)
+        for light, _, patch, arriving, _ in self._on_surface(point, normal, visible):
             white = of_colour(light.tables(arriving.length)[:COLOURS], (1.0, 1.0, 1.0))
             E = E + light.arriving(light.on_patch(arriving, patch), white)
         return E
@@ -405,16 +355,20 @@ class LampChannels:
     ) -> Array:
         """Irradiance on patches as the fluorophores weigh it, shape (..., 3)."""
         X = np.zeros(3)
-        for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            arriving = light.arriving_at(lamp, patch, visible)
+        for light, _, patch, arriving, projected in self._on_surface(point, normal, visible):
             tables = [row.at(length=arriving.length) for row in self._rows(projected.exciting)]
             X = X + light.arriving(light.on_patch(arriving, patch), tables)
         return X
 
-    def _on_surface(self, projected: ChannelLamp) -> SurfaceLight:
-        coloured = [self._rows(tables) for tables in projected.coloured]
-        return SurfaceLight(self.on_surfaces, coloured, bands_of)
+    def _on_surface(
+        self, point: Sequence[Operand], normal: Sequence[Operand], visible: Operand
+    ) -> Iterator[tuple[SurfaceLight, Lamp, PatchPastLamp, ArrivingLight, ChannelLamp]]:
+        """Return each lamp as patches see it, with its light there and its tables."""
+        for lamp, projected in zip(self.lamps, self.projected, strict=True):
+            coloured = [self._rows(tables) for tables in projected.coloured]
+            light = SurfaceLight(self.on_surfaces, coloured, bands_of)
+            patch = patch_past_lamp(lamp, point, normal)
+            yield light, lamp, patch, light.arriving_at(lamp, patch, visible), projected
 
     def _rows(self, tables: Array) -> list[Table]:
         return [Table(table, along_path(self.stretch)) for table in tables]
