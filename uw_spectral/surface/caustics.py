@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .refraction import REFRACTIVE_INDEX, fresnel_reflectance
-from .wave_components import WaveComponents
+from .wave_components import WaveComponents, wave_numbers
 
 SUN_RADIUS = math.radians(0.2665)
 """Angular radius of the sun in air, rad."""
@@ -288,15 +288,6 @@ def bake_layers(
         for depth in depths.tolist()
     ]  # fmt: skip
     return CausticLayers(waves.tile, depths, np.stack(images).astype(np.float32))
-
-
-def wave_numbers(tile: float, resolution: int) -> tuple[NDArray, NDArray]:
-    """Wave numbers of rfft2, shapes (1, N/2 + 1) and (N, 1)."""
-    unit = 2 * math.pi / tile
-    return (
-        unit * np.arange(resolution // 2 + 1)[None, :],
-        unit * resolution * np.fft.fftfreq(resolution)[:, None],
-    )
 
 
 def _sun_transfer(

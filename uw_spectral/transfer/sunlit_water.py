@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..surface.caustics import disc_transfer, pattern_power, wave_numbers
+from ..surface.caustics import disc_transfer, pattern_power
+from ..surface.wave_components import wave_numbers
 from ..water.phase import BandPhase
 from .solved_field import SolvedField
 
