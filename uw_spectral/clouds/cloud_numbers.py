@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -37,14 +36,6 @@ March = Callable[
 
 Where the last operand is 0 all are 0, and need not be made.
 """
-
-
-class Wide(Protocol):
-    """A phase function."""
-
-    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Value at s2 = sin²(angle / 2), 1/sr."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
