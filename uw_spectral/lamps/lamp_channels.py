@@ -298,28 +298,12 @@ class LampChannels:
         facets: Sequence[Facets] = (),
         to_eye: Vector = (),
     ) -> tuple[Array, Array]:
-        """Radiance of patches that arrives from a distance: unscattered, and forward.
+        """Radiance of patches that arrives from a distance, m: unscattered, and forward, (..., 3).
 
-        Parameters
-        ----------
-        point, normal : three floats or arrays of shape (..., 1)
-            World coordinates, m; unit vector.
-        colour : three floats or arrays
-            Linear Rec.709.
-        P : float or array
-            Distance, m.
-        visible : float or array
-            Fraction of the lamps that is seen from there.
-        measured : int, optional
-            In place of the colour: index of a measured reflectance.
-        facets : sequence of Facets
-            On the patches; the rest of the colour is matte.
-        to_eye : three floats or arrays
-            Unit vector, for facets.
-
-        Returns
-        -------
-        tuple of array, shape (..., 3)
+        Places are in world coordinates, m, and ``normal`` and ``to_eye``, which facets need, unit
+        vectors, of arrays of shape (..., 1). The colour is linear Rec.709; the index of a measured
+        reflectance stands in its place. ``visible`` is the fraction of the lamps that is seen from
+        there. What is not that of facets on the patches is matte.
         """
         D, F = np.zeros(3), np.zeros(3)
         matte = matte_part(colour, facets)

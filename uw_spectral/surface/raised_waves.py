@@ -217,25 +217,13 @@ def surface_ahead(
     The surface is sampled along the ray, closer near the start, and the crossing refined by
     the rule of false position. What lies between two samples on the same side is missed.
 
-    Parameters
-    ----------
-    elevation : callable
-        Height of the surface at x and y.
-    highest : float or array
-        That nothing of the surface exceeds, up or down, m.
-    side : float
-        1 for a ray that begins in the air, -1 for one in the water.
-    first : float
-        Distance from the start at which the ray begins to look, m.
-    iterate : callable
-        How steps are repeated, as :func:`repeated` does it.
+    ``elevation`` tells the height of the surface at x and y, ``highest`` is what nothing of it
+    exceeds, up or down, m. ``side`` is 1 for a ray that begins in the air, -1 for one in the water;
+    it begins to look at the distance ``first`` from the start, m. Steps are repeated as
+    :func:`repeated` does it.
 
-    Returns
-    -------
-    found : float or array
-        1 where the ray meets the surface within :data:`FARTHEST`, else 0.
-    distance : float or array
-        From the start, m; where nothing is found, the end of the search.
+    Returned are 1 where the ray meets the surface within :data:`FARTHEST`, else 0, and the distance
+    from the start, m; where nothing is found, the end of the search.
     """
     x, y, z = start
 

@@ -117,12 +117,8 @@ class Sea:
     ) -> WavePatterns:
         """Compute one moment; it depends on the time only, never on other moments.
 
-        Parameters
-        ----------
-        sun_direction : array_like, shape (3,)
-            Travel direction of the sunlight in the water.
-        sun_radius : float
-            Angular radius of the sun in air, rad; 0 where the renderer's own sun has a disc.
+        Sunlight travels in the ``sun_direction`` (3,) in the water; the radius is that of the sun
+        in air, rad, 0 where the renderer's own sun has a disc.
         """
         waves, depths = self.components(), self.layer_depths(floor_depth)
         layers = bake_layers(
