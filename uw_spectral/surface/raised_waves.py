@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from .wave_components import WaveComponents, periodic_at
-from .waves import WaveSpectrum, angular_frequency, looping
+from .waves import WaveSpectrum, angular_frequency, in_loop
 from .whitecaps import Foam
 
 FAR = 24
@@ -181,7 +181,7 @@ def far_waves(
         FAR * tile, FAR_RESOLUTION, seed, k_max=longest, loop_seconds=loop_seconds
     )
     waves = swell.on(waves, spectrum.depth)
-    return replace(waves, frequency=looping(waves.frequency, loop_seconds))
+    return replace(waves, frequency=in_loop(waves.frequency, loop_seconds))
 
 
 Step = Callable[..., tuple[Operand, ...]]

@@ -233,7 +233,7 @@ class WaveSpectrum:
         present = variance > 0
         index, variance, phase = index[present], variance[present], phase[present]
         frequency = angular_frequency(unit * np.hypot(*index.T), self.depth)
-        frequency = looping(frequency, loop_seconds)
+        frequency = in_loop(frequency, loop_seconds)
         # Circles of the same area as the squares of the lattice.
         longest = unit / math.sqrt(math.pi)
         shortest = min(k_max, unit * (2 * reach + 1) / math.sqrt(math.pi))
@@ -257,7 +257,7 @@ def angular_frequency(k: ArrayLike, depth: float = math.inf) -> NDArray[np.float
     return np.sqrt(GRAVITY * k * (1 + (k / _KM) ** 2) * shallow)
 
 
-def looping(frequency: NDArray[np.float64], loop_seconds: float | None) -> NDArray[np.float64]:
+def in_loop(frequency: NDArray[np.float64], loop_seconds: float | None) -> NDArray[np.float64]:
     """Nearest frequencies, rad/s, with which motion repeats after a time; as they are without."""
     if loop_seconds is None:
         return frequency
