@@ -20,6 +20,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from ..validation.closed_form.internal_reflectance import internal_reflectance
 from ..validation.traced_sea import Below, TracedSea, photons
 from .runner import Ask, Page, table
 from .solved_field import eight_bands
@@ -53,7 +54,7 @@ def _reflectances() -> list[str]:
             for name, cosine in beams.items()
         ]
         sky = [1.0 - Sky().transmittance(s) for s in both]
-        below = [s.internal_reflectance for s in both]
+        below = [internal_reflectance(s) for s in both]
         cases += [("uniform sky", any_way, sky), (_BELOW, any_way, below)]
         for name, cosines, (flat, waves) in cases:
             traced, _ = sea.reflectance(cosines, above=name != _BELOW)

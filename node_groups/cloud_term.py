@@ -9,7 +9,7 @@ from typing import override
 
 import bpy
 
-from ..uw_spectral.clouds.cloud_light import Clouds, Together
+from ..uw_spectral.clouds.cloud_light import Clouds, Several
 from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel_parts import ChannelPixel, OcclusionFactor, OcclusionOnPath
@@ -69,7 +69,7 @@ def clouds_in(graph: Graph, sources: Sources, shape: Shape) -> Clouds:
         lamps = shape.of(LampShape)
         count = lamps.count - lamps.virtual
         of_lamps = sources.parts.get(GRID_LAMPS)
-        group = Together(group, cloud_table.grids_in(graph, grids, of_lamps, count))
+        group = Several(cloud_table.grids_in(graph, grids, of_lamps, count), group)
     assert group is not None, "there are clouds"
     return Clouds(group, cloud_table.kinds(shape.of(CloudShape).all), sun, NODES)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.surface.reflected_view import ReflectedView
+from ..uw_spectral.surface.surface_views import ReflectedView
 from ..uw_spectral.transfer.pixel_parts import ReflectedRadiance, SurfaceAbove
 from .node_mathematics import NODES, Graph, NodeValue
 from .pixel_term import Pixel, TermPixel

@@ -9,8 +9,7 @@ from typing import override
 import bpy
 
 from ..uw_spectral.mathematics import Operand
-from ..uw_spectral.surface.reflected_view import ReflectedView
-from ..uw_spectral.surface.refracted_view import RefractedView
+from ..uw_spectral.surface.surface_views import ReflectedView, RefractedView
 from ..uw_spectral.transfer.pixel_parts import RefractedRadiance, SurfaceAbove
 from .node_mathematics import NODES
 from .pixel_term import Pixel, TermPixel

@@ -24,7 +24,7 @@ from ..uw_spectral.surface.wave_patterns import (
     sunlight_factor,
     under_waves,
 )
-from ..uw_spectral.surface.whitecaps import foam_fraction
+from ..uw_spectral.surface.whitecaps import Foam
 from ..uw_spectral.transfer.foam_light import FoamAhead
 from ..uw_spectral.transfer.pixel_parts import SurfaceAbove
 from ..uw_spectral.transfer.radiance_field import Ripples
@@ -239,7 +239,8 @@ class WaveTables:
         if near is None or far is None:
             return None
         total = self.graph.components(self._added(near, far, x, y, filtered=filtered))[0]
-        return foam_fraction(total, self.number(FOAM_FIRST), self.number(FOAM_PER_CROWDING), NODES)
+        foam = Foam(self.number(FOAM_FIRST), self.number(FOAM_PER_CROWDING))
+        return foam.fraction(total, NODES)
 
     def _added(
         self,

@@ -30,7 +30,7 @@ _ASKED_FOR = re.compile(
 _FOR_USERS = {
     "read_depth_exr", "read_formation", "write_plan", "blender_from_opencv", "Kd490_Morel2007",
     "raman_emission", "chlorophyll_emission", "a_range", "b_range", "TONES", "job_options",
-    "pass_count", "bearing", "snow", "plankton", "Several", "path_light",
+    "pass_count", "bearing", "snow", "plankton", "path_light",
 }  # fmt: skip
 
 

@@ -8,7 +8,9 @@ so both give the same number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import functools
+import operator
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,6 +57,16 @@ class Mathematics:
 def dot(one: Sequence[Operand], other: Sequence[Operand]) -> Operand:
     """Dot product of two vectors of three components."""
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]
+
+
+def sum_of(terms: Iterable[Operand]) -> Operand:
+    """Add up one term or more."""
+    return functools.reduce(operator.add, terms)
+
+
+def added_up(found: Iterable[Sequence[Operand]]) -> tuple[Operand, ...]:
+    """Add sums of several terms up, term by term."""
+    return tuple(sum_of(parts) for parts in zip(*found, strict=True))
 
 
 def error_function(x: Operand, m: Mathematics) -> Operand:

@@ -15,7 +15,6 @@ import numpy as np
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.spectrum import DATA_DIRECTORY
 from ..uw_spectral.surface.refraction import (
-    diffuse_internal_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
@@ -32,6 +31,7 @@ from ..uw_spectral.transfer.solved_field import SolvedField
 from ..uw_spectral.water.inelastic_processes import InelasticProcess
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.phase_functions import PetzoldAverage, Rayleigh, parse_phase
+from .closed_form.internal_reflectance import diffuse_internal_reflectance
 from .closed_form.light_field import LightField, TwoStreamWater, solve_light_field
 from .sunlight import entering, sky_fraction
 

@@ -11,13 +11,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.caustics import (
     SUN_RADIUS,
     bake_layers,
     caustic_pattern,
-    layer_depths,
+    pattern_power,
     refracted_offset,
 )
 from ..uw_spectral.surface.refraction import (
@@ -266,6 +267,35 @@ def histogram_distance(one: NDArray, other: NDArray) -> float:
     return float(np.abs(below[0] - below[1]).max())
 
 
+def layer_depths(shallowest: float, deepest: float) -> NDArray[np.float64]:
+    """Depths of layers, about an octave apart, m."""
+    if not 0 < shallowest <= deepest < math.inf:
+        raise InputError(
+            f"caustics: layers need depths 0 < shallowest ≤ deepest, got {shallowest:g} "
+            f"and {deepest:g} m"
+        )
+    octaves = math.ceil(math.log2(deepest / shallowest) - 0.1)
+    return np.geomspace(shallowest, deepest, max(octaves, 0) + 1)
+
+
+def whole_contrast(
+    water: SunlitWater, pattern: NDArray, tile: float, depth: float
+) -> NDArray[np.float64]:
+    """Factor per band, 0 to 1, that fits one grey pattern to the sunlight of the band, (n,).
+
+    The direct and forward-scattered sun of a band is nearly its mean times ``1 + contrast
+    (pattern - 1)``; the variance of Ed is exact. More than 1 would make the light negative in
+    dark places.
+    """
+    grey = math.sqrt(np.sum(pattern_power(pattern)))
+    fraction = water.sun_fraction(depth)
+    if grey == 0:
+        return np.ones_like(fraction)
+    variation = water.variation(pattern, tile, depth) / grey
+    ratio = np.divide(variation, fraction, out=np.zeros_like(fraction), where=fraction > 0)
+    return np.minimum(ratio, 1.0)
+
+
 def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
     """Relative error of the CV at depths between layers: with the gain, and plainly blended."""
     tile, resolution = 16.0, 512
@@ -281,6 +311,6 @@ def layer_cost(wind: float) -> list[tuple[float, NDArray, NDArray]]:
         )
         grey, fraction = layers.blend(depth), water.sun_fraction(depth)
         with_gain = fraction * layers.contrast(water, depth) * grey.std() / truth - 1
-        plain = fraction * water.contrast(grey, tile, depth) * grey.std() / truth - 1
+        plain = fraction * whole_contrast(water, grey, tile, depth) * grey.std() / truth - 1
         rows.append((depth, with_gain, plain))
     return rows

@@ -13,7 +13,6 @@ from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.surface.refraction import (
     REFRACTIVE_INDEX,
-    diffuse_internal_reflectance,
     fresnel_reflectance,
     in_water_cosine,
     refractive_index_QuanFry1995,
@@ -24,6 +23,7 @@ from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.optical_properties import Water
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.pure_water import molecular_scattering
+from .closed_form.internal_reflectance import diffuse_internal_reflectance
 
 NM = np.array([400.0, 450.0, 500.0, 550.0, 600.0, 650.0, 700.0])
 

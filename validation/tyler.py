@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.surface.refraction import (
-    diffuse_internal_reflectance,
     in_water_cosine,
     sun_travel_direction,
 )
@@ -33,6 +32,7 @@ from ..uw_spectral.transfer.sky import Sky
 from ..uw_spectral.water.phase_functions import parse_phase
 from ..uw_spectral.water.pure_water import molecular_scattering
 from .closed_form.closed_form import solve_closed_form
+from .closed_form.internal_reflectance import diffuse_internal_reflectance
 from .closed_form.light_field import TwoStreamWater, solve_light_field
 from .closed_form.unoccluded_water import UnoccludedWater
 from .sunlight import entering, sky_fraction

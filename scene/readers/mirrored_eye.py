@@ -17,8 +17,8 @@ from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 from ...datasets.camera import PinholeCamera
-from ...uw_spectral.surface.reflected_view import ReflectedView
 from ...uw_spectral.surface.refraction import apparent_height, direction_in_air, is_in_window
+from ...uw_spectral.surface.surface_views import ReflectedView
 from .. import contents, marks
 from ..temporary import held
 from . import shown_lamps

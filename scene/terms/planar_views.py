@@ -18,7 +18,7 @@ from ...node_groups import (
 )
 from ...node_groups.realtime_values import Numbers
 from ...node_groups.shape import TermShape
-from ...uw_spectral.surface.reflected_view import ReflectedView
+from ...uw_spectral.surface.surface_views import ReflectedView
 from .. import marks
 from ..readers.filled_view import filled_view
 from ..readers.surroundings import Surroundings

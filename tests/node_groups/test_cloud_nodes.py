@@ -19,7 +19,7 @@ from underwater_spectral.node_groups import (
 from underwater_spectral.node_groups.loops import followed, summed
 from underwater_spectral.node_groups.node_mathematics import NODES
 from underwater_spectral.uw_spectral.clouds import lamp_lit_cloud
-from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several, Together
+from underwater_spectral.uw_spectral.clouds.cloud_light import Clouds, Several
 from underwater_spectral.uw_spectral.clouds.cloud_numbers import (
     CloudNumbers,
     add_up,
@@ -117,7 +117,7 @@ def _with_grid(blobs):
         others = in_nodes(graph)
         table = others.group if blobs else None
         grids = cloud_table.grids_in(graph, image, of_lamps, len(lamps))
-        together = Together(table, grids)
+        together = Several(grids, table)
         return replace(others, group=together)
 
     return replace(clouds, group=group), nodes

@@ -17,7 +17,6 @@ from scipy.special import chdtrc
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
-    diffuse_internal_reflectance,
     fresnel_reflectance,
 )
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
@@ -31,6 +30,9 @@ from underwater_spectral.uw_spectral.water.phase_functions import (
     parse_phase,
 )
 from underwater_spectral.validation import monte_carlo
+from underwater_spectral.validation.closed_form.internal_reflectance import (
+    diffuse_internal_reflectance,
+)
 from underwater_spectral.validation.monte_carlo import (
     Constituent,
     InelasticInteraction,

@@ -20,7 +20,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..mathematics import NUMPY, Mathematics, Operand, added_up, dot
+from ..water.phase import PhaseFunction
 from . import density_grid
 from .cloud_numbers import (
     DEEPEST_DIFFERENCE,
@@ -33,9 +34,7 @@ from .cloud_numbers import (
     March,
     Sum,
     Veil,
-    Wide,
     add_up,
-    added_up,
     march,
 )
 from .density_grid import Grid
@@ -66,22 +65,25 @@ class Group(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Several:
-    """Clouds one by one; a :class:`Group`."""
+    """Clouds one by one, and others beside them; a :class:`Group`."""
 
     clouds: Sequence[CloudNumbers]
+    others: Group | None = None  #: Without grids.
 
     def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
         """Add up terms of each."""
-        return added_up([terms(cloud) for cloud in self.clouds])
+        found = [] if self.others is None else [self.others.total(terms)]
+        return added_up([*found, *map(terms, self.clouds)])
 
     def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
         """Multiply factors of each."""
-        return functools.reduce(operator.mul, [factor(cloud) for cloud in self.clouds])
+        found = [] if self.others is None else [self.others.product(factor)]
+        return functools.reduce(operator.mul, [*found, *map(factor, self.clouds)])
 
     @property
     def alone(self) -> bool:
         """Whether there is one only."""
-        return len(self.clouds) == 1
+        return self.others is None and len(self.clouds) == 1
 
     @property
     def grids(self) -> Sequence[CloudNumbers]:
@@ -90,34 +92,11 @@ class Several:
 
 
 @dataclass(frozen=True, eq=False)
-class Together:
-    """Puffs, and grids one by one; a :class:`Group`."""
-
-    blobs: Group | None
-    grids: Sequence[CloudNumbers]  #: One or more.
-
-    @property
-    def alone(self) -> bool:
-        """Whether there is one only."""
-        return self.blobs is None and len(self.grids) == 1
-
-    def total(self, terms: Callable[[CloudNumbers], Sequence[Operand]]) -> Sequence[Operand]:
-        """Add up terms of each."""
-        own = [] if self.blobs is None else [self.blobs.total(terms)]
-        return added_up([*own, *(terms(cloud) for cloud in self.grids)])
-
-    def product(self, factor: Callable[[CloudNumbers], Operand]) -> Operand:
-        """Multiply factors of each."""
-        own = [] if self.blobs is None else [self.blobs.product(factor)]
-        return functools.reduce(operator.mul, [*own, *(factor(cloud) for cloud in self.grids)])
-
-
-@dataclass(frozen=True, eq=False)
 class Clouds:
     """Clouds, and the sun that shines on them."""
 
     group: Group
-    phases: Sequence[Wide]  #: Phase functions of their matter, by kind.
+    phases: Sequence[PhaseFunction]  #: Phase functions of their matter, by kind.
     sun: Sequence[Operand]  #: Unit direction that sunlight travels to in the water, z up.
     m: Mathematics = NUMPY
 
@@ -171,12 +150,8 @@ class Clouds:
     ) -> Veil:
         """Return what clouds on a path do to what is seen along it.
 
-        Parameters
-        ----------
-        s2 : number
-            sin² of half the angle by which sunlight turns to travel against w.
-        add, follow : callable
-            Add up the steps, through blobs and through grids.
+        ``s2`` is sin² of half the angle by which sunlight turns to travel against w; ``add`` and
+        ``follow`` add up the steps, through blobs and through grids.
         """
         m = self.m
 
@@ -240,15 +215,10 @@ class Clouds:
     ) -> Callable[[Operand], Sequence[Operand]]:
         """Return the steps in which what a cloud scatters along a ray is added up.
 
-        Parameters
-        ----------
-        places : callable
-            Distances of the beginning, the middle and the end of a step along it, m.
-        ends : number, number, int
-            Of the path, and the number of steps: what is before and beyond these counts to the
-            first and the last one.
-        source : callable
-            Radiance of endless matter with the light of a place at a distance, as it arrives.
+        ``places`` gives the distances of the beginning, the middle and the end of a step along it,
+        m; ``ends`` are those of the path, and the number of steps: what is before and beyond these
+        counts to the first and the last one. ``source`` gives the radiance of endless matter with
+        the light of a place at a distance, as it arrives.
         """
         m, (first, last, count) = self.m, ends
         own_ray = ray(cloud)

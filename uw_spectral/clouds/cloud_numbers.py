@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
-from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..mathematics import NUMPY, Mathematics, Operand, added_up, dot, sum_of
 from ..table import Lookup, Scale, Table
 from .density_grid import Grid
 from .gaussian_blob import FAR, GaussianBlob
@@ -39,14 +36,6 @@ March = Callable[
 
 Where the last operand is 0 all are 0, and need not be made.
 """
-
-
-class Wide(Protocol):
-    """A phase function."""
-
-    def per_steradian(self, s2: Operand, m: Mathematics = NUMPY) -> Operand:
-        """Value at s2 = sin²(angle / 2), 1/sr."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +106,7 @@ class CloudNumbers:
         """Fraction of light scattered at a place that leaves the cloud, in channels."""
         if self.grid is not None:
             return m.exp(-self.transport * self.grid.at(point, m)[2])
-        return _sum([m.exp(-self.transport * x) for x in self.blob.outwards(point, m)]) / 6.0
+        return sum_of([m.exp(-self.transport * x) for x in self.blob.outwards(point, m)]) / 6.0
 
     def escaping_about(self, point: Sequence[Operand], m: Mathematics) -> Operand:
         """Return the same as a mean over all places as far out; in short."""
@@ -179,12 +168,3 @@ def march(
         before = before + number
         found.append((number, *others))
     return added_up(found)
-
-
-def added_up(found: Sequence[Sequence[Operand]]) -> Sequence[Operand]:
-    """Add sums of several terms up, term by term."""
-    return [functools.reduce(operator.add, parts) for parts in zip(*found, strict=True)]
-
-
-def _sum(terms: Sequence[Operand]) -> Operand:
-    return functools.reduce(operator.add, terms)

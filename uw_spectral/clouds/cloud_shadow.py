@@ -26,15 +26,9 @@ def daylit_fractions(
 
     What was scattered before comes along the sun's beam in part, and is dimmed there as that is.
 
-    Parameters
-    ----------
-    rate : number
-        At which sunlight that is scattered once falls off along it, 1/m:
-        :meth:`.ChannelWater.falling_off`.
-    chance : number
-        Even from 0 to 1: where in its fraction each place lies.
-    add : callable
-        Adds up the places.
+    Sunlight that is scattered once falls off along it at the ``rate``, 1/m
+    (:meth:`.ChannelWater.falling_off`); ``chance``, even from 0 to 1, is where in its fraction each
+    place lies. ``add`` adds up the places.
     """
     m = clouds.m
     x = rate * P

@@ -27,12 +27,8 @@ def veiled(
     of all that comes from behind. What they scatter within their forward peak of an object's light
     is lost in the light of its surroundings. Light of lamps in the water has been through them.
 
-    Parameters
-    ----------
-    around : channels, optional
-        Light from about the object, over the fraction of the pixel that it fills; its own without.
-    coverage : number
-        Fraction of the pixel that the object fills; its light is multiplied with that already.
+    ``around`` is the light from about the object, over the fraction of the pixel that it fills, its
+    own without; ``coverage`` that fraction, with which its light is multiplied already.
     """
     T, passed = veil.unscattered, veil.passed
     before = water_before(ray, veil, y_o, w) * coverage

@@ -97,7 +97,8 @@ def parse_ies(text: str, place: str = "photometric file") -> Photometry:
     # Tilt, here or in a file, is output against the lamp's position: the candela are for none.
     if lines[at].partition("=")[2].strip().upper() == "INCLUDE":
         numbers.take(1, "orientation of the tilt")
-        count = numbers.count("number of tilt angles")
+        name = "number of tilt angles"
+        count = _as_count(numbers.take(1, name)[0], name, place)
         numbers.take(2 * count, "tilt factors")
     head: dict[str, float] = dict(zip(_HEADER, numbers.take(len(_HEADER), "header"), strict=True))
     kind = head["photometric type"]
@@ -180,10 +181,6 @@ class _Numbers:
                 f"{self._place}, line {line}: {printable(cell, 40)!r} follows the last candela; "
                 "correct the numbers of angles; decimals have a point"
             )
-
-    def count(self, what: str) -> int:
-        """Return the next one as a count."""
-        return _as_count(self.take(1, what)[0], what, self._place)
 
 
 def _as_count(value: float, what: str, place: str) -> int:

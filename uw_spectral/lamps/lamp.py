@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -12,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..mathematics import NUMPY, Mathematics, Operand, added_up, dot
 from ..table import Lookup
 from .angular_spread import OBJECT
 from .lamp_shadow import lit, scattered_lit
@@ -50,8 +48,7 @@ class LitParts(tuple[LitPart, ...]):
 
     def total(self, terms: Callable[[LitPart], tuple[Operand, ...]]) -> tuple[Operand, ...]:
         """Add up terms of each."""
-        columns = zip(*map(terms, self), strict=True)
-        return tuple(functools.reduce(operator.add, column) for column in columns)
+        return added_up(map(terms, self))
 
 
 @dataclass(frozen=True, eq=False)

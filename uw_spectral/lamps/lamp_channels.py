@@ -26,16 +26,14 @@ forward.
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand, dot
+from ..mathematics import NUMPY, Mathematics, Operand, dot, sum_of
 from ..table import Axis, Lookup, Table
 from ..transfer.facets import Facets
 from ..transfer.highlights import Vector, halfway
@@ -83,34 +81,22 @@ def along_path(stretch: Operand) -> tuple[Axis]:
 
 @dataclass(frozen=True, eq=False)
 class ChannelLamp:
-    """The tables of a lamp.
+    """The tables of a lamp."""
 
-    Attributes
-    ----------
-    scattered : array, shape (k, LENGTHS, 3)
-        O, of each part of the phase function, 1/m.
-    unscattered : array, shape (LENGTHS, 3)
-        What is seen of the lamp itself.
-    in_water : array, shape (3, LENGTHS, 3)
-        S, of the three bands for light in the water.
-    coloured : array, shape (3 + m, 3, LENGTHS, 3)
-        S, of a red, a green and a blue surface and of m measured reflectances, of the three bands
-        for light on objects.
-    exciting : array, shape (3, LENGTHS, 3), or (0, LENGTHS, 3)
-        S, of the three bands for light on objects; its channels are what excites fluorophores.
-    floating : array, shape (FLOATING, FLOATING, 3), or (0, FLOATING, 3)
-        Of light on what floats in the water: see :meth:`ChannelLight.floating_at`.
-    inelastic : InelasticLight, optional
-        The lamp stands for light of changed wavelength, with three bands of its own; it has no
-        other, and S are over the way to the camera, but for the scattering there.
-    """
-
-    scattered: Array
-    unscattered: Array
-    in_water: Array
+    scattered: Array  #: O, of each part of the phase function, 1/m, (k, LENGTHS, 3).
+    unscattered: Array  #: What is seen of the lamp itself, (LENGTHS, 3).
+    in_water: Array  #: S, of the three bands for light in the water, (3, LENGTHS, 3).
+    #: S, of a red, a green and a blue surface and of m measured reflectances, of the three bands
+    #: for light on objects, (3 + m, 3, LENGTHS, 3).
     coloured: Array
+    #: S, of the three bands for light on objects; its channels are what excites fluorophores,
+    #: (3, LENGTHS, 3), or (0, LENGTHS, 3).
     exciting: Array
+    #: Of light on what floats in the water, see :meth:`ChannelLight.floating_at`,
+    #: (FLOATING, FLOATING, 3), or (0, FLOATING, 3).
     floating: Array
+    #: The lamp stands for light of changed wavelength, with three bands of its own; it has no
+    #: other, and S are over the way to the camera, but for the scattering there.
     inelastic: InelasticLight | None = None
 
 
@@ -118,31 +104,22 @@ class ChannelLamp:
 class ChannelLight:
     """The light of a lamp in channels, of arrays or in a node tree: a :class:`.LampSpectrum`.
 
-    Attributes
-    ----------
-    water : LampWater
-        Of the three bands; its absorption and phase function are not read.
-    scattered, in_water : sequence of Lookup
-        As of :class:`ChannelLamp`.
-    split : callable
-        Returns the three bands of a value.
-    floating : Lookup, optional
-        As of :class:`ChannelLamp`.
+    Tables are those of :class:`ChannelLamp`.
     """
 
-    water: LampWater
+    water: LampWater  #: Of the three bands; its absorption and phase function are not read.
     components: Sequence[PhaseFunction]
     scattered: Sequence[Lookup]
     unscattered: Lookup
     in_water: Sequence[Lookup]
-    split: Callable[[Operand], Sequence[Operand]]
+    split: Callable[[Operand], Sequence[Operand]]  #: Returns the three bands of a value.
     floating: Lookup | None = None
     inelastic: InelasticLight | None = None
 
     def single(self, s2: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return the light scattered once over a length, by the squared sine of half the angle."""
         parts = zip(self.components, self.scattered, strict=True)
-        return _total(table.at(length=length) * part.per_steradian(s2, m) for part, table in parts)
+        return sum_of(table.at(length=length) * part.per_steradian(s2, m) for part, table in parts)
 
     def arriving(self, bands: Operand, length: Operand, m: Mathematics = NUMPY) -> Operand:
         """Return what absorption over a length leaves of light of which bands have so much."""
@@ -175,21 +152,12 @@ class ChannelLight:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceLight:
-    """The light of a lamp on an object and on to the camera, of arrays or in a node tree.
+    """The light of a lamp on an object and on to the camera, of arrays or in a node tree."""
 
-    Attributes
-    ----------
-    water : LampWater
-        Of the three bands; its absorption and phase function are not read.
-    coloured : sequence of sequence of Lookup
-        As of :class:`ChannelLamp`: of each colour, of each of the three bands.
-    split : callable
-        Returns the three bands of a value.
-    """
-
-    water: LampWater
+    water: LampWater  #: Of the three bands; its absorption and phase function are not read.
+    #: As of :class:`ChannelLamp`: of each colour, of each of the three bands.
     coloured: Sequence[Sequence[Lookup]]
-    split: Callable[[Operand], Sequence[Operand]]
+    split: Callable[[Operand], Sequence[Operand]]  #: Returns the three bands of a value.
 
     def arriving_at(
         self, lamp: Lamp, patch: PatchPastLamp, visible: Operand = 1.0, m: Mathematics = NUMPY
@@ -255,32 +223,23 @@ def matte_part(
     colour: Sequence[Operand], facets: Sequence[Facets], m: Mathematics = NUMPY
 ) -> list[Operand]:
     """Return what of a colour is not that of facets that mirror evenly."""
-    mirrored = [_total(parts) for parts in zip(*(one.even for one in facets), strict=True)]
+    mirrored = [sum_of(parts) for parts in zip(*(one.even for one in facets), strict=True)]
     mirrored = mirrored or [0.0] * COLOURS
     return [m.maximum(a - b, 0.0) for a, b in zip(colour, mirrored, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
 class LampChannels:
-    """Lamps and their water, projected; make it with :func:`project_lamps`.
-
-    Attributes
-    ----------
-    in_water, on_surfaces : LampWater
-        Of the three bands that stand for all.
-    measured : int
-        Measured reflectances of surfaces.
-    stretch : float
-        Length at the middle of the tables, m.
-    """
+    """Lamps and their water, projected; make it with :func:`project_lamps`."""
 
     lamps: tuple[Lamp, ...]  #: The last ones may stand for light of changed wavelength.
     projected: tuple[ChannelLamp, ...]
+    #: Of the three bands that stand for all.
     in_water: LampWater
     on_surfaces: LampWater
     components: tuple[PhaseFunction, ...]
-    measured: int
-    stretch: float
+    measured: int  #: Measured reflectances of surfaces.
+    stretch: float  #: Length at the middle of the tables, m.
 
     @property
     def parts(self) -> int:
@@ -315,19 +274,17 @@ class LampChannels:
     def lights(self) -> Iterator[tuple[Lamp, ChannelLight]]:
         """Return each lamp with its light in the water."""
         for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            yield (
-                lamp,
-                ChannelLight(
-                    self.in_water,
-                    self.components,
-                    self._rows(projected.scattered),
-                    Table(projected.unscattered, along_path(self.stretch)),
-                    self._rows(projected.in_water),
-                    bands_of,
-                    Table(projected.floating, ON_FLOATING) if self.floats else None,
-                    projected.inelastic,
-                ),
+            light = ChannelLight(
+                self.in_water,
+                self.components,
+                self._rows(projected.scattered),
+                Table(projected.unscattered, along_path(self.stretch)),
+                self._rows(projected.in_water),
+                bands_of,
+                Table(projected.floating, ON_FLOATING) if self.floats else None,
+                projected.inelastic,
             )
+            yield lamp, light
 
     def reflected(
         self,
@@ -341,53 +298,30 @@ class LampChannels:
         facets: Sequence[Facets] = (),
         to_eye: Vector = (),
     ) -> tuple[Array, Array]:
-        """Radiance of patches that arrives from a distance: unscattered, and forward.
+        """Radiance of patches that arrives from a distance, m: unscattered, and forward, (..., 3).
 
-        Parameters
-        ----------
-        point, normal : three floats or arrays of shape (..., 1)
-            World coordinates, m; unit vector.
-        colour : three floats or arrays
-            Linear Rec.709.
-        P : float or array
-            Distance, m.
-        visible : float or array
-            Fraction of the lamps that is seen from there.
-        measured : int, optional
-            In place of the colour: index of a measured reflectance.
-        facets : sequence of Facets
-            On the patches; the rest of the colour is matte.
-        to_eye : three floats or arrays
-            Unit vector, for facets.
-
-        Returns
-        -------
-        tuple of array, shape (..., 3)
+        Places are in world coordinates, m, and ``normal`` and ``to_eye``, which facets need, unit
+        vectors, of arrays of shape (..., 1). The colour is linear Rec.709; the index of a measured
+        reflectance stands in its place. ``visible`` is the fraction of the lamps that is seen from
+        there. What is not that of facets on the patches is matte.
         """
         D, F = np.zeros(3), np.zeros(3)
         matte = matte_part(colour, facets)
         mirroring = [one.with_all_light(to_eye) for one in facets]
-        for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            arriving = light.arriving_at(lamp, patch, visible)
+        for light, lamp, patch, arriving, _ in self._on_surface(point, normal, visible):
             found = light.tables(arriving.length + P)
             tables = of_colour(found[:COLOURS], matte)
             if measured is not None:
                 tables = found[COLOURS + measured]
-            fractions = light.unscattered(P), light.forward(P)
-            bands = light.on_patch(arriving, patch) / math.pi
-            D, F = (
-                total + light.arriving(bands * fraction, tables)
-                for total, fraction in zip((D, F), fractions, strict=True)
-            )
+            parts = [(light.on_patch(arriving, patch), tables)]
             to_lamp = [-part for part in lamp.towards(point)[1]]
             for one in mirroring:
                 bands, seen = light.on_facets(arriving, lamp, patch, one, to_eye, to_lamp)
-                tables = of_colour(found[:COLOURS], seen)
-                D, F = (
-                    total + light.arriving(bands / math.pi * fraction, tables)
-                    for total, fraction in zip((D, F), fractions, strict=True)
-                )
+                parts.append((bands, of_colour(found[:COLOURS], seen)))
+            unscattered, forward = light.unscattered(P), light.forward(P)
+            for bands, tables in parts:
+                D = D + light.arriving(bands / math.pi * unscattered, tables)
+                F = F + light.arriving(bands / math.pi * forward, tables)
         return D, F
 
     def irradiance(
@@ -395,9 +329,7 @@ class LampChannels:
     ) -> Array:
         """Irradiance on patches, as of :meth:`reflected`, shape (..., 3)."""
         E = np.zeros(3)
-        for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            arriving = light.arriving_at(lamp, patch, visible)
+        for light, _, patch, arriving, _ in self._on_surface(point, normal, visible):
             white = of_colour(light.tables(arriving.length)[:COLOURS], (1.0, 1.0, 1.0))
             E = E + light.arriving(light.on_patch(arriving, patch), white)
         return E
@@ -407,16 +339,20 @@ class LampChannels:
     ) -> Array:
         """Irradiance on patches as the fluorophores weigh it, shape (..., 3)."""
         X = np.zeros(3)
-        for lamp, projected in zip(self.lamps, self.projected, strict=True):
-            light, patch = self._on_surface(projected), patch_past_lamp(lamp, point, normal)
-            arriving = light.arriving_at(lamp, patch, visible)
+        for light, _, patch, arriving, projected in self._on_surface(point, normal, visible):
             tables = [row.at(length=arriving.length) for row in self._rows(projected.exciting)]
             X = X + light.arriving(light.on_patch(arriving, patch), tables)
         return X
 
-    def _on_surface(self, projected: ChannelLamp) -> SurfaceLight:
-        coloured = [self._rows(tables) for tables in projected.coloured]
-        return SurfaceLight(self.on_surfaces, coloured, bands_of)
+    def _on_surface(
+        self, point: Sequence[Operand], normal: Sequence[Operand], visible: Operand
+    ) -> Iterator[tuple[SurfaceLight, Lamp, PatchPastLamp, ArrivingLight, ChannelLamp]]:
+        """Return each lamp as patches see it, with its light there and its tables."""
+        for lamp, projected in zip(self.lamps, self.projected, strict=True):
+            coloured = [self._rows(tables) for tables in projected.coloured]
+            light = SurfaceLight(self.on_surfaces, coloured, bands_of)
+            patch = patch_past_lamp(lamp, point, normal)
+            yield light, lamp, patch, light.arriving_at(lamp, patch, visible), projected
 
     def _rows(self, tables: Array) -> list[Table]:
         return [Table(table, along_path(self.stretch)) for table in tables]
@@ -428,8 +364,4 @@ def bands_of(values: Operand) -> list[Operand]:
 
 
 def _weighted(weights: Sequence[Operand], values: Sequence[Operand]) -> Operand:
-    return _total(value * weight for weight, value in zip(weights, values, strict=True))
-
-
-def _total(values: Sequence[Operand] | Operand) -> Operand:
-    return functools.reduce(operator.add, values)
+    return sum_of(value * weight for weight, value in zip(weights, values, strict=True))

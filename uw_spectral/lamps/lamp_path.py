@@ -17,14 +17,13 @@ from __future__ import annotations
 
 import functools
 import math
-import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..mathematics import NUMPY, Mathematics, Operand, added_up
 from ..water.phase import Mixture
 from .lamp import Lamp, RayPastLamp
 from .profile import NO_EDGE
@@ -40,33 +39,15 @@ _SMALLEST_COMPONENT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class PathNode:
-    """A place on the ray where light is scattered; all bands share it.
+    """A place on the ray where light is scattered; all bands share it."""
 
-    Attributes
-    ----------
-    weight : float or array
-        Fraction of it in the integral, profile included, 1/m.
-    s2 : float or array
-        Squared sine of half the scattering angle.
-    half : float or array
-        Half the scattering angle, rad.
-    wet : float or array
-        From the lamp to the place, m; in the water.
-    length : float or array
-        From the lamp over the place to the camera, m; in the water.
-    s : float or array
-        Distance along the ray from the point nearest to the lamp, m.
-    where : three floats or arrays
-        The place as the lamp sees it, m.
-    """
-
-    weight: Operand
-    s2: Operand
-    half: Operand
-    wet: Operand
-    length: Operand
-    s: Operand
-    where: Sequence[Operand]
+    weight: Operand  #: Fraction of it in the integral, profile included, 1/m.
+    s2: Operand  #: Squared sine of half the scattering angle.
+    half: Operand  #: Half the scattering angle, rad.
+    wet: Operand  #: From the lamp to the place, m; in the water.
+    length: Operand  #: From the lamp over the place to the camera, m; in the water.
+    s: Operand  #: Distance along the ray from the point nearest to the lamp, m.
+    where: Sequence[Operand]  #: The place as the lamp sees it, m.
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,25 +120,10 @@ def single_scattering(
     m: Mathematics = NUMPY,
     nodes: int = NODES,
 ) -> Operand:
-    """Radiance of the lamp's light scattered once along a ray, unshadowed.
+    """Radiance of the lamp's light scattered once along a ray, unshadowed, (..., n).
 
-    Parameters
-    ----------
-    ray : RayPastLamp
-        Arrays need a last axis of 1 for the bands.
-    b, c : array, shape (n,)
-        Scattering and extinction, 1/m.
-    phase : Mixture
-        Phase function.
-    m : Mathematics
-        Elementary functions.
-    nodes : int
-        Of the quadrature.
-
-    Returns
-    -------
-    array, shape (..., n)
-        In the unit of the intensity per m².
+    In the unit of the intensity per m². Arrays of the ray need a last axis of 1 for the bands;
+    ``b`` and ``c`` (n,) are scattering and extinction, 1/m.
 
     Examples
     --------
@@ -223,10 +189,8 @@ def gauss_sum(
     nodes: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
 ) -> tuple[Operand, ...]:
     """Add up terms of the places of Gauss and Legendre on 0 to 1, and of their fractions."""
-    terms = [
-        term(float(place), float(fraction)) for place, fraction in zip(*gauss(nodes), strict=True)
-    ]
-    return tuple(functools.reduce(operator.add, column) for column in zip(*terms, strict=True))
+    places = zip(*gauss(nodes), strict=True)
+    return added_up(term(float(place), float(fraction)) for place, fraction in places)
 
 
 @functools.cache

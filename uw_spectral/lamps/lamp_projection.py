@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
@@ -28,10 +27,7 @@ from .lamp_channels import (
     SurfaceLight,
     bands_of,
 )
-from .lamp_surface import (
-    PatchPastLamp,
-    arriving_light,
-)
+from .lamp_surface import PatchPastLamp, arriving_light
 from .multiple_scattering import LampField, LampWater
 from .profile import LampProfile, SpotProfile
 from .representative_bands import RepresentativeBands, representative_bands
@@ -199,7 +195,7 @@ def _on_floating(lamp: Lamp, water: LampWater, size: float) -> Array:
     value = lamp.profile.value(np.array([cosine]))
     patch = PatchPastLamp(r, value / (r * r), 1.0, cosine, cosine, r)
     # What stands for objects has parts, which tell the irradiance on surfaces alone.
-    light = arriving_light(dataclasses.replace(lamp, parts=None), patch, water)
+    light = arriving_light(replace(lamp, parts=None), patch, water)
     reaching = (light.straight + light.about) * (r * r / value)
     within = [within_outline(water.phase, size, float(s)) for s in lengths]
     return reaching[:, None] * np.exp(-water.b * (1.0 - np.array(within)) * r)
@@ -213,7 +209,7 @@ def _brightest(lamp: Lamp) -> float:
 
 def with_soft_shadow(lamp: Lamp, water: LampWater) -> Lamp:
     """Return a lamp that knows what objects leave of its scattered light."""
-    return lamp if lamp.shadow is None else dataclasses.replace(lamp, soft=soft_map(lamp, water))
+    return lamp if lamp.shadow is None else replace(lamp, soft=soft_map(lamp, water))
 
 
 def _mean_spectrum(intensities: Sequence[Array], count: int) -> Array:
@@ -223,7 +219,7 @@ def _mean_spectrum(intensities: Sequence[Array], count: int) -> Array:
 
 
 def _of_three(water: LampWater, bands: RepresentativeBands) -> LampWater:
-    return dataclasses.replace(water.of_bands(bands.indices), reach=water.reach)
+    return replace(water.of_bands(bands.indices), reach=water.reach)
 
 
 def _bands_in_water(water: LampWater, seen: Array) -> RepresentativeBands:

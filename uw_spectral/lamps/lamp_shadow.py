@@ -53,10 +53,7 @@ def shadow_axes(side: int = SIDE) -> tuple[Axis, ...]:
 def shadow_map(distances: ArrayLike, side: int = SIDE) -> Table:
     """Return a map of the distances in m to the first object in each direction, infinite without.
 
-    Parameters
-    ----------
-    distances : array_like, shape (side²,)
-        In the order of :func:`shadow_directions`.
+    They have the shape (side²,), in the order of :func:`shadow_directions`.
     """
     summed = np.abs(shadow_directions(side)).sum(axis=-1) * np.asarray(distances, dtype=np.float64)
     inverse = (1.0 / np.maximum(summed, _SMALLEST)).reshape(side, side)
@@ -75,18 +72,10 @@ def highest_near(values: Array) -> Array:
 def lit(
     shadow: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY, side: int = SIDE
 ) -> Operand:
-    """Fraction of a lamp's light that reaches a place, 0 to 1.
+    """Fraction of a lamp's light that reaches a place, 0 to 1, by a :func:`shadow_map`.
 
-    Parameters
-    ----------
-    shadow : Lookup
-        Of :func:`shadow_map`.
-    place : three floats or arrays
-        Seen from the lamp, m, in the axes of the world.
-    m : Mathematics
-        Elementary functions.
-    side : int
-        Entries of the map, each way.
+    The place is as the lamp sees it, m, in the axes of the world; the map has ``side`` entries each
+    way.
 
     Examples
     --------
@@ -111,30 +100,14 @@ def behind(
 
 
 def scattered_lit(soft: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY) -> Operand:
-    """Fraction of a lamp's scattered light that reaches a place, 0 to 1.
-
-    Parameters
-    ----------
-    place : three floats or arrays
-        Seen from the lamp, m, in the axes of the world.
-    m : Mathematics
-        Elementary functions.
-    """
+    """Fraction of a lamp's scattered light that reaches a place, 0 to 1; as of :func:`lit`."""
     return _looked_up(soft, place, m)[0]
 
 
 def transmitted_in_shadow(
     soft: Lookup, place: Sequence[Operand], m: Mathematics = NUMPY
 ) -> Operand:
-    """Fraction of a lamp's scattered light that reaches a place that the lamp does not see.
-
-    Parameters
-    ----------
-    place : three floats or arrays
-        Seen from the lamp, m, in the axes of the world.
-    m : Mathematics
-        Elementary functions.
-    """
+    """Fraction of a lamp's scattered light that reaches a place that the lamp does not see."""
     return _looked_up(soft, place, m)[1]
 
 

@@ -87,7 +87,7 @@ class LampField(ComparedByContent):
 
     def arriving(self, profile: LampProfile) -> Table:
         """Tabulate what patches get of it."""
-        return arriving_table(self.harmonics, profile)
+        return arriving_table(self.harmonics.for_patches(), profile)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,10 +160,6 @@ class InelasticLight:
     source: Lookup  #: In place of that of :class:`Field`.
     decay: Operand  #: What neither has of its fading with the distance from the lamp, 1/m, (n,).
     changed: Operand = 1.0  #: 0 where it is the lamp's own light after all.
-
-    def absorption_length(self, length: Operand, wet: Operand) -> Operand:
-        """Return what counts of a length over a place, of which so much is wet before it."""
-        return length - wet * self.changed
 
 
 class LampSpectrum(Protocol):
@@ -249,7 +245,8 @@ def light_along(
 
 
 def _absorbing(light: LampSpectrum, length: Operand, leg: Operand) -> Operand:
-    return length if light.inelastic is None else light.inelastic.absorption_length(length, leg)
+    """What counts of a length over a place, of which so much is wet before it."""
+    return length if light.inelastic is None else length - leg * light.inelastic.changed
 
 
 def _onward(light: LampSpectrum, node: PathNode) -> Operand:

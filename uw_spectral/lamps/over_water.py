@@ -47,34 +47,24 @@ def through_surface(lamp: Lamp, surface: WaterSurface) -> Lamp:
     if height <= 0.0:
         return lamp
     axis = tuple(float(x) for x in lamp.axis)
-    seen = _seen(lamp.profile, axis, height, surface)
-    x, y, z = seen.place
+    (x, y, z), axis, profile, gain = _seen(lamp.profile, axis, height, surface)
     return dataclasses.replace(
         lamp,
         position=(float(lamp.position[0]) + x, float(lamp.position[1]) + y, z),
-        axis=seen.axis,
-        intensity=np.asarray(lamp.intensity) * seen.gain,
-        profile=seen.profile,
+        axis=axis,
+        intensity=np.asarray(lamp.intensity) * gain,
+        profile=profile,
         seen=0.0,
         dry=z,
         stands=tuple(float(x) for x in lamp.position),
     )
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class _Seen:
-    """Apparent place beside a lamp and over the water, axis, profile, and factor on intensity."""
-
-    place: tuple[float, ...]
-    axis: tuple[float, ...]
-    profile: TableProfile
-    gain: float
-
-
 @functools.lru_cache(maxsize=64)
 def _seen(
     profile: LampProfile, axis: tuple[float, ...], height: float, surface: WaterSurface
-) -> _Seen:
+) -> tuple[tuple[float, ...], tuple[float, ...], TableProfile, float]:
+    """Apparent place beside a lamp and over the water, axis, profile, and factor on intensity."""
     n = surface.refractive_index
     wide = isinstance(profile, IsotropicProfile) or float(profile.beam) < _WIDE
     along = np.array((0.0, 0.0, -1.0) if wide or -axis[2] < _FLATTEST else axis)
@@ -88,7 +78,7 @@ def _seen(
     found = TableProfile(*_profile(points - place, power, np.array(refracted)))
     gain = float(found.values.max())
     found = TableProfile(found.cosines, constant(found.values / max(gain, _LEAST)))
-    return _Seen(tuple(map(float, place)), tuple(map(float, refracted)), found, gain)
+    return tuple(map(float, place)), tuple(map(float, refracted)), found, gain
 
 
 def _profile(places: Array, power: Array, axis: Array) -> tuple[Array, Array]:

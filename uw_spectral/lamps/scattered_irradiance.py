@@ -40,13 +40,9 @@ def arriving_axes(scale: Operand) -> tuple[Axis, ...]:
     return discrete_axis("term", TERMS), lamp_distances(scale).axis("distance"), turned
 
 
-def arriving_table(solved: Harmonics, profile: LampProfile) -> Table:
-    """Tabulate what arrives of a lamp with a profile."""
-    return _table(solved.for_patches(), profile)
-
-
 @functools.lru_cache(maxsize=32)
-def _table(solved: Harmonics, profile: LampProfile) -> Table:
+def arriving_table(solved: Harmonics, profile: LampProfile) -> Table:
+    """Tabulate what arrives of a lamp with a profile; of :meth:`.Harmonics.for_patches`."""
     around = solved.around(profile, TURNED.values(), _HIGHEST, _BLUR)
     about, beside = _windows(solved.degrees)
     found = np.einsum("mkl,rtmln->rtmkn", beside, around)

@@ -60,13 +60,9 @@ def source_seen(
     return m.exp(source.at(distance=r, azimuth=azimuth, turned=turned, bent=bent))
 
 
+@functools.lru_cache(maxsize=16)
 def source_table(solved: Harmonics, profile: LampProfile) -> Table:
     """Tabulate the source of a lamp of an intensity of 1."""
-    return _source(solved, profile)
-
-
-@functools.lru_cache(maxsize=16)
-def _source(solved: Harmonics, profile: LampProfile) -> Table:
     by_turn = solved.around(profile, TURNED.values()) * solved.scattering
     found = in_directions(by_turn)
     r = solved.distances[:, None, None, None, None]

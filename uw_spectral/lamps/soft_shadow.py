@@ -57,12 +57,7 @@ _SMALLEST = 1e-9
 def soft_map(lamp: Lamp, water: LampWater, orders: int = ORDERS) -> Table:
     """Return how much of a lamp's scattered light objects leave, in mean over the bands.
 
-    Parameters
-    ----------
-    lamp : Lamp
-        With a shadow.
-    orders : int
-        How often light is scattered at most.
+    The lamp has a shadow; light is scattered so many times at most.
     """
     shadow = lamp.shadow
     assert shadow is not None
@@ -139,22 +134,13 @@ def _beside(u: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class _Points:
-    """Points that light is turned at on its way to the places of a map, which count alike.
+    """Points that light is turned at on its way to the places of a map, which count alike."""
 
-    Attributes
-    ----------
-    ways : array, shape (3, SIDE², j)
-        Directions from the lamp.
-    from_lamp, length : array, shape (j,)
-        Distance from the lamp, and of the whole way, over that of the place.
-    gain : float
-        Light that is scattered once over b r times what is not scattered.
-    """
-
-    ways: Array
+    ways: Array  #: Directions from the lamp, (3, SIDE², j).
+    #: Distance from the lamp, and of the whole way, over that of the place, (j,).
     from_lamp: Array
     length: Array
-    gain: float
+    gain: float  #: Light that is scattered once over b r times what is not scattered.
 
     @functools.cached_property
     def _cells(self) -> dict[str, Operand]:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .refraction import REFRACTIVE_INDEX, fresnel_reflectance
-from .wave_components import WaveComponents
+from .wave_components import WaveComponents, wave_numbers
 
 SUN_RADIUS = math.radians(0.2665)
 """Angular radius of the sun in air, rad."""
@@ -193,7 +193,9 @@ def caustic_pattern(
     kx, ky = wave_numbers(waves.tile, resolution)
     transfer = _sun_transfer(kx, ky, sun_direction, depth, refractive_index, sun_radius)
     transfer = transfer * _tail_transfer(kx, ky, seen, sun_direction, depth, refractive_index)
-    return positive_pattern(_filtered(density, transfer))
+    # The filter rings below zero.
+    pattern = np.maximum(np.fft.irfft2(np.fft.rfft2(density) * transfer, density.shape), 0.0)
+    return pattern / pattern.mean()
 
 
 class PatternCarrier(Protocol):
@@ -257,17 +259,6 @@ class CausticLayers:
         return np.minimum(ratio, 1.5)
 
 
-def layer_depths(shallowest: float, deepest: float) -> NDArray[np.float64]:
-    """Depths of layers, about an octave apart, m."""
-    if not 0 < shallowest <= deepest < math.inf:
-        raise InputError(
-            f"caustics: layers need depths 0 < shallowest ≤ deepest, got {shallowest:g} "
-            f"and {deepest:g} m"
-        )
-    octaves = math.ceil(math.log2(deepest / shallowest) - 0.1)
-    return np.geomspace(shallowest, deepest, max(octaves, 0) + 1)
-
-
 def bake_layers(
     waves: WaveComponents,
     sun_direction: ArrayLike,
@@ -297,15 +288,6 @@ def bake_layers(
         for depth in depths.tolist()
     ]  # fmt: skip
     return CausticLayers(waves.tile, depths, np.stack(images).astype(np.float32))
-
-
-def wave_numbers(tile: float, resolution: int) -> tuple[NDArray, NDArray]:
-    """Wave numbers of rfft2, shapes (1, N/2 + 1) and (N, 1)."""
-    unit = 2 * math.pi / tile
-    return (
-        unit * np.arange(resolution // 2 + 1)[None, :],
-        unit * resolution * np.fft.fftfreq(resolution)[:, None],
-    )
 
 
 def _sun_transfer(
@@ -358,16 +340,6 @@ def _tail_transfer(
         even, uneven = even + (variance - of_ripples) * spread, uneven + of_ripples * spread
     u = ripples.unevenness
     return np.exp(-even) * ((1.0 + 2.0 * u * uneven) ** (-0.5 / u) if u > 0 else 1.0)
-
-
-def _filtered(values: NDArray, transfer: NDArray) -> NDArray[np.float64]:
-    return np.fft.irfft2(np.fft.rfft2(values) * transfer, values.shape)
-
-
-def positive_pattern(pattern: NDArray) -> NDArray[np.float64]:
-    """Cut the ringing of the filter below zero; mean 1."""
-    pattern = np.maximum(pattern, 0.0)
-    return pattern / pattern.mean()
 
 
 def pattern_power(pattern: NDArray) -> NDArray[np.float64]:

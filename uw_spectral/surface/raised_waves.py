@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..mathematics import NUMPY, Mathematics, Operand
 from .wave_components import WaveComponents, periodic_at
-from .waves import WaveSpectrum, angular_frequency
+from .waves import WaveSpectrum, angular_frequency, in_loop
 from .whitecaps import Foam
 
 FAR = 24
@@ -30,7 +30,6 @@ STEEPEST_SWELL = 0.1
 
 _STEPS, _REFINED = 10, 2
 _FLATTEST = 1e-4
-_CRESTS = 4.5  # standard deviations that hardly any crest exceeds
 _MARGIN = 0.02  # m per m of distance that vertices may be off the waves between them
 
 
@@ -99,6 +98,12 @@ class Swell:
 NO_SWELL = Swell()
 
 
+def image_of(*channels: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Three channels with an alpha of 1, shape (N, N, 4)."""
+    image = np.stack([*channels, np.ones_like(channels[0])], axis=-1)
+    return np.ascontiguousarray(image, dtype=np.float32)
+
+
 @dataclass(frozen=True, eq=False)
 class HeightTile:
     """A periodic part of the surface over the mean level."""
@@ -112,14 +117,12 @@ class HeightTile:
 
     def image(self) -> NDArray[np.float32]:
         """Slopes and elevation, shape (N, N, 4)."""
-        parts = self.slope_x, self.slope_y, self.elevation, np.ones_like(self.elevation)
-        return np.ascontiguousarray(np.stack(parts, axis=-1), dtype=np.float32)
+        return image_of(self.slope_x, self.slope_y, self.elevation)
 
     def crowding_image(self) -> NDArray[np.float32]:
         """Crowding, shape (N, N, 4); 0 without foam."""
         crowding = 0.0 * self.elevation if self.crowding is None else self.crowding
-        parts = crowding, crowding, crowding, np.ones_like(crowding)
-        return np.ascontiguousarray(np.stack(parts, axis=-1), dtype=np.float32)
+        return image_of(crowding, crowding, crowding)
 
     def at(self, x: ArrayLike, y: ArrayLike, *fields: NDArray) -> list[NDArray[np.float64]]:
         """Interpolate fields of the tile at places, m."""
@@ -178,15 +181,7 @@ def far_waves(
         FAR * tile, FAR_RESOLUTION, seed, k_max=longest, loop_seconds=loop_seconds
     )
     waves = swell.on(waves, spectrum.depth)
-    if loop_seconds is not None:
-        step = 2 * math.pi / loop_seconds
-        waves = replace(waves, frequency=np.maximum(np.round(waves.frequency / step), 1) * step)
-    return waves
-
-
-def highest_crest(parts: Sequence[WaveComponents]) -> float:
-    """Height over the mean level that waves of some parts hardly ever exceed, m."""
-    return _CRESTS * math.sqrt(sum(part.elevation_variance for part in parts))
+    return replace(waves, frequency=in_loop(waves.frequency, loop_seconds))
 
 
 Step = Callable[..., tuple[Operand, ...]]
@@ -222,25 +217,13 @@ def surface_ahead(
     The surface is sampled along the ray, closer near the start, and the crossing refined by
     the rule of false position. What lies between two samples on the same side is missed.
 
-    Parameters
-    ----------
-    elevation : callable
-        Height of the surface at x and y.
-    highest : float or array
-        That nothing of the surface exceeds, up or down, m.
-    side : float
-        1 for a ray that begins in the air, -1 for one in the water.
-    first : float
-        Distance from the start at which the ray begins to look, m.
-    iterate : callable
-        How steps are repeated, as :func:`repeated` does it.
+    ``elevation`` tells the height of the surface at x and y, ``highest`` is what nothing of it
+    exceeds, up or down, m. ``side`` is 1 for a ray that begins in the air, -1 for one in the water;
+    it begins to look at the distance ``first`` from the start, m. Steps are repeated as
+    :func:`repeated` does it.
 
-    Returns
-    -------
-    found : float or array
-        1 where the ray meets the surface within :data:`FARTHEST`, else 0.
-    distance : float or array
-        From the start, m; where nothing is found, the end of the search.
+    Returned are 1 where the ray meets the surface within :data:`FARTHEST`, else 0, and the distance
+    from the start, m; where nothing is found, the end of the search.
     """
     x, y, z = start
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -245,22 +244,6 @@ def fraction_in_air(
         slope = h2 / (air * root_air) + n * y2 / (water * root_water)
         fraction = m.clamp(fraction - error / slope, least, 1.0)
     return fraction
-
-
-@functools.lru_cache(maxsize=64)
-def diffuse_internal_reflectance(refractive_index: float = REFRACTIVE_INDEX) -> float:
-    """Fraction R of uniform upward radiance that a flat surface reflects back down.
-
-    ``R = 2 ∫ R_F(μ) μ dμ`` from water into air; 0 for an index-matched surface.
-    """
-    critical = np.sqrt(max(1 - refractive_index**-2, 0.0))
-    nodes, weights = np.polynomial.legendre.leggauss(64)
-    # μ = critical + (1 - critical) t² softens the square-root rise at the critical angle.
-    t = (nodes + 1) / 2
-    cosine = critical + (1 - critical) * t**2
-    step = (1 - critical) * t * weights
-    cone = np.sum(2 * cosine * fresnel_reflectance(cosine, 1 / refractive_index) * step)
-    return float(critical**2 + cone)
 
 
 def index_in_water(n: Operand, water: Operand, z: Operand, m: Mathematics = NUMPY) -> Operand:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,9 +79,10 @@ class WaveComponents:
     def below(self, k_max: float) -> WaveComponents:
         """Keep the waves below a wave number; `shorter` gains the slope variance of the others."""
         kept = np.hypot(*self.k.T) < k_max
-        low = self._only(kept)
+        arrays = ("index", "amplitude", "frequency", "phase")
+        low = replace(self, **{name: getattr(self, name)[kept] for name in arrays})
         lost = self.slope_variance - low.slope_variance
-        return self._only(kept, shorter=self.shorter + np.maximum(lost, 0))
+        return replace(low, shorter=self.shorter + np.maximum(lost, 0))
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
         """Elevation of the surface at points, m."""
@@ -103,10 +104,7 @@ class WaveComponents:
             If the grid is too coarse for the shortest wave.
         """
         half, kx, ky = self._transform(resolution, t)
-        elevation, slope_x, slope_y = (
-            np.fft.irfft2(factor * half, (resolution, resolution), norm="forward")
-            for factor in (1.0, 1j * kx, 1j * ky)
-        )
+        elevation, slope_x, slope_y = _on_grid(half, 1.0, 1j * kx, 1j * ky)
         return elevation, slope_x, slope_y
 
     def choppy(self, resolution: int, t: float, choppiness: float = 1.0) -> ChoppySurface:
@@ -126,14 +124,9 @@ class WaveComponents:
         half, kx, ky = self._transform(resolution, t)
         k = np.hypot(kx, ky)
         per_k = choppiness / np.where(k > 0, k, 1.0)
-        elevation, rise_x, rise_y, shift_x, shift_y, xx, xy, yy = (
-            np.asarray(
-                np.fft.irfft2(factor * half, (resolution, resolution), norm="forward"), np.float64
-            )
-            for factor in (
-                1.0, 1j * kx, 1j * ky, 1j * kx * per_k, 1j * ky * per_k,
-                -kx * kx * per_k, -kx * ky * per_k, -ky * ky * per_k,
-            )
+        elevation, rise_x, rise_y, shift_x, shift_y, xx, xy, yy = _on_grid(
+            half, 1.0, 1j * kx, 1j * ky, 1j * kx * per_k, 1j * ky * per_k,
+            -kx * kx * per_k, -kx * ky * per_k, -ky * ky * per_k,
         )  # fmt: skip
         stretch = (1 + xx) * (1 + yy) - xy * xy
         # Where the surface folds it stands upright: no slope is steeper than this.
@@ -149,13 +142,10 @@ class WaveComponents:
         ``Σ k a cos``.
         """
         half, kx, ky = self._transform(resolution, t)
-        shape = resolution, resolution
-        return np.asarray(np.fft.irfft2(np.hypot(kx, ky) * half, shape, norm="forward"), np.float64)
+        return _on_grid(half, np.hypot(kx, ky))[0]
 
     def _transform(self, resolution: int, t: float) -> tuple[NDArray, NDArray, NDArray]:
-        """Elevation as irfft2 with norm "forward" takes it, and the wave numbers of its columns
-        and rows.
-        """
+        """Elevation as :func:`_on_grid` takes it, and wave numbers of its columns and rows."""
         if len(self) and resolution <= 2 * np.abs(self.index).max():
             raise InputError(
                 f"waves: a grid of {resolution} cannot carry {np.abs(self.index).max()} periods; "
@@ -171,17 +161,7 @@ class WaveComponents:
         half[rows, columns] = value
         axis = columns == 0  # both signs of ky are stored there
         half[-rows[axis] % resolution, 0] = np.conj(value[axis])
-        unit = 2 * math.pi / self.tile
-        kx = unit * np.arange(resolution // 2 + 1)
-        ky = unit * resolution * np.fft.fftfreq(resolution)[:, None]
-        return half, kx, ky
-
-    def _only(self, kept: NDArray, shorter: NDArray[np.float64] | None = None) -> WaveComponents:
-        return WaveComponents(
-            self.tile, self.index[kept], self.amplitude[kept], self.frequency[kept],
-            self.phase[kept], self.wind_direction, self.longer,
-            self.shorter if shorter is None else shorter, self.ripples,
-        )  # fmt: skip
+        return half, *wave_numbers(self.tile, resolution)
 
     def _angle(self, t: float) -> NDArray[np.float64]:
         return self.phase - np.mod(self.frequency * t, 2 * math.pi)
@@ -239,6 +219,22 @@ class ChoppySurface:
             shift_x, shift_y = periodic_at([self.shift_x, self.shift_y], row, column)
             row, column = y - per_cell * shift_y, x - per_cell * shift_x
         return periodic_at(fields, row, column)
+
+
+def wave_numbers(tile: float, resolution: int) -> tuple[NDArray, NDArray]:
+    """Wave numbers of rfft2, shapes (1, N/2 + 1) and (N, 1)."""
+    unit = 2 * math.pi / tile
+    return (
+        unit * np.arange(resolution // 2 + 1)[None, :],
+        unit * resolution * np.fft.fftfreq(resolution)[:, None],
+    )
+
+
+def _on_grid(half: NDArray, *factors: NDArray | float) -> list[NDArray[np.float64]]:
+    """Fields (N, N) whose spectra are half of one (N, N/2 + 1) times factors."""
+    shape = len(half), len(half)
+    fields = (np.fft.irfft2(factor * half, shape, norm="forward") for factor in factors)
+    return [np.asarray(field, np.float64) for field in fields]
 
 
 def periodic_at(

@@ -24,7 +24,7 @@ from .raised_waves import (
     Swell,
     far_waves,
     height_tile,
-    highest_crest,
+    image_of,
 )
 from .wave_components import WaveComponents
 from .waves import LONGEST_FETCH, WaveSpectrum
@@ -39,6 +39,7 @@ _FINEST = 0.016  # cell of an image over the depth that it still resolves
 _DEEPEST = 32.0  # m; beyond, the tile limits the pattern
 _LEAST_SPAN = 4.0  # of the depths of the layers
 _FLAT = 1e-9  # contrast of no pattern
+_CRESTS = 4.5  # standard deviations that hardly any crest exceeds
 _FADES = 0.1  # m; ripples focus from about there on
 
 
@@ -75,7 +76,7 @@ class Sea:
 
     def highest_crest(self) -> float:
         """Height over the mean level that crests hardly ever exceed, m; 0 of a plane."""
-        return highest_crest([self.components(), _far_components(self)]) if self.raised else 0.0
+        return _CRESTS * self._deviation() if self.raised else 0.0
 
     def raised_at(self, t: float) -> RaisedWaves | None:
         """Return the heights at a moment in s; None of a plane."""
@@ -83,8 +84,11 @@ class Sea:
 
     def significant_height(self) -> float:
         """Four standard deviations of the elevation, m."""
+        return 4.0 * self._deviation()
+
+    def _deviation(self) -> float:
         parts = self.components(), _far_components(self)
-        return 4.0 * math.sqrt(sum(part.elevation_variance for part in parts))
+        return math.sqrt(sum(part.elevation_variance for part in parts))
 
     def elevation(self, x: ArrayLike, y: ArrayLike, t: float) -> NDArray[np.float64]:
         """Height of a raised surface over the mean level, to first order in its steepness, m."""
@@ -113,12 +117,8 @@ class Sea:
     ) -> WavePatterns:
         """Compute one moment; it depends on the time only, never on other moments.
 
-        Parameters
-        ----------
-        sun_direction : array_like, shape (3,)
-            Travel direction of the sunlight in the water.
-        sun_radius : float
-            Angular radius of the sun in air, rad; 0 where the renderer's own sun has a disc.
+        Sunlight travels in the ``sun_direction`` (3,) in the water; the radius is that of the sun
+        in air, rad, 0 where the renderer's own sun has a disc.
         """
         waves, depths = self.components(), self.layer_depths(floor_depth)
         layers = bake_layers(
@@ -236,9 +236,7 @@ class WavePatterns:
         """
         if self.raised is not None:
             return self.raised.near.image()
-        image = np.zeros((*self.slope_x.shape, 4), np.float32)
-        image[..., 0], image[..., 1], image[..., 3] = self.slope_x, self.slope_y, 1.0
-        return image
+        return image_of(self.slope_x, self.slope_y, np.zeros_like(self.slope_x))
 
 
 def _nearest(image: NDArray, tile: float, x: NDArray, y: NDArray) -> NDArray:

@@ -183,7 +183,6 @@ class WaveSpectrum:
         resolution: int,
         seed: int = 0,
         *,
-        k_min: float = 0.0,
         k_max: float = math.inf,
         loop_seconds: float | None = None,
     ) -> WaveComponents:
@@ -194,8 +193,8 @@ class WaveSpectrum:
         resolution : int
             Samples along a side that must carry the waves: components go up to
             ``resolution/2 - 1`` periods per tile in either axis.
-        k_min, k_max : float
-            Range of wave numbers, rad/m: for several tiles that share the spectrum.
+        k_max : float
+            Highest wave number, rad/m: for several tiles that share the spectrum.
         loop_seconds : float, optional
             Make the motion repeat after this time: frequencies become whole
             multiples of 2π over it.
@@ -226,7 +225,7 @@ class WaveSpectrum:
         across = iy * math.cos(turn) - ix * math.sin(turn)
         with_wind = (along > 1e-9) | ((along > -1e-9) & (across > 0))
         k = unit * np.hypot(ix, iy)
-        kept = with_wind & (k >= k_min) & (k < k_max)
+        kept = with_wind & (k < k_max)
         index = np.stack([ix[kept], iy[kept]], axis=-1)
         variance = 2 * _cell_variance(self, index, unit)
         # Drawn before the empty cells go, one per cell: the phases do not depend on the wind.
@@ -234,11 +233,9 @@ class WaveSpectrum:
         present = variance > 0
         index, variance, phase = index[present], variance[present], phase[present]
         frequency = angular_frequency(unit * np.hypot(*index.T), self.depth)
-        if loop_seconds is not None:
-            step = 2 * math.pi / loop_seconds
-            frequency = np.maximum(np.round(frequency / step), 1) * step
+        frequency = in_loop(frequency, loop_seconds)
         # Circles of the same area as the squares of the lattice.
-        longest = max(k_min, unit / math.sqrt(math.pi))
+        longest = unit / math.sqrt(math.pi)
         shortest = min(k_max, unit * (2 * reach + 1) / math.sqrt(math.pi))
         return WaveComponents(
             tile=float(tile),
@@ -258,6 +255,14 @@ def angular_frequency(k: ArrayLike, depth: float = math.inf) -> NDArray[np.float
     k = np.asarray(k, dtype=np.float64)
     shallow = np.tanh(np.minimum(k * depth, 30.0)) if math.isfinite(depth) else 1.0
     return np.sqrt(GRAVITY * k * (1 + (k / _KM) ** 2) * shallow)
+
+
+def in_loop(frequency: NDArray[np.float64], loop_seconds: float | None) -> NDArray[np.float64]:
+    """Nearest frequencies, rad/s, with which motion repeats after a time; as they are without."""
+    if loop_seconds is None:
+        return frequency
+    step = 2 * math.pi / loop_seconds
+    return np.maximum(np.round(frequency / step), 1) * step
 
 
 def slope_variance_CoxMunk1954(wind_speed: float) -> NDArray[np.float64]:

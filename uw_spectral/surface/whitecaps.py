@@ -59,19 +59,12 @@ def foam_reflectance(wavelength: ArrayLike) -> NDArray[np.float64]:
 class Foam:
     """Bounds of the crowding."""
 
-    first: float  #: Where foam begins.
-    per_crowding: float  #: How fast its fraction of the surface grows from there.
+    first: Operand  #: Where foam begins.
+    per_crowding: Operand  #: How fast its fraction of the surface grows from there.
 
     def fraction(self, crowding: Operand, m: Mathematics = NUMPY) -> Operand:
         """Fraction of the surface, 0 to 1, that is fresh foam: it reflects so much of that's."""
-        return foam_fraction(crowding, self.first, self.per_crowding, m)
-
-
-def foam_fraction(
-    crowding: Operand, first: Operand, per_crowding: Operand, m: Mathematics = NUMPY
-) -> Operand:
-    """Fraction of fresh foam, of :meth:`Foam.fraction`, whose bounds may be operands."""
-    return m.clamp((crowding - first) * per_crowding, 0.0, 1.0)
+        return m.clamp((crowding - self.first) * self.per_crowding, 0.0, 1.0)
 
 
 def seen_with_foam(surface: Operand, foam: Operand, fraction: Operand) -> Operand:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from ..mathematics import NUMPY, Mathematics, Operand, dot
 from ..surface.refraction import fresnel_reflectance, seen_from_air
 from .radiance_field import Ripples, upwelling_irradiance
+from .solved_field import SolvedField
 from .water_column import WaterColumn
 
 _STEEPEST, _FLATTEST = 0.3, 0.02  # cosines of facets to the level, and of views to the surface
@@ -54,12 +54,8 @@ class LightInAir:
         """Radiance that a patch reflects.
 
         What comes from the water has no shadows; the sky mirrored in it, and the light out of it,
-        count as even over its half of the view.
-
-        Parameters
-        ----------
-        sun_response : float or array
-            Its radiance per normal irradiance of a sun in another direction, shadows included.
+        count as even over its half of the view. ``sun_response`` is its radiance per normal
+        irradiance of a sun in another direction, shadows included.
         """
         above, below = 0.5 + 0.5 * up, 0.5 - 0.5 * up
         diffuse = (above + below * self.mirrored) * self.sky + below * self.leaving
@@ -74,13 +70,7 @@ def facing_mirrored(
     return m.maximum(normal[2] * sun[2] - normal[0] * sun[0] - normal[1] * sun[1], 0.0)
 
 
-class LightBelow(Protocol):
-    """Light in the water; :meth:`.SolvedField.radiance` says what its radiance is."""
-
-    def radiance(self, y: Operand, w: Sequence[Operand], /) -> Operand: ...  # noqa: D102
-
-
-def leaving_irradiance(field: LightBelow, relative_index: float) -> NDArray[np.float64]:
+def leaving_irradiance(field: SolvedField, relative_index: float) -> NDArray[np.float64]:
     """Irradiance, on a level plane above, of the light that comes out through a level surface."""
 
     def leaving(y: Operand, v: Sequence[Operand]) -> Operand:
@@ -91,7 +81,7 @@ def leaving_irradiance(field: LightBelow, relative_index: float) -> NDArray[np.f
     return upwelling_irradiance(leaving, 0.0)
 
 
-def light_in_air(column: WaterColumn, field: LightBelow | None = None) -> LightInAir:
+def light_in_air(column: WaterColumn, field: SolvedField | None = None) -> LightInAir:
     """Return the light above the water of a column.
 
     ``field`` is the light in it, if what comes up from there is wanted.

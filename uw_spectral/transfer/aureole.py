@@ -66,10 +66,8 @@ class SpreadSun:
 def spread_sun(water: Sequence[tuple[BandPhase, NDArray[np.float64]]], streams: int) -> SpreadSun:
     """Return the sun where its light is solved in streams.
 
-    Parameters
-    ----------
-    water : sequence of (BandPhase, array of shape (d, n))
-        Phase function of each layer, and scatterings along the slant paths in it.
+    ``water`` is the phase function of each layer, and the scatterings along the slant paths in it,
+    (d, n).
     """
     count = max(_MOMENTS, 2 * streams)
     x = [scatterings for _, scatterings in water]
@@ -98,12 +96,8 @@ def moments_of_spread(
 ) -> NDArray[np.float64]:
     """Legendre moments of p*, shape (l, n).
 
-    Parameters
-    ----------
-    chi : array, shape (l, n)
-        Moments of the phase function from l = 0 to ``known`` at least.
-    x : array, shape (n,)
-        Scatterings along the slant path.
+    ``chi`` (l, n) are those of the phase function from l = 0 to ``known`` at least, ``x`` (n,) the
+    scatterings along the slant path.
     """
     f = chi[known]
     x = np.maximum(x, 1e-9)

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 
 from .channel_tables import NOTHING, Array, LengthScale
 from .channels import Channels
-from .radiance_table import (
-    RadianceTable,
-)
+from .radiance_table import RadianceTable
 from .solved_field import SolvedField
 
 _SEEN = 1e-3  # fraction of a channel from which on a band counts for its slowest decay

@@ -7,13 +7,11 @@ arrays, with channels along the last axis, and build shader nodes, with channels
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..mathematics import NUMPY, Mathematics, Operand
+from ..mathematics import NUMPY, Mathematics, Operand, sum_of
 from ..surface.refraction import direction_in_air, fresnel_reflectance
 from ..surface.whitecaps import seen_with_foam
 from .channel_tables import (
@@ -200,11 +198,8 @@ class ChannelWater:
 
     def reflected_sun(self, surface: SurfaceMaterial, y: Operand, P: Operand) -> Operand:
         """The direct sun's part of :meth:`leaving`."""
-        lit = [
-            response * self.sunlight(y, P, k, surface.pattern)
-            for k, response in zip(surface.columns, surface.response, strict=True)
-        ]
-        return _sum(lit)
+        columns = zip(surface.columns, surface.response, strict=True)
+        return sum_of([lit * self.sunlight(y, P, k, surface.pattern) for k, lit in columns])
 
     def reflected_light(
         self, surface: SurfaceMaterial, y: Operand, normal: Sequence[Operand], P: Operand
@@ -238,7 +233,7 @@ class ChannelWater:
             for first, emitted in ((0, surface.emitted), (len(COLOURS), surface.fluorescing))
             for k, radiance in enumerate(emitted, first)
         ]
-        return _sum(parts) if parts else None
+        return sum_of(parts) if parts else None
 
     def surface(
         self,
@@ -367,7 +362,7 @@ class ChannelWater:
         """Radiance of the sky that is left after P, of the relative one of each of its spectra."""
         spectra = self.tables.at("sky", length=P)
         parts = self.tables.split(relative) if len(spectra) > 1 else [relative]
-        return _sum([one * factor * part for one, part in zip(spectra, parts, strict=True)])
+        return sum_of([one * factor * part for one, part in zip(spectra, parts, strict=True)])
 
     def _floor_after(self, P: Operand) -> Operand:
         """Radiance of the floor that is left after P."""
@@ -409,12 +404,12 @@ class ChannelWater:
     def _of_light(self, table: str, light: Operand, **coordinates: Operand) -> Operand:
         """Return what a table makes of each channel of light."""
         columns = zip(self.tables.at(table, **coordinates), self.tables.split(light), strict=True)
-        return _sum([column * part for column, part in columns])
+        return sum_of([column * part for column, part in columns])
 
     def _of_parts(self, table: str, **coordinates: Operand) -> Operand:
         """Return the sum of a table over the parts of the phase function."""
         found = zip(self.parts, self.tables.at(table, **coordinates), strict=True)
-        return _sum([part * value for part, value in found])
+        return sum_of([part * value for part, value in found])
 
     def _directed(self, table: str, y: Operand, w: Sequence[Operand]) -> Operand:
         return self.tables.at(table, depth=y, **self._direction(w)) * self.unit(y)
@@ -442,7 +437,3 @@ def under_surface_fractions(
     R = fresnel_reflectance(cosine, 1.0 / index, m)
     seen = (1.0 - R) * (index * index) * sky.seen_through(w, index, m, slopes)
     return seen, R, down
-
-
-def _sum(terms: Sequence[Operand]) -> Operand:
-    return functools.reduce(operator.add, terms)

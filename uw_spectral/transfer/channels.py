@@ -79,13 +79,7 @@ class Channels:
 
 
 def channels_of(bands: Bands, weights: ArrayLike) -> Channels:
-    """Return the channels that weigh bands.
-
-    Parameters
-    ----------
-    bands : Bands
-        The n bands.
-    weights : array_like, shape (3, n)
+    """Return the channels that weigh n bands, (3, n).
 
     Raises
     ------

@@ -28,12 +28,7 @@ def whole_closure(colour: Operand, m: Mathematics = NUMPY, *, closed: bool = Fal
     mixed with, and lets a body send light of the sun to all sides as if its walls caught 1/pi of
     it and not, as each convex one does in the mean (Cauchy), a quarter.
 
-    Parameters
-    ----------
-    colour : float or array
-        That light is multiplied by, weights and all walls included.
-    closed : bool
-        Whether it is a body.
+    ``colour`` is what light is multiplied by, weights and all walls included; a body is ``closed``.
 
     Examples
     --------
@@ -46,10 +41,7 @@ def whole_closure(colour: Operand, m: Mathematics = NUMPY, *, closed: bool = Fal
 def sheen_albedo(roughness: Operand, cosine: Operand, m: Mathematics = NUMPY) -> Operand:
     """Fraction of uniform light that a white sheen throws towards a direction.
 
-    Parameters
-    ----------
-    cosine : float or array
-        Between the normal and the direction, 0 to 1.
+    The cosine is between it and the normal, 0 to 1.
 
     Examples
     --------
@@ -86,10 +78,8 @@ def among_hair(seen: Operand, reflectance: Operand, m: Mathematics = NUMPY) -> O
     of three reflectances: fur of 1 to 20 thousand threads, .04 to .2 m long, meadows from above and
     level; single tufts are some 30 % off.
 
-    Parameters
-    ----------
-    seen : float or array
-        Fraction of the sides that is open by a picture's depths, as far as threads are long.
+    ``seen`` is the fraction of the sides that is open by a picture's depths, as far as threads are
+    long.
 
     Examples
     --------

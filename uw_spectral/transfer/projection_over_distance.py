@@ -17,9 +17,7 @@ from .band_spectra import (
     transmittance_tables,
 )
 from .channel_tables import LENGTHS, NOTHING, ON_PATH, SPECTRA, Array, path_unit
-from .radiance_table import (
-    UP,
-)
+from .radiance_table import UP
 
 _RIDGE = 1e-6  # of the regression, relative to the mean squares of what it stands on
 _PATHS = 24, 48, 72  # of the distances whose light counts for what the occlusion makes of it
@@ -99,22 +97,11 @@ def occlusion_matrices(
 
 
 def _channel_transmittance(light: Array, channels: Array, weights: Array, T: Array) -> Array:
-    """Regress what is left of lights on their channels.
+    """Regress what is left of q lights (d, q, n) on their channels, weights (3, n): (j, c, d, l).
 
-    Parameters
-    ----------
-    light : array, shape (d, q, n)
-        q lights at each depth.
-    channels : array, shape (3, n)
-    weights : array, shape (c, n)
-        What light is asked for; for errors, and where nothing tells otherwise, the quantity c
-        belongs to the channel c modulo 3.
-    T : array, shape (d, l, n)
-        Fraction of each band that is left.
-
-    Returns
-    -------
-    array, shape (j, c, d, l)
+    ``weights`` (c, n) are what light is asked for; for errors, and where nothing tells otherwise,
+    the quantity c belongs to the channel c modulo 3. ``T`` (d, l, n) is the fraction of each band
+    that is left.
     """
     seen = light @ channels.T  # (d, q, 3)
     q, c = light.shape[1], len(weights)

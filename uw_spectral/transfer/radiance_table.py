@@ -90,11 +90,6 @@ def azimuth(w: Sequence[Operand], sun: Sequence[Operand], m: Mathematics = NUMPY
     return (w[0] * sun[0] + w[1] * sun[1]) / m.sqrt(m.maximum(size, _SLANT**4))
 
 
-def table_unit(scale: Operand, decay: Operand, y: Operand, m: Mathematics = NUMPY) -> Operand:
-    """What the tables are divided by at depth y."""
-    return scale * m.exp(-decay * y)
-
-
 @dataclass(frozen=True, eq=False)
 class RadianceTable:
     """Tables of n bands; make them with :func:`tabulate`."""
@@ -136,7 +131,7 @@ class RadianceTable:
         return table.at(depth=y, up=w[2], azimuth=azimuth(w, sun))
 
     def _unit(self, y: Array) -> Array:
-        return table_unit(self.scale, self.decay, np.asarray(y)[..., None])
+        return self.scale * np.exp(-self.decay * np.asarray(y)[..., None])
 
 
 @functools.lru_cache(maxsize=8)

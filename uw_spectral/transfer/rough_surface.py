@@ -21,11 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..content import constant
-from ..surface.refraction import (
-    diffuse_internal_reflectance,
-    direction_in_air,
-    fresnel_reflectance,
-)
+from ..surface.refraction import direction_in_air, fresnel_reflectance
 from .radiance_field import surface_normal, tilted_mirror
 
 _STEEPEST = 3.3  # slope over its root mean square beyond which there is 2e-5 of the surface
@@ -107,22 +103,6 @@ class WaterSurface:
         nodes, weights = np.polynomial.legendre.leggauss(_COSINES)
         cosine = (nodes + 1.0) / 2.0
         return float(weights * cosine @ (1.0 - self.reflectance(cosine)))
-
-    @property
-    def internal_reflectance(self) -> float:
-        """Fraction of uniform upward radiance in the water that the surface reflects back down.
-
-        What leaves is, by reciprocity, what a uniform sky brings, over n².
-        """
-        return internal_reflectance(self)
-
-
-@functools.lru_cache(maxsize=64)
-def internal_reflectance(surface: WaterSurface) -> float:
-    """Return :attr:`WaterSurface.internal_reflectance`, computed once for equal ones."""
-    if not surface.slope_variance:
-        return diffuse_internal_reflectance(surface.refractive_index)
-    return 1.0 - surface.sky_transmittance / surface.refractive_index**2
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,37 +41,21 @@ from .sun_beam import SUN_DISC
 from .under_waves import UPWELLING_COSINES, UPWELLING_TURNS, UpwellingLight, under_waves
 
 
+@dataclass(frozen=True, eq=False)
 class SolvedField:
-    """Light field of n bands; :func:`.solve_discrete_ordinates` makes it.
+    """Light field of n bands; :func:`.solve_discrete_ordinates` makes it."""
 
-    Parameters
-    ----------
-    mu, weights : array, shape (N,)
-        Quadrature cosines and weights of the streams down, mirrored by those up.
-    layers : sequence of SolvedLayer
-        From the surface down.
-    """
-
-    def __init__(
-        self, mu: Array, weights: Array, layers: Sequence[SolvedLayer], light: Boundaries
-    ) -> None:
-        self._mu, self._weights = mu, weights
-        self._layers, self.light = layers, light
-
-    @property
-    def mu(self) -> Array:
-        """Quadrature cosines of the streams, shape (N,)."""
-        return self._mu
-
-    @property
-    def weights(self) -> Array:
-        """Quadrature weights of the streams, shape (N,); they add up to 1."""
-        return self._weights
+    #: Quadrature cosines and weights, which add up to 1, of the streams down, mirrored by those up,
+    #: (N,).
+    mu: Array
+    weights: Array
+    layers: Sequence[SolvedLayer]  #: From the surface down.
+    light: Boundaries
 
     @property
     def floor_depth(self) -> float:
         """Depth of the floor, m; infinite without one."""
-        return self._layers[-1].bottom
+        return self.layers[-1].bottom
 
     @property
     def sun(self) -> Sequence[float]:
@@ -87,12 +72,12 @@ class SolvedField:
     @property
     def extinction(self) -> Array:
         """Extinction c* without the forward peak, of the uppermost layer, 1/m, shape (n,)."""
-        return self._layers[0].scaled
+        return self.layers[0].scaled
 
     @property
     def scattering(self) -> Array:
         """Scattering coefficient b of the uppermost layer, 1/m, shape (n,)."""
-        return self._layers[0].b
+        return self.layers[0].b
 
     def phase_at(self, y: float) -> BandPhase:
         """Phase function of the water at a depth."""
@@ -100,7 +85,7 @@ class SolvedField:
 
     def scattering_at(self, depths: ArrayLike) -> Array:
         """Scattering coefficient b at depths (d,), 1/m, shape (d, n)."""
-        return np.array([self._layers[place].b for place in self._places(np.asarray(depths))])
+        return np.array([self.layers[place].b for place in self._places(np.asarray(depths))])
 
     def weight_at(self, y: float, part: PhaseFunction) -> Array:
         """Weight of a part in the phase function of the water at a depth, shape (n,)."""
@@ -112,24 +97,24 @@ class SolvedField:
         return (layer.c - layer.scaled) / np.maximum(layer.b, np.finfo(np.float64).tiny)
 
     def _layer_at(self, y: float) -> SolvedLayer:
-        return self._layers[int(self._places(np.array([y]))[0])]
+        return self.layers[int(self._places(np.array([y]))[0])]
 
     @property
     def layered(self) -> bool:
         """Whether the water differs with depth."""
-        return len(self._layers) > 1
+        return len(self.layers) > 1
 
     @property
     def components(self) -> tuple[PhaseFunction, ...]:
         """Parts of the phase functions of all layers, each once."""
-        parts = (part for layer in self._layers for part in layer.phase.components)
+        parts = (part for layer in self.layers for part in layer.phase.components)
         return tuple(dict.fromkeys(parts))
 
     def changes(self, factor: float) -> list[float]:
         """Depths where the extinction c* changes by a factor in any band, m, most change first."""
         ratios = {
             lower.top: float(np.abs(np.log(lower.scaled / upper.scaled)).max())
-            for upper, lower in itertools.pairwise(self._layers)
+            for upper, lower in itertools.pairwise(self.layers)
         }
         strong = [y for y, ratio in ratios.items() if ratio > math.log(factor)]
         return sorted(strong, key=lambda y: -ratios[y])
@@ -153,7 +138,7 @@ class SolvedField:
         half = np.maximum(half, THIN * (1.0 + middle))
         low, high = np.maximum(middle - half, 0.0)[..., None], (middle + half)[..., None]
         total = 0.0
-        for layer, below in itertools.zip_longest(self._layers, self._layers[1:]):
+        for layer, below in itertools.zip_longest(self.layers, self.layers[1:]):
             bottom = math.inf if below is None else below.top
             inside = np.clip(high, layer.top, bottom) - np.clip(low, layer.top, bottom)
             total = total + inside * of_layer(layer)
@@ -170,9 +155,9 @@ class SolvedField:
         0.
         """
         depths, places = np.asarray(depths, np.float64), self._places(depths)
-        shape = (2, modes, len(self.light.E), len(depths), len(self._mu))
+        shape = (2, modes, len(self.light.E), len(depths), len(self.mu))
         found = np.zeros(shape)
-        for place, layer in enumerate(self._layers):
+        for place, layer in enumerate(self.layers):
             here = places == place
             t = layer.scaled[:, None] * np.maximum(depths[here] - layer.top, 0.0)
             exponentials = layer.exponentials(t, modes)
@@ -183,15 +168,15 @@ class SolvedField:
 
     def Ed(self, y: ArrayLike) -> Array:
         """Downwelling irradiance, direct sun included, at depths y, shape (..., n)."""
-        return self._irradiance(y, self._weights * self._mu, 0.0, 1.0)
+        return self._irradiance(y, self.weights * self.mu, 0.0, 1.0)
 
     def Eu(self, y: ArrayLike) -> Array:
         """Upwelling irradiance at depths y, shape (..., n)."""
-        return self._irradiance(y, 0.0, self._weights * self._mu, 0.0)
+        return self._irradiance(y, 0.0, self.weights * self.mu, 0.0)
 
     def scalar_irradiance(self, y: ArrayLike) -> Array:
         """Scalar irradiance E0, direct sun included, at depths y, shape (..., n)."""
-        return self._irradiance(y, self._weights, self._weights, 1.0 / self.light.mu_s)
+        return self._irradiance(y, self.weights, self.weights, 1.0 / self.light.mu_s)
 
     def radiance(self, y: ArrayLike, w: Sequence[ArrayLike]) -> Array:
         """Radiance L(y, w) of everything that lies ahead of depths y along view directions w.
@@ -258,14 +243,8 @@ class SolvedField:
         It is the part of :meth:`radiance` that is smooth in direction: without sunlight
         scattered once by the exact phase function, and without the images of surface and floor.
 
-        Shape (n, d, v, h).
-
-        Parameters
-        ----------
-        mu : array_like, shape (v,)
-            Cosines of travel, positive down, not 0.
-        turns : array_like, shape (h,)
-            Azimuths of travel against the sun's, rad.
+        Shape (n, d, v, h): ``mu`` (v,) are cosines of travel, positive down, not 0; ``turns`` (h,)
+        its azimuths against the sun's, rad.
         """
         depths, mu, turns = (np.asarray(x, np.float64) for x in (depths, mu, turns))
         found = self._scattered_modes(depths[:, None], mu, np.zeros_like(self.light.E))
@@ -287,14 +266,13 @@ class SolvedField:
 
     def single_scattering_on_rays(self, y: Array, mu: Array) -> Array:
         """Return :meth:`single_scattering_on_grid` of rays, y and mu (q,): (k, q, n)."""
-        return np.array(
-            [
-                self._single_scattering(
-                    y, mu, lambda layer, _, part=part: weight_of(layer.phase, part), scaled=True
-                )
-                for part in self.components
-            ]
-        )
+
+        def of(part: PhaseFunction) -> Array:
+            return self._single_scattering(
+                y, mu, lambda layer, _: weight_of(layer.phase, part), scaled=True
+            )
+
+        return np.array([of(part) for part in self.components])
 
     def aureole(self, depths: ArrayLike, s2: ArrayLike) -> Array:
         """Factor on sunlight scattered once that makes it the sun's aureole, shape (n, d, t).
@@ -307,8 +285,8 @@ class SolvedField:
 
     def spread_sun(self, y: Array) -> SpreadSun:
         """Return what spreads the sun's beam down to depths y (d, 1)."""
-        water = [(x.phase, x.b * x.inside(y) / self.light.mu_s) for x in self._layers]
-        return spread_sun(water, 2 * len(self._mu))
+        water = [(x.phase, x.b * x.inside(y) / self.light.mu_s) for x in self.layers]
+        return spread_sun(water, 2 * len(self.mu))
 
     def _irradiance(self, y: ArrayLike, down: ArrayLike, up: ArrayLike, beam: float) -> Array:
         """Streams and the sun's beam, weighted and added up at depths y, shape (..., n)."""
@@ -320,18 +298,18 @@ class SolvedField:
 
     def _places(self, depths: ArrayLike) -> NDArray[np.intp]:
         """Index of the layer at each depth; what lies deeper is in the last."""
-        return np.searchsorted([layer.bottom for layer in self._layers[:-1]], depths)
+        return np.searchsorted([layer.bottom for layer in self.layers[:-1]], depths)
 
     def _optical_depth(self, y: Array, *, scaled: bool = True) -> Array:
         """Optical depth of depths y (d,), shape (n, d)."""
-        c = [(layer.scaled if scaled else layer.c)[:, None] for layer in self._layers]
-        parts = [c * layer.inside(y) for c, layer in zip(c, self._layers, strict=True)]
+        c = [(layer.scaled if scaled else layer.c)[:, None] for layer in self.layers]
+        parts = [c * layer.inside(y) for c, layer in zip(c, self.layers, strict=True)]
         return np.sum(parts, axis=0)
 
     def _orders(self, mu: Array) -> Iterator[tuple[NDArray[np.bool_], Sequence[SolvedLayer]]]:
         """Rays of light that goes down and up, and the layers in the order it meets them."""
         down = mu > 0
-        for rays, order in ((down, self._layers), (~down, self._layers[::-1])):
+        for rays, order in ((down, self.layers), (~down, self.layers[::-1])):
             if rays.any():
                 yield rays, order
 
@@ -346,11 +324,11 @@ class SolvedField:
 
         Shape (m, n, q), or (m, n, d, q).
         """
-        modes, n, degrees = self._layers[0].source.shape[:3]
+        modes, n, degrees = self.layers[0].source.shape[:3]
         legendre = legendre_modes(degrees - 1, modes, mu)
         total = np.zeros((modes, n, *np.broadcast_shapes(y.shape, mu.shape)))
         # Where all rays are looked at in all depths, up and down have the same.
-        depths = {x: x.exponentials(x.scaled_below(y)) for x in self._layers if y.ndim > 1}
+        depths = {x: x.exponentials(x.scaled_below(y)) for x in self.layers if y.ndim > 1}
         for rays, order in self._orders(mu):
             here = y if y.ndim > 1 else y[rays]
             seen = np.zeros_like(total[..., rays])
@@ -419,9 +397,8 @@ class SolvedField:
         if down.any():
             image = self._under_surface(mu[down], turn[down])
             y, mu = y[down], mu[down]
-            depth = sum(x.scaled[:, None] * self._length(x, y, mu)[1] for x in self._layers)
-            image = image * np.exp(-depth).T
-            total[down] = image
+            depth = sum(x.scaled[:, None] * self._length(x, y, mu)[1] for x in self.layers)
+            total[down] = image * np.exp(-depth).T
         return total
 
     def _under_surface(self, mu: Array, turn: Array, mirrored: Array | None = None) -> Array:

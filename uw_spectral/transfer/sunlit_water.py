@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..surface.caustics import disc_transfer, pattern_power, positive_pattern, wave_numbers
+from ..surface.caustics import disc_transfer, pattern_power
+from ..surface.wave_components import wave_numbers
 from ..water.phase import BandPhase
 from .solved_field import SolvedField
 
@@ -96,45 +97,17 @@ class SunlitWater:
         light, total = field.light.E * field.beam([depth])[:, 0], field.Ed(depth)
         return np.divide(light, total, out=np.zeros_like(light), where=total > 0)
 
-    def patterns(
+    def variation(
         self, pattern: NDArray, tile: float, depth: float, collector: float = 0.0
     ) -> NDArray[np.float64]:
-        """Relative downwelling irradiance Ed per band, shape (N, N, n), of mean 1.
+        """Coefficient of variation of Ed per band, shape (n,).
 
         ``pattern`` (N, N) is that of the unscattered sunlight, from :func:`caustic_pattern`, and
         ``tile`` its side, m; a level ``collector`` averages it over its diameter, m.
         """
-        transfer = self._transfer(pattern, tile, depth, collector)
-        spectrum = np.fft.rfft2(pattern)
-        bands = []
-        for band in range(transfer.shape[-1]):
-            part = transfer[..., band].copy()
-            part[0, 0] = 1.0
-            bands.append(positive_pattern(np.fft.irfft2(spectrum * part, pattern.shape)))
-        return np.stack(bands, axis=-1)
-
-    def variation(
-        self, pattern: NDArray, tile: float, depth: float, collector: float = 0.0
-    ) -> NDArray[np.float64]:
-        """Coefficient of variation of Ed per band, shape (n,); arguments as `patterns`."""
         power = pattern_power(pattern)[..., None]
         transfer = self._transfer(pattern, tile, depth, collector)
         return np.sqrt(np.sum(power * transfer**2, axis=(0, 1)))
-
-    def contrast(self, pattern: NDArray, tile: float, depth: float) -> NDArray[np.float64]:
-        """Factor per band, 0 to 1, that fits one grey pattern to the sunlight of the band, (n,).
-
-        The direct and forward-scattered sun of a band is nearly its mean times ``1 + contrast
-        (pattern - 1)``; the variance of Ed is exact. More than 1 would make the light negative in
-        dark places.
-        """
-        grey = math.sqrt(np.sum(pattern_power(pattern)))
-        fraction = self.sun_fraction(depth)
-        if grey == 0:
-            return np.ones_like(fraction)
-        variation = self.variation(pattern, tile, depth) / grey
-        ratio = np.divide(variation, fraction, out=np.zeros_like(fraction), where=fraction > 0)
-        return np.minimum(ratio, 1.0)
 
     def _transfer(
         self, pattern: NDArray, tile: float, depth: float, collector: float

@@ -19,6 +19,7 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
 from ...uw_spectral.transfer.water_column import WaterColumn
 from ...uw_spectral.water.phase import BandPhase
+from .internal_reflectance import internal_reflectance
 
 DEEPEST_FLOOR = 1e6
 """Depth in m from which a floor does not matter: deep water."""
@@ -159,7 +160,7 @@ def solve_light_field(
         flatter sun exists only without refraction, and then without irradiance.
     R : array_like, shape (n,)
         Internal reflectance of the surface: 0 where it is index-matched,
-        :func:`.sun.diffuse_internal_reflectance` for a flat one.
+        :func:`.diffuse_internal_reflectance` for a flat one.
     y_f : float
         Depth of the floor, m; infinite for deep water (r has no effect).
 
@@ -210,7 +211,7 @@ def light_field_of(column: WaterColumn, phase: BandPhase) -> LightField:
         column.sun_irradiance,
         column.sun_cosine,
         E_sky=column.sky_irradiance,
-        R=0.0 if mean is None else mean.internal_reflectance,
+        R=0.0 if mean is None else internal_reflectance(mean),
         r=column.floor_reflectance,
         y_f=column.floor_depth,
     )

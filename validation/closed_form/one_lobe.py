@@ -21,11 +21,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
-from ...uw_spectral.surface.refraction import diffuse_internal_reflectance
 from ...uw_spectral.transfer.path_integral import phi
 from ...uw_spectral.transfer.sky import Sky
 from ...uw_spectral.water.phase_functions import henyey_greenstein
 from .closed_form import ClosedForm
+from .internal_reflectance import diffuse_internal_reflectance
 from .light_field import TwoStreamWater, two_stream_field
 from .unoccluded_water import UnoccludedWater
 

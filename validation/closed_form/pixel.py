@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
-from ...uw_spectral.transfer.path_integral import transmittance
 from .paths import PathLight
 
 
@@ -50,7 +49,7 @@ class Pixel:
     @functools.cached_property
     def direct(self) -> Operand:
         """Unscattered light of what is seen."""
-        return transmittance(self.water.c, self.P, self.m) * self.L_end
+        return self.m.exp(-self.water.c * self.P) * self.L_end
 
     @functools.cached_property
     def forward_scattered(self) -> Operand:

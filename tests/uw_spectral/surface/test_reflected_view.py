@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.surface.reflected_view import ReflectedView
+from underwater_spectral.uw_spectral.surface.surface_views import ReflectedView
 
 DEPTH, SIZE, WIDE = 1.5, 400.0, 1.6  # of the eye; pixels; half the picture's width at distance 1
 _COS = _SIN = np.sqrt(0.5)

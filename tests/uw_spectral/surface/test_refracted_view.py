@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from underwater_spectral.uw_spectral.surface.reflected_view import ReflectedView
-from underwater_spectral.uw_spectral.surface.refracted_view import RefractedView
 from underwater_spectral.uw_spectral.surface.refraction import apparent_height, direction_in_air
+from underwater_spectral.uw_spectral.surface.surface_views import ReflectedView, RefractedView
 
 N, SIZE, WIDE = 1.34, 400.0, 1.3  # pixels; half the picture's width at distance 1, straight up
 SCALE, LEVEL = SIZE / 2 / WIDE, (0.0, 0.0, 1.0)

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.surface.refraction import (
-    diffuse_internal_reflectance,
     fresnel_reflectance,
     in_water_cosine,
     refractive_index_QuanFry1995,
     sun_travel_direction,
+)
+from underwater_spectral.validation.closed_form.internal_reflectance import (
+    diffuse_internal_reflectance,
 )
 
 

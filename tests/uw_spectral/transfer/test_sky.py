@@ -10,7 +10,6 @@ import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.surface.refraction import (
-    diffuse_internal_reflectance,
     fresnel_reflectance,
     in_water_cosine,
     sun_travel_direction,
@@ -20,6 +19,9 @@ from underwater_spectral.uw_spectral.transfer.sky import SKIES, Sky
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase_functions import parse_phase
 from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
+from underwater_spectral.validation.closed_form.internal_reflectance import (
+    diffuse_internal_reflectance,
+)
 from underwater_spectral.validation.closed_form.light_field import light_field_of
 from underwater_spectral.validation.closed_form.unoccluded_water import UnoccludedWater
 from underwater_spectral.validation.monte_carlo import simulate

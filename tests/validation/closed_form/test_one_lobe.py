@@ -7,11 +7,13 @@ import math
 import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.spectra.bands import Bands
-from underwater_spectral.uw_spectral.surface.refraction import diffuse_internal_reflectance
 from underwater_spectral.uw_spectral.transfer.aureole import moments_of_spread
 from underwater_spectral.uw_spectral.transfer.water_column import WaterColumn
 from underwater_spectral.uw_spectral.water.phase_functions import henyey_greenstein, parse_phase
 from underwater_spectral.validation.closed_form.closed_form import solve_closed_form
+from underwater_spectral.validation.closed_form.internal_reflectance import (
+    diffuse_internal_reflectance,
+)
 from underwater_spectral.validation.closed_form.light_field import TwoStreamWater, light_field_of
 from underwater_spectral.validation.closed_form.one_lobe import (
     LobeSeries,

@@ -1,7 +1,8 @@
-"""A picture of what a flat surface mirrors, and where in it rays are found that waves mirror.
+"""Pictures of what a flat surface mirrors or lets through, and where waves show what is in them.
 
 A ray that a flat surface mirrors goes on as if it came straight from the mirror image of the camera
-above the water. So one picture from there, of the water below, holds all that is mirrored. A wave
+above the water. So one picture from there, of the water below, holds all that is mirrored. What
+lies in the air is in a picture from the camera, where refraction at a flat surface puts it. A wave
 turns the ray: what it meets is then looked for where that lies in the picture, at the distance that
 the picture itself has near there.
 """
@@ -10,14 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 from ..mathematics import NUMPY, Mathematics, Operand, dot
+from .refraction import direction_in_air, fraction_in_air, lifted_height
 
 _LEAST = 1e-6
 _RATIO, _LOOKS = 2.0, 2
 _STEPS = tuple(8.0 / _RATIO**k for k in range(6))
 """Distances from the surface, m, at which a ray is looked for behind what the picture shows."""
+_STEPS_IN_AIR = tuple(8.0 / _RATIO**k for k in range(8))
+"""The same in the air: posts and hulls stand in the surface."""
+_FARTHEST = 3e-4  # 1/m: what is farther away counts as there, for single precision
+_LEVEL = 0.0, 0.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +84,7 @@ class ReflectedView:
         ``place`` is where the ray leaves the surface, ``down`` its direction from there on;
         ``nearness`` tells what the picture has at a column and row.
         """
-        return followed(self, self, place, down, nearness, m)
+        return _followed(self, self, place, down, nearness, m)
 
     def at(
         self, place: Sequence[Operand], down: Sequence[Operand], t: float, m: Mathematics = NUMPY
@@ -104,28 +109,79 @@ class ReflectedView:
         return nearness / m.maximum(m.sqrt(dot(way, way)), _LEAST)
 
 
-class Follower(Protocol):
-    """How what a ray meets beyond the surface is seen from an eye; see :class:`ReflectedView`."""
+@dataclass(frozen=True)
+class RefractedView:
+    """The air as an eye in the water sees it through a flat surface."""
 
-    def at(  # noqa: D102
-        self, place: Sequence[Operand], way: Sequence[Operand], t: float, m: Mathematics, /
-    ) -> tuple[list[Operand], Operand]: ...
-    def towards(  # noqa: D102
+    picture: ReflectedView
+    index: Operand
+
+    def at(
+        self, place: Sequence[Operand], up: Sequence[Operand], t: float, m: Mathematics = NUMPY
+    ) -> tuple[list[Operand], Operand]:
+        """Direction in which a point of a ray is seen, and its way in the air from there, m.
+
+        ``place`` is where the ray leaves the surface, ``up`` its direction in the air, t the
+        distance of the point from there, m.
+        """
+        d, air = self._bent(place, up, 1.0 / t, m)
+        return d, air * t
+
+    def towards(
         self,
         place: Sequence[Operand],
-        way: Sequence[Operand],
+        up: Sequence[Operand],
         nearness: Operand,
-        m: Mathematics,
-        /,
-    ) -> list[Operand]: ...
-    def nearness_from(  # noqa: D102
-        self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics, /
-    ) -> Operand: ...
+        m: Mathematics = NUMPY,
+    ) -> list[Operand]:
+        """Direction in the water in which a flat surface shows what a ray meets.
+
+        Arguments as of :meth:`at`; ``nearness`` is one over the distance of what it meets, 1/m.
+        """
+        return self._bent(place, up, nearness, m)[0]
+
+    def found(
+        self,
+        place: Sequence[Operand],
+        up: Sequence[Operand],
+        nearness: Callable[[Operand, Operand], Operand],
+        m: Mathematics = NUMPY,
+    ) -> tuple[Operand, Operand, Operand]:
+        """Place in the picture of what a ray meets, as of :meth:`ReflectedView.found`."""
+        return _followed(self.picture, self, place, up, nearness, m, _STEPS_IN_AIR)
+
+    def nearness_from(
+        self, place: Sequence[Operand], d: Sequence[Operand], nearness: Operand, m: Mathematics
+    ) -> Operand:
+        """As :meth:`ReflectedView.nearness_from`."""
+        length = m.sqrt(dot(d, d))
+        to_surface = -self.picture.eye[2] / m.maximum(d[2], _LEAST)
+        air = direction_in_air([x / length for x in d], _LEVEL, self.index, m)
+        way = [
+            (e + to_surface * x - p) * nearness + a
+            for p, e, x, a in zip(place, self.picture.eye, d, air, strict=True)
+        ]
+        return nearness / m.maximum(m.sqrt(dot(way, way)), _LEAST)
+
+    def _bent(
+        self, place: Sequence[Operand], up: Sequence[Operand], nearness: Operand, m: Mathematics
+    ) -> tuple[list[Operand], Operand]:
+        """Direction to where a point seems to be, and its way in the air over its distance.
+
+        All lengths are divided by that distance.
+        """
+        near = m.maximum(nearness, _FARTHEST)
+        x, y, _ = ((p - e) * near + a for p, e, a in zip(place, self.picture.eye, up, strict=True))
+        depth, height = -self.picture.eye[2] * near, m.maximum(up[2], _LEAST)
+        distance = m.sqrt(x * x + y * y)
+        fraction = fraction_in_air(distance, depth, height, self.index, m)
+        air = m.sqrt(fraction * fraction * (x * x + y * y) + height * height)
+        return [x, y, depth + lifted_height(depth, fraction, m)], air
 
 
-def followed(
+def _followed(
     picture: ReflectedView,
-    view: Follower,
+    view: ReflectedView | RefractedView,
     place: Sequence[Operand],
     way: Sequence[Operand],
     nearness: Callable[[Operand, Operand], Operand],
