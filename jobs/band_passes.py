@@ -116,11 +116,6 @@ def look_at(
     return (State.OTHER if stamp is None or stamp.key != key else State.DONE), stamp
 
 
-def is_done(path: Path, key: str, size: tuple[int, int]) -> bool:
-    """Whether a pass is there and can be read to its end."""
-    return look_at(path, key, size)[0] is State.DONE and is_whole(path, size)
-
-
 def is_whole(path: Path, size: tuple[int, int], *, layers: bool = False) -> bool:
     """Whether a pass, and its layers, can be read to the end and have the size of the render."""
     files = [path, layers_path(path)] if layers else [path]

@@ -49,16 +49,13 @@ class SetJobs:
         """Return how far a set is, in lines and as JSON."""
         found = {name: job_status.status_of(job) for name, job in self.manifests.items()}
         lines = [f"{name}: {of_job.text().splitlines()[0]}" for name, of_job in found.items()]
-        content = {name: json.loads(of_job.as_json()) for name, of_job in found.items()}
+        content = {name: of_job.record() for name, of_job in found.items()}
         return "\n".join(lines), json.dumps(content)
 
     def require_room(self, spec: DataSetSpec) -> None:
         """Refuse a set that the disk cannot hold."""
-        folder, of_formats = (
-            self.index.folder,
-            sum(FORMATS[x].pixel_bytes for x in spec.outputs.formats),
-        )
-        needed = 0.0
+        folder, needed = self.index.folder, 0.0
+        of_formats = sum(FORMATS[name].pixel_bytes for name in spec.outputs.formats)
         for name, manifest in self.manifests.items():
             width, height = manifest.output.size
             pixel = _PIXEL_BYTES + of_formats + 8 * len(manifest.bands_nm)

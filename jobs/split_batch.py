@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,7 +43,7 @@ def run(
     part = Part(request.passes, request.frames, request.cameras)
     if request.status is not None:
         status = job_status.status_of(manifest)
-        print(status.as_json() if request.json else status.text())
+        print(json.dumps(status.record()) if request.json else status.text())
     elif request.develop is not None:
         _develop(manifest, part, progress)
     elif manifest.rendered_in is not None:
