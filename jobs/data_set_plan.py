@@ -4,24 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..datasets.enumeration import unfinished
+from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
 from ..datasets.files import make_folder
 from ..datasets.grouping import group_views
 from ..datasets.index import NAME, Index, IndexedView, indexed, read_index, write_index
+from ..datasets.pose_sets import ScenePath
 from ..datasets.specification import DataSetSpec
+from ..datasets.trajectory_files import TimedPoses
 from ..quality.methods import method_of
+from ..scene.as_rendered import as_rendered
+from ..scene.readers.cameras import camera_of
+from ..scene.readers.pinhole import pose_of
+from ..scene.readers.room import Room
 from ..settings.former_names import in_present_names
 from ..settings.scene_settings import SceneSettings
 from ..uw_spectral.errors import InputError, unknown_name
 from . import job_files
 from .job import Job
 from .scene_objects import objects_of
-from .scene_views import views_in
 from .view_jobs import add_layers, write_job
 
 _MOST_OBJECTS = 65535  # of 16 bits
@@ -64,7 +70,7 @@ def plan_data_set(
             f"the scene shows {len(objects)} objects, and pictures of instances number no more "
             f"than {_MOST_OBJECTS}; hide some in renders, or join them"
         )
-    views = views_in(scene, spec, held)
+    views = _views_in(scene, spec, held)
     make_folder(job.out)
     path = job.out / NAME
     rendered = _rendered(job, settings_now(), held)
@@ -115,3 +121,42 @@ def _require_same(earlier: Index, digest: str, rendered: Mapping[str, Any], out:
             f"{out} holds a data set with other values of {', '.join(changed)}; use the same ones, "
             "or another --out; nothing was overwritten"
         )
+
+
+def _views_in(scene: bpy.types.Scene, spec: DataSetSpec, held: int) -> list[PlannedView]:
+    """Return the views of a specification in a scene, whose animation is held at a frame."""
+    poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
+    with as_rendered(scene):
+        scene.frame_set(held)
+        room = Room(bpy.context.evaluated_depsgraph_get())
+    return enumerate_views(replace(spec, poses=tuple(poses)), room)
+
+
+def _way(path: ScenePath, scene: bpy.types.Scene) -> TimedPoses:
+    """Ask a camera of the scene where it is at each frame."""
+    cameras = [item for item in scene.objects if item.type == "CAMERA"]
+    named = {item.name: item for item in cameras}
+    camera = named.get(path.camera) if path.camera else camera_of(scene)
+    if camera is None:
+        wanted = repr(path.camera) if path.camera else "of its own"
+        raise InputError(
+            f"{path.name}: the scene has no camera {wanted}, but "
+            f"{', '.join(sorted(named)) or 'none at all'}; name one of them, or add one"
+        )
+    if camera.matrix_world.is_negative:
+        raise InputError(
+            f"{path.name}: camera {camera.name!r} is mirrored by a negative scale, which no pose "
+            "tells; apply its scale (Object, Apply, Scale)"
+        )
+    first = scene.frame_start if path.first is None else path.first
+    last = scene.frame_end if path.last is None else path.last
+    frames, now = range(first, last + 1, path.step), scene.frame_current
+    if not frames:
+        raise InputError(f"{path.name}: frames run from {first} to {last}; give first and last")
+    seconds = scene.render.fps_base / scene.render.fps
+    poses = []
+    for frame in frames:
+        scene.frame_set(frame)
+        poses.append(pose_of(camera))
+    scene.frame_set(now)
+    return TimedPoses(tuple(poses), tuple(Fraction((frame - first) * seconds) for frame in frames))

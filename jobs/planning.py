@@ -2,23 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import bpy
+import numpy as np
+from numpy.typing import ArrayLike
 
 from ..scene import view_transform
 from ..scene.engines.engines import engine_of
 from ..scene.materials import own_water
 from ..scene.readers import cameras, picture_size, stereo
+from ..settings.render_plan import RenderPlan
 from ..settings.scene_settings import SceneSettings
 from . import job_files
-from .exposures import Light, developed_views
 from .frames import Frame, frames_of
 from .job import Job
-from .manifest import Exposed, ExternalFile, Manifest, View, changed, folders, settings_by_frame
+from .manifest import (
+    Development,
+    Exposed,
+    ExternalFile,
+    Manifest,
+    View,
+    changed,
+    folders,
+    settings_by_frame,
+)
 from .planned_output import device_of, passes_of, planned_output
-from .prepared_scene import prepared, require_usable
+from .staging import prepared, require_usable
+
+Light = tuple[RenderPlan, Sequence[ArrayLike | None], float | None]
+"""Plan of a frame; the irradiance of lamps that each of its cameras exposes by, shape (n,); and the
+stops that the picture of the first asks for, None for those of the light at it."""
 
 
 def plan_job(
@@ -86,6 +101,29 @@ def _plan(
         exposed=changed(((frame.number, _exposed(frame)) for frame in frames), Exposed()),
         stage=job.stage,
     )
+
+
+def developed_views(
+    views: Sequence[View], light_of: Callable[[int], Light]
+) -> tuple[tuple[Development, ...], tuple[View, ...]]:
+    """Return how views are developed, and the views, each with its place in that list.
+
+    The cameras of a frame share the exposure of the first.
+    """
+    by_frame: dict[int, list[View]] = {}
+    for view in views:
+        by_frame.setdefault(view.frame, []).append(view)
+    found, places = dict[Development, int](), dict[View, int]()
+    for frame, seen in by_frame.items():
+        plan, lamplight, stops = light_of(frame)
+        for view, lit in zip(seen, lamplight, strict=True):
+            light = None if lit is None else np.asarray(lit, np.float64)
+            camera = plan.viewpoint(view.depth, stops, light)
+            stops, reduction = camera.stops, camera.reduction
+            weights = tuple(map(tuple, reduction.weights.tolist()))
+            chosen = Development(reduction.description, weights)
+            places[view] = found.setdefault(chosen, len(found))
+    return tuple(found), tuple(replace(view, development=places[view]) for view in views)
 
 
 def find_cameras(scene: bpy.types.Scene, job: Job) -> list[bpy.types.Object]:

@@ -16,8 +16,8 @@ from .camera_water import CameraWater, SceneJob
 from .claims import claimed
 from .frame_plans import FramePlans
 from .manifest import Manifest
-from .prepared_scene import prepared, require_usable
 from .scene_notes import notes_of_scene
+from .staging import prepared, require_usable
 from .tasks import Rendered, Task, done
 
 
