@@ -62,31 +62,26 @@ def render_pass(
     could not be treated. Raises KeyboardInterrupt once the pass is written, if it was asked for
     meanwhile.
     """
-    with interrupted_afterwards():
-        return _render_pass(render, bands, path, key, notes)
-
-
-def _render_pass(
-    render: RenderPass, bands: tuple[int, ...], path: Path, key: str, notes: Sequence[str]
-) -> float:
     raw = temporary_name(path, "raw")
-    start = time.perf_counter()
-    try:
-        layers = render(bands, raw)
-        pixels, _ = read_exr(raw)
-    except InputError as error:
-        raise InputError(
-            f"{path} was not rendered: {error}. If the disk is full, make room, or choose another "
-            "--out"
-        ) from error
-    finally:
-        raw.unlink(missing_ok=True)
-    seconds = time.perf_counter() - start
-    stamp = {_ATTRIBUTE: json.dumps({"key": key, "seconds": seconds, "notes": list(notes)})}
-    if layers is not None:
-        # First, so that a pass that is there has its layers.
-        write_layers(layers_path(path), replace(layers, attributes={**layers.attributes, **stamp}))
-    write_rgb_exr(path, pixels, stamp)
+    with interrupted_afterwards():
+        start = time.perf_counter()
+        try:
+            layers = render(bands, raw)
+            pixels, _ = read_exr(raw)
+        except InputError as error:
+            raise InputError(
+                f"{path} was not rendered: {error}. If the disk is full, make room, or choose "
+                "another --out"
+            ) from error
+        finally:
+            raw.unlink(missing_ok=True)
+        seconds = time.perf_counter() - start
+        stamp = {_ATTRIBUTE: json.dumps({"key": key, "seconds": seconds, "notes": list(notes)})}
+        if layers is not None:
+            # First, so that a pass that is there has its layers.
+            known = {**layers.attributes, **stamp}
+            write_layers(layers_path(path), replace(layers, attributes=known))
+        write_rgb_exr(path, pixels, stamp)
     return seconds
 
 

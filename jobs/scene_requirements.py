@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 
-from ..quality.combinations import Workload
+from ..quality.combinations import BandChoice, Workload
 from ..quality.methods import Method, method_of
+from ..quality.picture import Optics
 from ..quality.requirements import Requirements, decide
 from ..quality.terms import SURFACE, TERMS, WAVES, settings_of, switched_on
 from ..scene.as_rendered import as_rendered
 from ..scene.engines import world_picture
+from ..scene.readers import clouds, moving_surface
 from ..scene.readers.picture_size import rendered_size
-from ..settings.render_plan import forget_files, plan_of, quiet
-from ..settings.scene_settings import SceneSettings
+from ..scene.readers.volume_grids import GridCache
+from ..settings.render_plan import RenderPlan, forget_files, plan_of, quiet
+from ..settings.scene_settings import EQUAL, OPTIMISED, SceneSettings
 from ..uw_spectral.errors import InputError
-from .band_choices import band_choices, reference_optics
+from ..uw_spectral.imaging.description import REFERENCE_BANDS
 from .job import Job
 from .seen_views import sampled_frames, seen_views, shaft_end
+
+_OPTIMISED_COUNTS = (3, 6, 9)
+_BAND_COUNTS = (3, 4, 5, 6, 7, 8, 9, 10, 12, 15, 16, 18, 21, 24, 27, 32)
+_WAVE_RESOLUTION = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +78,7 @@ def choose(
                 )
             with quiet():
                 plan = plan_of(chosen)
-                everything = reference_optics(scene, chosen)
+                everything = _reference_optics(scene, chosen)
             seen = seen_views(
                 scene, (camera, *others), frames, plan, everything.view.field, traced=method.traced
             )
@@ -88,7 +95,7 @@ def choose(
         required = decide(
             seen.views,
             everything,
-            band_choices(chosen, keep, method, layered=bool(plan.column.below)),
+            _band_choices(chosen, keep, method, layered=bool(plan.column.below)),
             target=target,
             budget=budget,
             workload=workload,
@@ -96,6 +103,61 @@ def choose(
             off=given - on,
         )
     return Choice(required, _changes(chosen, required, method, keep))
+
+
+def _optics(plan: RenderPlan) -> Optics:
+    """The water of a plan; the rays bring their own depth."""
+    return Optics(plan.viewpoint(0.0), plan.excitation)
+
+
+def _reference_optics(scene: bpy.types.Scene, chosen: SceneSettings) -> Optics:
+    """Everything the settings ask for, on many bands."""
+    many = replace(chosen, bands=REFERENCE_BANDS, wavelengths="", band_placement=EQUAL)
+    plan = plan_of(many)
+    floating = clouds.clouds_of(scene, plan.bands.centres)
+    grids, _ = GridCache().of(scene, floating.grids)
+    found = replace(_optics(plan), caustics=chosen.caustics, clouds=(*floating.blobs, *grids))
+    if chosen.surface != moving_surface.WAVES:
+        return found
+    coarse = replace(chosen, wave_resolution=min(chosen.wave_resolution, _WAVE_RESOLUTION))
+    return replace(found, waves=moving_surface.patterns(scene, replace(plan, settings=coarse)))
+
+
+def _band_choices(
+    chosen: SceneSettings, keep: frozenset[str], method: Method, *, layered: bool
+) -> list[BandChoice]:
+    """Bands to choose from: the settings' own if they must stay, all in real time.
+
+    In layered water they are not optimised.
+    """
+    # Only the elastic light of a calm sea is compared.
+    plain = replace(
+        chosen,
+        inelastic="",
+        surface="flat" if chosen.surface == moving_surface.WAVES else chosen.surface,
+    )
+    if keep & {"bands", "wavelengths", "range_start", "range_end"}:
+        plan = plan_of(plain.in_mode(method.mode))
+        name = f"{len(plan.bands)}, as given"
+        return [BandChoice(name, _optics(plan), {}, len(plan.passes))]
+    placements = {EQUAL: _BAND_COUNTS, OPTIMISED: _OPTIMISED_COUNTS}
+    if layered:
+        placements = {EQUAL: _BAND_COUNTS}
+    if "band_placement" in keep:
+        placements = {chosen.band_placement: placements[chosen.band_placement]}
+    default: dict[str, Any] = {"bands": 0, "wavelengths": "", "band_placement": EQUAL}
+    free = replace(plain, **default).in_mode(method.mode)
+    if method.draws_colours and EQUAL in placements and free.bands == method.default_bands:
+        name = f"{free.bands}, which cost nothing"
+        return [BandChoice(name, _optics(plan_of(free)), default)]
+    found = []
+    for placement, counts in placements.items():
+        for count in counts:
+            changes = {"bands": count, "wavelengths": "", "band_placement": placement}
+            plan = plan_of(replace(plain, **changes))
+            name = f"{count} {placement}"
+            found.append(BandChoice(name, _optics(plan), changes, len(plan.passes)))
+    return found
 
 
 def _workload(scene: bpy.types.Scene, job: Job, samples: int | None, end: float) -> Workload:

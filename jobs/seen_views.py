@@ -109,8 +109,6 @@ def _with_occlusion(seen: SeenPoints, water: RealtimeWater) -> SeenPoints:
     hit, rate = np.isfinite(seen.distance), float(water.field.extinction.mean())
     P = np.where(hit, seen.distance, table.box.reach)
     points = seen.origin + seen.direction * P[:, None]
-    on_it, on_way = (
-        table.on_patches(points, seen.normal)[:, 0],
-        table.along(seen.origin, seen.direction, P, rate)[:, 0],
-    )
+    on_it = table.on_patches(points, seen.normal)[:, 0]
+    on_way = table.along(seen.origin, seen.direction, P, rate)[:, 0]
     return replace(seen, openness=np.where(hit, on_it, 1.0), path_openness=on_way, buffer=buffer)

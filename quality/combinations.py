@@ -28,7 +28,6 @@ from .terms import SINGLE, TERMS, WAVES, Options, column_of, in_column, subsets
 RAYS = 144
 """Rays of all views together that are coloured."""
 
-_ALWAYS = "plain", "single"
 _CHUNK = 48
 _HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
 
@@ -95,13 +94,12 @@ class ErrorEstimate:
         seen: Sequence[SeenPoints],
         reference: Optics,
         choices: Sequence[BandChoice],
-        rays: int = RAYS,
     ) -> None:
         if not seen or not choices:
             raise InputError("what a scene requires: give at least one view and one set of bands")
         if len(set(choices)) < len(choices):
             raise InputError("what a scene requires: give every set of bands a name of its own")
-        few = [view.subsample(max(rays // len(seen), 1)) for view in seen]
+        few = [view.subsample(max(RAYS // len(seen), 1)) for view in seen]
         self.seen, self.reference, column = few, reference, reference.view.column
         self._weight = np.concatenate([view.weight for view in few]) / len(few)
         self._in_column = in_column(column)
