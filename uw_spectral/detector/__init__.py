@@ -1,9 +1,8 @@
 """A camera's detector as a device: vignetting, colour filters, noise, counts, and their files."""
 
-from .bayer import PATTERNS, filter_of_pixels, mosaic
 from .dng import write_dng
 from .linear_detector import Detector, dark_counts, expected_counts, raw_counts
-from .raw_capture import RawSettings, capture
+from .raw_capture import PATTERNS, RawSettings, capture, filter_of_pixels, mosaic
 from .vignetting import Vignetting
 
 __all__ = [

@@ -97,19 +97,12 @@ def optimised_bands(
     Among the centres of the reference's bands, bands are exchanged one at a
     time, starting from equal ones, until none makes the expected ΔE2000
     smaller. That is taken for the eye (CIE 1931), which serves other cameras
-    as well as a choice of their own does.
+    as well as a choice of their own does. More than :data:`MOST_SEARCHED` are equal ones.
 
-    Parameters
-    ----------
-    count : int
-        Number of bands. Above :data:`MOST_SEARCHED` they are equal ones.
-    reference : Viewpoint
-        A camera in the water, with :data:`.description.REFERENCE_BANDS` bands or
-        so over the range to choose from. Its sensor, depth, white balance and
-        exposure do not matter.
-    depths : sequence of float
-        Depths of the camera in m, such as some of its path. At most the
-        euphotic depth and that of the floor are used.
+    The reference is a camera in the water, with :data:`.description.REFERENCE_BANDS` bands or so
+    over the range to choose from; its sensor, depth, white balance and exposure do not matter. Of
+    the ``depths``, m, such as some of a camera's path, at most the euphotic one and that of the
+    floor are used.
 
     Raises
     ------

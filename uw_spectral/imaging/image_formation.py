@@ -1,4 +1,4 @@
-"""Image formation as the optics has it: β_D(z), β_B(z) and B∞ of a camera in a water.
+"""Image formation as the optics has it, β_D(z), β_B(z) and B∞ of a camera in a water; inverted.
 
 In a band the light of an object at range z is left as T = e^{-cz}, and the water adds
 B = S(y_o) - T S(y_e): the radiance S that it sends to the camera, less what of it comes from
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +30,18 @@ from .resolved_optics import ResolvedOptics
 RANGES = tuple(np.round(np.geomspace(0.25, 30.0, 40), 4).tolist())
 """Ranges in m at which coefficients are tabulated."""
 LEVEL = (1.0, 0.0, 0.0)
+
+
+class Formation(Protocol):
+    """Image formation, computed (:class:`.FormationCurves`) or fitted (:class:`.FormationFit`)."""
+
+    def transmittance(self, z: ArrayLike) -> Array:
+        """Fraction of the light of objects left at ranges z in m, shape (..., k)."""
+        ...
+
+    def backscatter(self, z: ArrayLike) -> Array:
+        """Light of the water before ranges z in m, shape (..., k)."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,16 +102,11 @@ def compute_image_formation(
 ) -> ImageFormation:
     """Compute the coefficients of image formation.
 
-    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
+    The direction is that of the view, z up; its length does not count. Ranges, shape (m,), are
+    Euclidean, m; those beyond surface or floor are left out. The reflectance is that of the object,
+    lit by Ed of its depth; grey by default.
 
-    Parameters
-    ----------
-    direction : three floats
-        View direction, z up; its length does not count.
-    ranges : array_like, shape (m,)
-        Euclidean ranges, m; those beyond surface or floor are left out.
-    reflectance : Spectrum, optional
-        Of the object, lit by Ed of its depth; grey by default.
+    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
 
     Raises
     ------
@@ -153,3 +161,29 @@ def _curves(z: Array, J: Array, D: Array, B_inf: Array, beyond: Array) -> Format
         )
     along = z[:, None]
     return FormationCurves(z, np.log(J / D) / along, np.log(B_inf / beyond) / along, B_inf)
+
+
+def remove_water(
+    values: ArrayLike, z: ArrayLike, formation: Formation, least: float = 0.02
+) -> Array:
+    """Return J = (I - B(z)) e^{β_D(z) z}, what objects would send if no water were before them.
+
+    Values I, shape (..., k), are linear, of the sensor's channels before white balance; ranges z,
+    (...), Euclidean, m, infinite where open water is seen, which becomes black. The transmittance
+    does not go below the ``least``, so that noise of what is hardly seen stays bounded.
+
+    D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 8.
+
+    Raises
+    ------
+    InputError
+        If shapes do not match, or a range is not positive.
+    """
+    seen, z = np.asarray(values, dtype=np.float64), np.asarray(z, dtype=np.float64)
+    if seen.shape[:-1] != z.shape:
+        raise InputError(f"restoration: values of shape {seen.shape} for ranges of {z.shape}")
+    if not (z > 0).all():
+        raise InputError("restoration: ranges must be positive; infinite for open water")
+    transmittance = np.maximum(formation.transmittance(z), least)
+    J = np.maximum(seen - formation.backscatter(z), 0.0) / transmittance
+    return np.where(np.isfinite(z)[..., None], J, 0.0)
