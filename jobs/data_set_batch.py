@@ -101,7 +101,7 @@ def work_on(
             f"its files; parts are named with --from {path.parent}/jobs/NAME/job.json"
         )
     jobs = read_jobs(read_index(path))
-    if request.status is not None:
+    if request.status:
         print(jobs.status()[1 if request.json else 0])
         return
     _open(blend or jobs.index.scene, jobs.index.folder / NAME, opener)

@@ -126,14 +126,12 @@ def _record_of(passes: ViewPasses) -> dict[str, Any]:
 
 def _versions() -> dict[str, str]:
     found = {"blender": bpy.app.version_string, "python": platform.python_version()}
-    return found | {name: _version(name) for name in _RECORDED_PACKAGES}
-
-
-def _version(package: str) -> str:
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return "bundled with Blender"
+    for name in _RECORDED_PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "bundled with Blender"
+    return found
 
 
 def _noise(passes: ViewPasses) -> Written:
