@@ -14,8 +14,8 @@ from ..datasets.specification import read_spec
 from ..scene.session import select_scene
 from ..settings.scene_settings import flag
 from ..uw_spectral.errors import InputError
-from . import command_line, data_set_export, job_files, render_job
-from .data_set_jobs import SetJobs, read_jobs
+from . import command_line, job_files, render_job
+from .data_set_jobs import SetJobs, export, read_jobs
 from .data_set_plan import plan_data_set
 from .job import SplitRequest
 from .opening import SceneOpener
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace, progress: Progress, opener: SceneOpener) ->
         spec, jobs = read_spec(index.spec), read_jobs(index)
         _develop(jobs, progress)
         opened = functools.partial(_opened, jobs, opener)
-        progress.say(data_set_export.export(jobs, spec, opened, progress.note))
+        progress.say(export(jobs, spec, opened, progress.note))
         return
     spec = read_spec(options.dataset)
     _open(options.blend or spec.scene, options.dataset, opener)
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace, progress: Progress, opener: SceneOpener) ->
     if options.dataset_plan:
         return
     _render(jobs, progress, insist=True)
-    progress.say(data_set_export.export(jobs, spec, lambda: scene, progress.note))
+    progress.say(export(jobs, spec, lambda: scene, progress.note))
 
 
 def work_on(

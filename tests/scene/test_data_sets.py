@@ -35,7 +35,6 @@ from underwater_spectral.datasets.picture_codes import read_codes
 from underwater_spectral.datasets.specification import read_spec
 from underwater_spectral.jobs import (
     batch,
-    data_set_export,
     data_set_jobs,
     scene_objects,
     staging,
@@ -757,7 +756,7 @@ def test_a_model_without_a_mesh_is_named(made, tmp_path, capsys):
         bpy.data.objects[name].data.clear_geometry()
     notes: list[str] = []
     moved = replace(index, folder=folder)
-    data_set_export.export(
+    data_set_jobs.export(
         read_jobs(moved), read_spec(made.spec), lambda: bpy.context.scene, notes.append
     )
     (note,) = notes

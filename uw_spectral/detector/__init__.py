@@ -2,8 +2,14 @@
 
 from .dng import write_dng
 from .linear_detector import Detector, dark_counts, expected_counts, raw_counts
-from .raw_capture import PATTERNS, RawSettings, capture, filter_of_pixels, mosaic
-from .vignetting import Vignetting
+from .raw_capture import (
+    PATTERNS,
+    RawSettings,
+    Vignetting,
+    capture,
+    filter_of_pixels,
+    mosaic,
+)
 
 __all__ = [
     "PATTERNS",

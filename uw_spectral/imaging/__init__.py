@@ -10,9 +10,8 @@ from .description import (
     SurfaceDescription,
     WaterDescription,
 )
-from .formation_fit import FormationFit, fit_formation
+from .formation_fit import Formation, FormationFit, fit_formation
 from .image_formation import (
-    Formation,
     FormationCurves,
     ImageFormation,
     compute_image_formation,

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,8 +30,27 @@ _RATES = (-6.0, 3.0)
 _Model = Callable[[Array], tuple[Array, Array]]
 
 
+class Formation:
+    """Image formation, computed (:class:`.FormationCurves`) or fitted (:class:`FormationFit`)."""
+
+    beta_direct: Any
+    beta_backscatter: Any
+    B_inf: Any
+
+    def transmittance(self, z: ArrayLike) -> Array:
+        """Share e^{-β_D(z) z} of the direct light at ranges z, m, (..., k); 0 at infinite ones."""
+        return self._left(z, self.beta_direct)
+
+    def backscatter(self, z: ArrayLike) -> Array:
+        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
+        return np.asarray(self.B_inf) * (1.0 - self._left(z, self.beta_backscatter))
+
+    def _left(self, z: ArrayLike, beta: Any) -> Array:  # noqa: ANN401 - as the fields
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class FormationFit:
+class FormationFit(Formation):
     """Constants of the image formation, per channel."""
 
     #: β_D of the light of objects, and β_B of the backscatter.
@@ -38,14 +58,8 @@ class FormationFit:
     beta_backscatter: tuple[RangeAttenuation, ...]
     B_inf: tuple[float, ...]  #: Backscatter at infinite range, in the unit of the picture.
 
-    def transmittance(self, z: ArrayLike) -> Array:
-        """Share e^{-β_D(z) z} of the direct light at ranges z in m, shape (..., k)."""
-        return np.stack([beta.transmittance(z) for beta in self.beta_direct], axis=-1)
-
-    def backscatter(self, z: ArrayLike) -> Array:
-        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        fractions = [1.0 - beta.transmittance(z) for beta in self.beta_backscatter]
-        return np.stack(fractions, axis=-1) * np.array(self.B_inf)
+    def _left(self, z: ArrayLike, beta: tuple[RangeAttenuation, ...]) -> Array:
+        return np.stack([channel.transmittance(z) for channel in beta], axis=-1)
 
 
 def fit_formation(

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +22,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError
 from ..spectra.spectrum import Spectrum
 from ..transfer.discrete_ordinates import STREAMS
-from .formation_fit import FormationFit
+from .formation_fit import Formation, FormationFit
 from .range_attenuation import Array, fit_range_attenuation
 from .resolved_optics import ResolvedOptics
 
@@ -32,21 +31,9 @@ RANGES = tuple(np.round(np.geomspace(0.25, 30.0, 40), 4).tolist())
 LEVEL = (1.0, 0.0, 0.0)
 
 
-class Formation(Protocol):
-    """Image formation, computed (:class:`.FormationCurves`) or fitted (:class:`.FormationFit`)."""
-
-    def transmittance(self, z: ArrayLike) -> Array:
-        """Fraction of the light of objects left at ranges z in m, shape (..., k)."""
-        ...
-
-    def backscatter(self, z: ArrayLike) -> Array:
-        """Light of the water before ranges z in m, shape (..., k)."""
-        ...
-
-
 @dataclass(frozen=True, eq=False)
-class FormationCurves:
-    """Coefficients of k channels over m ranges."""
+class FormationCurves(Formation):
+    """Coefficients of k channels over m ranges; between them interpolated, beyond them held."""
 
     z: Array  #: Euclidean ranges, m, (m,).
     #: β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the fraction left is e^{-β(z)
@@ -55,18 +42,7 @@ class FormationCurves:
     beta_backscatter: Array
     B_inf: Array  #: What the water sends to the camera where nothing is in its way, (k,).
 
-    def transmittance(self, z: ArrayLike) -> Array:
-        """Share e^{-β_D(z) z} left at ranges z in m, shape (..., k); 0 at infinite ones.
-
-        Between the tabulated ranges β is interpolated, beyond them held.
-        """
-        return self._transmittance(z, self.beta_direct)
-
-    def backscatter(self, z: ArrayLike) -> Array:
-        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        return self.B_inf * (1.0 - self._transmittance(z, self.beta_backscatter))
-
-    def _transmittance(self, z: ArrayLike, beta: Array) -> Array:
+    def _left(self, z: ArrayLike, beta: Array) -> Array:
         z = np.asarray(z, dtype=np.float64)
         near = np.where(np.isfinite(z), z, 0.0)
         transmittance = [np.exp(-np.interp(near, self.z, channel) * near) for channel in beta.T]
