@@ -90,10 +90,7 @@ class ErrorEstimate:
     """
 
     def __init__(
-        self,
-        seen: Sequence[SeenPoints],
-        reference: Optics,
-        choices: Sequence[BandChoice],
+        self, seen: Sequence[SeenPoints], reference: Optics, choices: Sequence[BandChoice]
     ) -> None:
         if not seen or not choices:
             raise InputError("what a scene requires: give at least one view and one set of bands")
@@ -155,8 +152,7 @@ class ErrorEstimate:
     def errors(self, pictures: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Mean ΔE2000 of pictures against everything with many bands.
 
-        The mean of the views, each with objects, floor and open water counting
-        equally: :attr:`.SeenPoints.weight`.
+        The mean of the views, each by :attr:`.SeenPoints.weight`.
         """
         truth = clip_to_display(self.full.without())
         difference = delta_e_CIE2000_images(clip_to_display(np.array(pictures)), truth[None])
@@ -177,8 +173,8 @@ class ErrorEstimate:
     ) -> list[Combination]:
         """Every combination, the cheapest first; of equals the one with more in it.
 
-        What is named in ``keep`` stays on, in ``off`` off. What costs nothing is not left
-        out, nor is anything in Cycles: that it would save time there was not measured.
+        What costs nothing is not left out, nor is anything in Cycles: that it would save time there
+        was not measured.
         """
         kept = {term.name for term in TERMS if term.is_part and term.name in keep}
         wanted = (self.everything | kept) - set(off)
