@@ -122,7 +122,7 @@ def _column_of(
     illuminant: Illuminant,
     bands: Bands,
     floor_reflectance: NDArray[np.float64],
-    picture: SkyPicture | None = None,
+    picture: SkyPicture | None,
 ) -> tuple[WaterColumn, BandPhase]:
     """Return the column of water in bands, and the phase function of its first layer.
 

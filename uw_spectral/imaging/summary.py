@@ -78,11 +78,9 @@ def readouts(view: Viewpoint, reference: Viewpoint) -> Readouts:
 def colour_error(view: Viewpoint, reference: Viewpoint, distance: float = 2.0) -> ColourError:
     """Colour error of a choice of bands in this water, for this camera and depth.
 
-    ΔE2000 of the open water, looking level, and of the ColorChecker
-    :data:`PATCHES` at a distance before it, each developed as the renderer
-    would, automatic exposure included.
-
-    The reference is the same with many bands, :data:`.description.REFERENCE_BANDS` or so.
+    ΔE2000 of the open water, looking level, and of the ColorChecker :data:`PATCHES` at a distance
+    before it, each developed as the renderer would, automatic exposure included. The reference is
+    the same with many bands, :data:`.description.REFERENCE_BANDS` or so.
 
     Raises
     ------
