@@ -20,10 +20,9 @@ from ...scene.readers.missing_data import require_data
 from ...settings.scene_settings import SceneSettings, flag
 from ...uw_spectral.errors import InputError, first_of
 from ...uw_spectral.spectra.spectral_image import temporary_name
-from ...uw_spectral.spectra.spectrum import split_location
 from .. import planning
 from ..job import Job
-from ..manifest import Manifest, tables
+from ..manifest import Manifest, table_paths
 from ..manifest_files import write_manifest
 from ..rounds import require_fixed
 from . import openjd_template
@@ -77,9 +76,9 @@ def farm_job(planned: Manifest) -> FarmJob:
         cameras=names if len(names) > 1 else (),
         scripts=output.scripts,
         tables=tuple(
-            split_location(location)[0]
+            path
             for settings in (planned.settings, *planned.changes.values())
-            for location in tables(settings).values()
+            for path in table_paths(settings).values()
         ),
     )
 
@@ -96,8 +95,7 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     check_saved()
     found = external_files()
     missing = [f"{owner} ({path})" for owner, path in found.missing]
-    named = tables(asdict(settings)).items()
-    of_settings = {split_location(location)[0]: flag(name) for name, location in named}
+    of_settings = {path: flag(name) for name, path in table_paths(asdict(settings)).items()}
     missing += [f"{option} ({path})" for path, option in of_settings.items() if not path.is_file()]
     if missing:
         raise InputError(
