@@ -62,31 +62,26 @@ def render_pass(
     could not be treated. Raises KeyboardInterrupt once the pass is written, if it was asked for
     meanwhile.
     """
-    with interrupted_afterwards():
-        return _render_pass(render, bands, path, key, notes)
-
-
-def _render_pass(
-    render: RenderPass, bands: tuple[int, ...], path: Path, key: str, notes: Sequence[str]
-) -> float:
     raw = temporary_name(path, "raw")
-    start = time.perf_counter()
-    try:
-        layers = render(bands, raw)
-        pixels, _ = read_exr(raw)
-    except InputError as error:
-        raise InputError(
-            f"{path} was not rendered: {error}. If the disk is full, make room, or choose another "
-            "--out"
-        ) from error
-    finally:
-        raw.unlink(missing_ok=True)
-    seconds = time.perf_counter() - start
-    stamp = {_ATTRIBUTE: json.dumps({"key": key, "seconds": seconds, "notes": list(notes)})}
-    if layers is not None:
-        # First, so that a pass that is there has its layers.
-        write_layers(layers_path(path), replace(layers, attributes={**layers.attributes, **stamp}))
-    write_rgb_exr(path, pixels, stamp)
+    with interrupted_afterwards():
+        start = time.perf_counter()
+        try:
+            layers = render(bands, raw)
+            pixels, _ = read_exr(raw)
+        except InputError as error:
+            raise InputError(
+                f"{path} was not rendered: {error}. If the disk is full, make room, or choose "
+                "another --out"
+            ) from error
+        finally:
+            raw.unlink(missing_ok=True)
+        seconds = time.perf_counter() - start
+        stamp = {_ATTRIBUTE: json.dumps({"key": key, "seconds": seconds, "notes": list(notes)})}
+        if layers is not None:
+            # First, so that a pass that is there has its layers.
+            known = {**layers.attributes, **stamp}
+            write_layers(layers_path(path), replace(layers, attributes=known))
+        write_rgb_exr(path, pixels, stamp)
     return seconds
 
 
@@ -114,11 +109,6 @@ def look_at(
     if not header.whole or header.size != size:
         return State.BROKEN, stamp
     return (State.OTHER if stamp is None or stamp.key != key else State.DONE), stamp
-
-
-def is_done(path: Path, key: str, size: tuple[int, int]) -> bool:
-    """Whether a pass is there and can be read to its end."""
-    return look_at(path, key, size)[0] is State.DONE and is_whole(path, size)
 
 
 def is_whole(path: Path, size: tuple[int, int], *, layers: bool = False) -> bool:

@@ -62,11 +62,10 @@ def run(options: argparse.Namespace, *, inside_blender: bool) -> None:
         return
     if not hasattr(bpy.types.Scene, stored_settings.PROPERTY):
         stored_settings.register()
-    data_set = data_set_batch.request_of(options)
     progress = Progress(options.progress, options.quiet)
     opener = SceneOpener(progress.note, options.scene, options.trust_scripts, inside_blender)
-    if data_set is not None:
-        data_set_batch.run(data_set, options, progress, opener)
+    if data_set_batch.is_wanted(options):
+        data_set_batch.run(options, progress, opener)
         return
     split = command_line.split(options)
     if split.source is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,14 +13,16 @@ from ..scene import contents
 from ..scene.engines import housed, transparent_film
 from ..scene.engines.band_engine import BandEngine, Opening, RenderPass
 from ..scene.engines.engines import engine_of
-from ..scene.readers import cameras
+from ..scene.readers import cameras, unusable_places
+from ..scene.readers.own_seabed import floor_note
+from ..scene.readers.surroundings import has_objects
+from ..scene.unsupported import unsupported_of_camera
 from ..scene.water.occlusion import Cache
 from ..scene.water.water_body import WaterExtent
 from ..uw_spectral.errors import InputError
 from . import band_passes, render_region
 from .frame_plans import FramePlans
 from .manifest import Manifest
-from .scene_notes import notes_of_camera
 from .tasks import Rendered, Task
 
 
@@ -92,7 +95,7 @@ class CameraWater:
             eyes=tuple(view.eye for view in of_camera if view.eye),
             cache=Cache(of_job=True),
         )
-        said = (*self._job.said, *notes_of_camera(scene, camera, opening, manifest))
+        said = (*self._job.said, *_notes_of_camera(scene, camera, opening, manifest))
         chosen = engine_of(output.engine, output.mode)
         engine = self._stack.enter_context(housed.opened(chosen, scene, camera, opening))
         if engine.passes != [item.bands for item in manifest.passes if item.part == 0]:
@@ -106,3 +109,20 @@ class CameraWater:
                 self._job.report_note(note)
         self._engine = engine
         return engine
+
+
+def _notes_of_camera(
+    scene: bpy.types.Scene, camera: bpy.types.Object, opening: Opening, manifest: Manifest
+) -> tuple[str, ...]:
+    """Return what to know of a camera at the first frame of a job, before the water is there."""
+    plan, eyes, ground = opening.plan, opening.eyes, None
+    if math.isfinite(plan.column.floor_depth) and has_objects(scene) and opening.cache is not None:
+        ground = opening.cache.look(scene, camera, plan.column, eyes).ground
+    opaque = not manifest.output.transparent
+    said = (
+        *unsupported_of_camera(scene, camera, traced=manifest.method.traced),
+        transparent_film.note(scene, camera, plan.settings, eyes) if opaque else "",
+        floor_note(plan, ground),
+        *unusable_places.notes(),
+    )
+    return tuple(filter(None, said))

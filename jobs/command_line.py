@@ -338,9 +338,9 @@ def split(options: argparse.Namespace) -> SplitRequest:
         raise InputError(f"{names}: to develop otherwise, name an --out of its own")
     return SplitRequest(
         path_mapping=options.path_mapping,
-        work=None if options.develop else source,
-        develop=source if options.develop else None,
-        status=options.status,
+        source=options.status or source,
+        develop=options.develop,
+        status=options.status is not None,
         json=options.json,
         passes=parse_numbers(options.passes, "--passes"),
         frames=parse_numbers(options.frames),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -14,8 +14,8 @@ from ..datasets.specification import read_spec
 from ..scene.session import select_scene
 from ..settings.scene_settings import flag
 from ..uw_spectral.errors import InputError
-from . import command_line, data_set_export, job_files, render_job
-from .data_set_jobs import SetJobs, read_jobs
+from . import command_line, job_files, render_job
+from .data_set_jobs import SetJobs, export, read_jobs
 from .data_set_plan import plan_data_set
 from .job import SplitRequest
 from .opening import SceneOpener
@@ -25,23 +25,13 @@ _DECIDED = ("quality", "target_delta_e", "time_budget")
 _SET = {"sensor", "white_balance", "exposure"}  # by each [[camera]]
 
 
-@dataclass(frozen=True)
-class DataSetRequest:
-    """What is asked for: a specification to plan and render, or a set to export."""
-
-    spec: Path | None
-    export: Path | None
-    only_plan: bool
-
-
-def request_of(options: argparse.Namespace) -> DataSetRequest | None:
-    """Return what the options ask for of a data set; None if nothing."""
-    spec, export = options.dataset, options.dataset_export
-    if spec is None and export is None:
+def is_wanted(options: argparse.Namespace) -> bool:
+    """Whether the options ask for a data set; raise InputError where others do not go with it."""
+    if options.dataset is None and options.dataset_export is None:
         if options.dataset_plan:
             raise InputError("--dataset-plan needs --dataset and a specification")
-        return None
-    if spec is not None and export is not None:
+        return False
+    if options.dataset is not None and options.dataset_export is not None:
         raise InputError("--dataset exports in the end; leave out --dataset-export")
     given = vars(options)
     wrong = [flag(name) for name in _DECIDED if name in given]
@@ -57,7 +47,7 @@ def request_of(options: argparse.Namespace) -> DataSetRequest | None:
             f"{', '.join(wrong)}: not with a data set, whose specification names cameras, poses "
             "and seed; --dataset-plan plans, and --from OUT/dataset.json renders a fraction"
         )
-    return DataSetRequest(spec, export, options.dataset_plan)
+    return True
 
 
 def with_render_options(options: argparse.Namespace, arguments: list[str]) -> argparse.Namespace:
@@ -76,32 +66,29 @@ def with_render_options(options: argparse.Namespace, arguments: list[str]) -> ar
     return found
 
 
-def run(
-    request: DataSetRequest, options: argparse.Namespace, progress: Progress, opener: SceneOpener
-) -> None:
+def run(options: argparse.Namespace, progress: Progress, opener: SceneOpener) -> None:
     """Do what is asked for of a data set; raise InputError if that cannot be done."""
-    if request.spec is None:
-        assert request.export is not None
-        index = read_index(request.export / NAME)
+    if options.dataset is None:
+        index = read_index(options.dataset_export / NAME)
         spec, jobs = read_spec(index.spec), read_jobs(index)
         _develop(jobs, progress)
         opened = functools.partial(_opened, jobs, opener)
-        progress.say(data_set_export.export(jobs, spec, opened, progress.note))
+        progress.say(export(jobs, spec, opened, progress.note))
         return
-    spec = read_spec(request.spec)
-    _open(options.blend or spec.scene, request.spec, opener)
+    spec = read_spec(options.dataset)
+    _open(options.blend or spec.scene, options.dataset, opener)
     scene = bpy.context.scene
     settings_now = command_line.settings_of(scene, options)
-    index = plan_data_set(scene, spec, request.spec, settings_now, command_line.job(options))
+    index = plan_data_set(scene, spec, options.dataset, settings_now, command_line.job(options))
     jobs = read_jobs(index)
     jobs.require_room(spec)
     progress.say(
         f"planned: {len(index.views)} view(s) in {len(index.jobs)} job(s), in {index.folder}"
     )
-    if request.only_plan:
+    if options.dataset_plan:
         return
     _render(jobs, progress, insist=True)
-    progress.say(data_set_export.export(jobs, spec, lambda: scene, progress.note))
+    progress.say(export(jobs, spec, lambda: scene, progress.note))
 
 
 def work_on(
@@ -114,7 +101,7 @@ def work_on(
             f"its files; parts are named with --from {path.parent}/jobs/NAME/job.json"
         )
     jobs = read_jobs(read_index(path))
-    if request.status is not None:
+    if request.status:
         print(jobs.status()[1 if request.json else 0])
         return
     _open(blend or jobs.index.scene, jobs.index.folder / NAME, opener)

@@ -1,20 +1,31 @@
-"""The jobs of a data set on disk: what is left of them, how far they are, what they take."""
+"""The jobs of a data set on disk: what is left, what it takes, and the files of what is there."""
 
 from __future__ import annotations
 
+import functools
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..datasets.exporting import export_set
 from ..datasets.formats import FORMATS
-from ..datasets.index import Index
+from ..datasets.index import Index, IndexedView
+from ..datasets.set_files import Development, RenderedView, Shape
 from ..datasets.specification import DataSetSpec
+from ..scene.readers.mesh_shapes import mesh_shape
+from ..scene.readers.silhouettes import silhouettes
 from ..uw_spectral.errors import InputError
+from ..uw_spectral.spectra.colour_rendering import luminance, response_matrix
 from . import job_status
+from .frame_plans import FramePlans
 from .manifest import Manifest, View
 from .manifest_files import read_manifest
-from .picture_files import is_developed
+from .picture_files import files_of, is_developed
 from .tasks import Part, Task, done
 
 _GB = 1e9
@@ -49,16 +60,13 @@ class SetJobs:
         """Return how far a set is, in lines and as JSON."""
         found = {name: job_status.status_of(job) for name, job in self.manifests.items()}
         lines = [f"{name}: {of_job.text().splitlines()[0]}" for name, of_job in found.items()]
-        content = {name: json.loads(of_job.as_json()) for name, of_job in found.items()}
+        content = {name: of_job.record() for name, of_job in found.items()}
         return "\n".join(lines), json.dumps(content)
 
     def require_room(self, spec: DataSetSpec) -> None:
         """Refuse a set that the disk cannot hold."""
-        folder, of_formats = (
-            self.index.folder,
-            sum(FORMATS[x].pixel_bytes for x in spec.outputs.formats),
-        )
-        needed = 0.0
+        folder, needed = self.index.folder, 0.0
+        of_formats = sum(FORMATS[name].pixel_bytes for name in spec.outputs.formats)
         for name, manifest in self.manifests.items():
             width, height = manifest.output.size
             pixel = _PIXEL_BYTES + of_formats + 8 * len(manifest.bands_nm)
@@ -74,3 +82,56 @@ class SetJobs:
 def read_jobs(index: Index) -> SetJobs:
     """Return the jobs of a set; raise InputError if a manifest cannot be read."""
     return SetJobs(index, {name: read_manifest(index.manifest(name)) for name in index.jobs})
+
+
+def export(
+    jobs: SetJobs,
+    spec: DataSetSpec,
+    scene: Callable[[], bpy.types.Scene],
+    report_note: Callable[[str], None],
+) -> str:
+    """Write the files of a set, and return a line that says how many.
+
+    ``scene`` opens the scene, where silhouettes are needed; ``report_note`` receives what a format
+    could not hold. Raises InputError if nothing is rendered, or a file cannot be read or written.
+    """
+    index, manifests = jobs.index, jobs.manifests
+    plans = {name: FramePlans(manifest) for name, manifest in manifests.items()}
+
+    def rendered(view: IndexedView) -> RenderedView:
+        manifest = manifests[view.job]
+        shown = next(item for item in manifest.views if item.frame == view.frame)
+        files = files_of(manifest, shown)
+        is_done = is_developed(manifest, shown)
+
+        def development() -> Development:
+            plan = plans[view.job].of(view.frame)
+            weights = manifest.weights(shown)
+            white = luminance(weights @ plan.illuminant.total_in(plan.bands))
+            return Development(response_matrix(weights, plan.response(shown.depth)), float(white))
+
+        return RenderedView(
+            files.picture, files.layers, files.record if is_done else None, files.truth, development
+        )
+
+    @functools.cache
+    def opened() -> bpy.types.Scene:
+        found = scene()
+        found.frame_set(int(index.rendered["held"]))
+        return found
+
+    def alone(view: IndexedView, names: Sequence[str]) -> Mapping[str, NDArray[np.bool_]]:
+        # The scene is as it was before it was lowered with its camera.
+        pose = view.camera_to_world.copy()
+        pose[2, 3] += view.lowered
+        return silhouettes(opened(), names, view.camera, pose)
+
+    def shapes(models: Collection[int]) -> Mapping[int, Shape]:
+        first = {scene_object.model: scene_object.name for scene_object in reversed(index.objects)}
+        made = {model: mesh_shape(opened(), first[model]) for model in models}
+        return {model: shape for model, shape in made.items() if shape is not None}
+
+    versions = manifests[index.jobs[0]].versions
+    views = export_set(index, spec, rendered, versions, alone, shapes, report_note)
+    left = len(index.views) - len(views)
+    return f"exported: {len(views)} view(s)" + (f", {left} not rendered yet" if left else "")

@@ -15,15 +15,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..datasets.layer_file import FrameLayers, read_layers
+from ..datasets.layer_file import FrameLayers
 from ..node_groups import sensor_reduction
 from ..scene.engines.denoising_guides import ALBEDO, NORMAL
 from ..scene.engines.exr_output import write_float_exr
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
-from . import band_passes
-from .manifest import Manifest, View
 from .render_region import Region
-from .tasks import Rendered
 
 _NAME = "UW Development"
 
@@ -161,21 +158,6 @@ class _Tree:
         path = Path(self._folder.name, "picture.exr")
         write_float_exr(scene, path)
         return read_exr(path)[0]
-
-
-def read_guides(manifest: Manifest, view: View, rendered: Sequence[Rendered]) -> Guides | None:
-    """Return the guides of a view; None unless each of its passes has its own."""
-    found = []
-    for item in rendered:
-        path = band_passes.layers_path(item.file.path)
-        key = manifest.key(view, item.task.number)
-        if band_passes.look_at(path, key, manifest.output.size)[0] is not band_passes.State.DONE:
-            return None
-        layers = read_layers(path)
-        if ALBEDO not in layers or NORMAL not in layers:
-            return None
-        found.append((layers, item.file.bands, manifest.passes[item.task.number].samples))
-    return mean_guides(found, manifest.weights(view))
 
 
 def mean_guides(

@@ -59,8 +59,8 @@ class Job:
 class SplitRequest:
     """What to do with a manifest, instead of planning, rendering and developing in one go.
 
-    ``plan`` is where to write one, ``bundle`` the folder of a job for a farm; ``work``,
-    ``develop`` and ``status`` name one to read.
+    ``plan`` is where to write one, ``bundle`` the folder of a job for a farm; ``source`` is one to
+    read, or the index of a data set: to ``develop`` it or to say its ``status``, else to work at.
     ``passes``, ``frames`` and ``cameras`` are the part of the job that is meant, empty for all;
     ``out`` is the folder of the results, if it is not the manifest's; ``path_mapping`` a file of
     rules by which files lie elsewhere. ``changed`` are settings, and ``denoise``, that pictures are
@@ -69,9 +69,9 @@ class SplitRequest:
 
     plan: Path | None = None
     bundle: Path | None = None
-    work: Path | None = None
-    develop: Path | None = None
-    status: Path | None = None
+    source: Path | None = None
+    develop: bool = False
+    status: bool = False
     json: bool = False
     passes: tuple[int, ...] = ()
     frames: tuple[int, ...] = ()
@@ -80,8 +80,3 @@ class SplitRequest:
     path_mapping: Path | None = None
     changed: Mapping[str, Any] = field(default_factory=dict)
     denoise: bool | None = None
-
-    @property
-    def source(self) -> Path | None:
-        """The manifest, or the index of a data set, to read."""
-        return self.status or self.develop or self.work

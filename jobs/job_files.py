@@ -15,9 +15,9 @@ from ..scene.readers.external_files import is_dispensable, is_read, is_shown_onl
 from ..scene.readers.lamp_files import lamp_files
 from ..scene.session import select_scene
 from ..scene.stored_materials import fluorophore_files
+from ..settings.scene_settings import flag
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.spectra.spectrum import split_location
-from .manifest import ExternalFile, Manifest, table_name, tables
+from .manifest import ExternalFile, Manifest, table_paths
 
 _TILES = re.compile("<UDIM>|<UVTILE>")
 _KINDS = {"Library": "linked library", "Image": "texture"}
@@ -34,10 +34,9 @@ def versions() -> dict[str, str]:
 
 def setting_files(settings: Mapping[str, Any]) -> tuple[ExternalFile, ...]:
     """Return the tables that settings name."""
-    found = {name: split_location(location)[0] for name, location in tables(settings).items()}
     return tuple(
-        ExternalFile(table_name(path, name), str(path), digest_of(path), name)
-        for name, path in found.items()
+        ExternalFile(f"the table {path} ({flag(name)})", str(path), digest_of(path), name)
+        for name, path in table_paths(settings).items()
     )
 
 

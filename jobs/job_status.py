@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from dataclasses import dataclass
+from typing import Any
 
 from .band_passes import State
 from .claims import claim_path, is_living
@@ -72,28 +72,26 @@ class JobStatus:
             lines.append(f"{self.seconds_left:.0f} s left for one worker")
         return "\n".join(lines)
 
-    def as_json(self) -> str:
-        """Return the status as JSON."""
-        return json.dumps(
-            {
-                "passes": self.total,
-                **self.counts,
-                "pictures": self.pictures,
-                "views": self.views,
-                "seconds_spent": self.seconds_spent,
-                "seconds_left": self.seconds_left,
-                "unfinished": [
-                    {
-                        "frame": item.frame,
-                        "camera": item.camera,
-                        "pass": item.number,
-                        "state": item.state.value,
-                        "being_rendered": item.is_claimed,
-                    }
-                    for item in self.unfinished
-                ],
-            }
-        )
+    def record(self) -> dict[str, Any]:
+        """Return the status as JSON holds it."""
+        return {
+            "passes": self.total,
+            **self.counts,
+            "pictures": self.pictures,
+            "views": self.views,
+            "seconds_spent": self.seconds_spent,
+            "seconds_left": self.seconds_left,
+            "unfinished": [
+                {
+                    "frame": item.frame,
+                    "camera": item.camera,
+                    "pass": item.number,
+                    "state": item.state.value,
+                    "being_rendered": item.is_claimed,
+                }
+                for item in self.unfinished
+            ],
+        }
 
 
 def status_of(manifest: Manifest) -> JobStatus:

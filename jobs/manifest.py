@@ -21,7 +21,7 @@ from ..datasets.files import no_device, plain_names
 from ..quality.methods import Device, Engine, Method, Mode, method_of
 from ..scene.readers.picture_size import rendered_size
 from ..settings.former_names import in_present_names
-from ..settings.scene_settings import SETTINGS, SceneSettings, flag
+from ..settings.scene_settings import SETTINGS, SceneSettings
 from ..uw_spectral.imaging.layer_sums import drawn_for
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from ..uw_spectral.spectra.spectrum import split_location
@@ -419,9 +419,9 @@ def tables(settings: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def table_name(path: object, setting: str) -> str:
-    """Say which table a file is."""
-    return f"the table {path} ({flag(setting)})"
+def table_paths(settings: Mapping[str, Any]) -> dict[str, Path]:
+    """Return each file that a setting names."""
+    return {name: split_location(location)[0] for name, location in tables(settings).items()}
 
 
 def folders(cameras: Sequence[str]) -> tuple[CameraOutput, ...]:

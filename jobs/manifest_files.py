@@ -23,7 +23,7 @@ from .manifest import (
     View,
 )
 from .render_region import Region
-from .stage import Stage, stage_of
+from .stage import stage_of
 
 JOB_FILE = "job.json"
 """The manifest of a job in its output folder."""
@@ -32,7 +32,7 @@ _KIND = "underwater-spectral job"
 
 def write_manifest(path: Path, manifest: Manifest) -> None:
     """Write a manifest; whole under its name, or not at all."""
-    path = path.absolute()
+    path, stage = path.absolute(), manifest.stage
     content = {
         "kind": _KIND,
         "format": FORMAT,
@@ -59,7 +59,7 @@ def write_manifest(path: Path, manifest: Manifest) -> None:
         "views": [[v.frame, v.camera, v.depth, v.development, v.eye] for v in manifest.views],
         "lamps": manifest.lamps,
         **({"clouds": manifest.clouds} if manifest.clouds else {}),
-        "stage": _stage(manifest.stage, path.parent),
+        "stage": stage.moved(lambda name: relative(name, path.parent)).record() if stage else {},
         "exposed": {frame: asdict(item) for frame, item in manifest.exposed.items()},
         "rendered_in": relative(manifest.rendered_in, path.parent) if manifest.rendered_in else "",
     }
@@ -188,7 +188,3 @@ def _placed(
         else value
         for name, value in settings.items()
     }
-
-
-def _stage(stage: Stage | None, folder: Path) -> dict[str, Any]:
-    return {} if stage is None else stage.moved(lambda name: relative(name, folder)).record()

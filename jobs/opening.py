@@ -33,13 +33,6 @@ class SceneOpener:
         """Whether Blender has opened a file."""
         return self.inside_blender and bool(bpy.data.filepath)
 
-    def open(self, blend: Path | None) -> None:
-        """Open a file; within Blender, take what it has opened."""
-        if self.inside_blender:
-            self.take(blend)
-        else:
-            self.read(blend)
-
     def take(self, blend: Path | None = None) -> None:
         """Take the scene that Blender has opened; raise InputError where another is named."""
         if blend is not None:

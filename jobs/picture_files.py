@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..datasets.outputs import RAW_FILES
 from .manifest import Manifest, View
 
-RAW = ("dng", "tiff")
-"""Kinds of raw files."""
 _HEAD = 200  # characters of a record, which hold its key
 
 
@@ -50,13 +49,13 @@ class PictureFiles:
         return tuple(map(self._beside, ends))
 
     def raw(self, kind: str) -> Path:
-        """Return the raw file of a kind, of :data:`RAW`."""
+        """Return the raw file of a kind, of :data:`.outputs.RAW_FILES`."""
         return self.picture.with_suffix(f".{kind}")
 
     def all(self) -> list[Path]:
         """Return all that a view may have of some job, its record first."""
         others = (self.picture, self.shown, self.spectra, self.layers, self.truth)
-        return [self.record, *others, *self.receptors, *map(self.raw, RAW)]
+        return [self.record, *others, *self.receptors, *map(self.raw, RAW_FILES)]
 
     def _beside(self, end: str) -> Path:
         return self.picture.with_name(f"{self.picture.stem}_{end}")

@@ -28,7 +28,7 @@ from ..scene.water.cycles_phase import cycles_phases
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.layer_sums import backscatter, transmittance_ratio, unscattered
-from ..uw_spectral.imaging.layers import BACKSCATTER, layer, of_light, parse_layers
+from ..uw_spectral.imaging.layers import BACKSCATTER, LAYERS, layer, parse_layers
 from ..uw_spectral.spectra.spectral_image import band_labels
 from .band_passes import layers_path
 from .render_region import Region
@@ -127,16 +127,17 @@ def _of_sensor(
 ) -> dict[str, LayerImage]:
     """Name the units, and reduce bands to the channels of the sensor."""
     made = {}
-    for name in of_light(parse_layers("all")):
-        about, bands = layer(name), found.get(bands_name(name))
-        units = plan.radiance_units if about.kind == "radiance" else plan.irradiance_units
-        if bands is not None and about.kind != "fraction":
-            text = bands.text
-            made[bands_name(name)] = LayerImage(bands.values, bands.channels, units, text)
+    units_of = {"radiance": plan.radiance_units, "irradiance": plan.irradiance_units}
+    for about in LAYERS:
+        if about.kind not in units_of:
+            continue
+        name, units = about.name, units_of[about.kind]
+        bands, image = found.get(bands_name(name)), found.get(name)
+        if bands is not None:
+            made[bands_name(name)] = replace(bands, units=units)
             sensor = bands.values.astype(np.float64) @ response.T
-            made[name] = LayerImage(sensor, SENSOR, "", f"{text}; {_FROM_BANDS}")
-        if about.kind != "fraction" and (name in made or name in found):
-            image = made.get(name) or found[name]
+            image = LayerImage(sensor, SENSOR, "", f"{bands.text}; {_FROM_BANDS}")
+        if image is not None:
             units = _SENSOR.format(sensor=plan.sensor.name, units=units)
             made[name] = LayerImage(image.values, SENSOR, units, image.text)
     return made
@@ -161,14 +162,10 @@ def _derived(found: dict[str, LayerImage]) -> dict[str, LayerImage]:
 def _chosen(found: dict[str, LayerImage], wanted: Sequence[str]) -> dict[str, LayerImage]:
     chosen = {}
     for name in wanted:
-        about = layer(name)
         names = [n for n in found if n.startswith("Crypto")] if name == "cryptomatte" else [name]
         for key in (*names, bands_name(name)):
             if key in found:
-                image = found[key]
-                chosen[key] = LayerImage(
-                    image.values, image.channels, image.units, image.text, about.whole
-                )
+                chosen[key] = replace(found[key], whole=layer(name).whole)
     return chosen
 
 

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.metadata
+import json
+import platform
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from typing import Any
 
-from ..datasets.files import relative
+import bpy
+
+from ..datasets.files import relative, write_text
 from ..scene import view_transform
 from ..scene.terms import particles
 from ..uw_spectral.spectra.spectral_image import (
@@ -19,7 +26,6 @@ from .band_passes import gather
 from .frame_plans import FramePlans
 from .manifest import Manifest, View
 from .picture_layers import write_picture_layers
-from .picture_record import record_of, write_json
 from .raw_pictures import write_raw_picture
 from .receptor_pictures import write_receptor_pictures
 from .tasks import Rendered
@@ -38,6 +44,7 @@ _PARTICLES = (
     "noise"
 )
 _SOFTWARE = "Underwater Spectral"
+_RECORDED_PACKAGES = ("numpy", "colour-science", "jerlov", "OpenImageIO")
 
 
 def develop(
@@ -54,15 +61,77 @@ def develop(
     for path in passes.files.all():  # of a job that wrote more
         with contextlib.suppress(OSError):  # of which writing tells
             path.unlink()
-    record, said = record_of(passes), list[str]()
+    record, said = _record_of(passes), list[str]()
     for write in _WRITERS:
         facts, notes = write(passes)
         record |= facts
         said += notes
     record["notes"] += said
     passes.require_own()  # still
-    write_json(passes.files.record, record)
+    write_text(passes.files.record, json.dumps(record, indent=1, default=str) + "\n")
     return said
+
+
+def _record_of(passes: ViewPasses) -> dict[str, Any]:
+    """Return what is known of a picture beforehand, as JSON holds it."""
+    manifest, view, plan, output = passes.manifest, passes.view, passes.plan, passes.output
+    chosen = manifest.developments[view.development]
+    return {
+        "key": manifest.view_key(view),
+        "frame": view.frame,
+        "camera_depth_m": view.depth,
+        "settings": manifest.settings_of(view.frame).in_effect(output.engine),
+        "job": {
+            "engine": output.engine,
+            "mode": output.mode,
+            "device": output.device,
+            "frames": manifest.frames,
+            "resolution": output.size,
+            **({"region": asdict(output.region), "crop": output.crop} if output.region else {}),
+            "seed": output.seed,
+            "parts": manifest.parts,
+            "denoise": output.denoise,
+            "froxels": output.froxels,
+            "decisions": output.decisions,
+            "out": str(manifest.out),
+            "blend": str(manifest.scene or ""),
+            "camera": view.camera,
+            "water_extent_m": output.extent,
+        },
+        "notes": [
+            *plan.notes,
+            *dict.fromkeys(note for item in passes.rendered for note in item.notes),
+        ],
+        **plan.record(),
+        **particles.record(plan.settings, plan.column),
+        "versions": _versions(),
+        "development": {
+            "description": chosen.description,
+            "weights": chosen.weights,
+            "tone": plan.settings.tone,
+            "contrast": plan.settings.contrast,
+        },
+        **({"lamps": shining} if (shining := manifest.lamps_of(view.frame)) else {}),
+        **({"clouds": floating} if (floating := manifest.clouds_of(view.frame)) else {}),
+        "passes": [
+            {
+                "file": relative(item.file.path, manifest.out),
+                "bands_nm": [manifest.bands_nm[i] for i in item.file.bands],
+                "seconds": item.file.seconds,
+            }
+            for item in passes.rendered
+        ],
+    }
+
+
+def _versions() -> dict[str, str]:
+    found = {"blender": bpy.app.version_string, "python": platform.python_version()}
+    for name in _RECORDED_PACKAGES:
+        try:
+            found[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            found[name] = "bundled with Blender"
+    return found
 
 
 def _noise(passes: ViewPasses) -> Written:

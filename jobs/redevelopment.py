@@ -12,11 +12,11 @@ from ..settings.scene_settings import BY_PICTURE, flag
 from ..settings.water_settings import AUTO
 from ..uw_spectral.errors import InputError
 from . import job_files
-from .exposures import Light, developed_views
 from .frame_plans import FramePlans
 from .manifest import SHOWN, Exposed, Manifest, View
 from .manifest_files import JOB_FILE, read_manifest, write_manifest
 from .picture_files import files_of
+from .planning import Light, developed_views
 
 
 def redeveloped(

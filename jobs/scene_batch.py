@@ -29,7 +29,8 @@ def run(
 ) -> None:
     """Open a scene and do what is asked for; raise InputError if that cannot be done."""
     job, auto = command_line.job(options), command_line.auto(options)
-    opener.open(job.blend)
+    opened = opener.take if opener.inside_blender else opener.read
+    opened(job.blend)
     scene = bpy.context.scene
     if job.resolution is not None:
         scene.render.resolution_x, scene.render.resolution_y = job.resolution

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,13 +38,13 @@ def run(
         manifest = redeveloped(manifest, request.changed, request.denoise, request.out)
     elif request.out is not None:
         manifest = replace(manifest, out=request.out)
-    if request.develop is None:
+    if not request.develop:
         require_fixed(manifest, "--status" if request.status else "--from")
     part = Part(request.passes, request.frames, request.cameras)
-    if request.status is not None:
+    if request.status:
         status = job_status.status_of(manifest)
-        print(status.as_json() if request.json else status.text())
-    elif request.develop is not None:
+        print(json.dumps(status.record()) if request.json else status.text())
+    elif request.develop:
         _develop(manifest, part, progress)
     elif manifest.rendered_in is not None:
         raise InputError(

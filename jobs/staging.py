@@ -1,10 +1,10 @@
-"""Sets the stage of a job in its scene, and clears it afterwards."""
+"""A scene as jobs plan and render it: on the stage of the job, which is cleared afterwards."""
 
 from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import bpy
@@ -12,7 +12,12 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..datasets.cameras_and_rigs import LAMP_BLEND, LAMP_RADIUS
+from ..scene import colour_space, contents
 from ..scene.animation import curves_of
+from ..scene.as_rendered import as_rendered
+from ..scene.marks import require_no_water
+from ..scene.materials import own_water
+from ..scene.readers import stereo
 from ..scene.readers.pinhole import set_pinhole
 from ..scene.stored_lamps import PROPERTY
 from ..scene.temporary import render_settings
@@ -21,6 +26,29 @@ from . import job_files
 from .stage import Place, Stage, StageCamera, StageLamp
 
 _NEAR, _FAR = 1e-3, 1e4  # m
+
+
+def require_usable(scene: bpy.types.Scene) -> None:
+    """Refuse a scene with live water, another colour space, or parts that cannot be changed."""
+    require_no_water(scene)
+    if not bpy.app.background:  # there a worker makes them local
+        contents.require_local(scene)
+    colour_space.require_rec709()
+
+
+@contextlib.contextmanager
+def prepared(scene: bpy.types.Scene, hidden: Sequence[str], stage: Stage | None) -> Iterator[None]:
+    """Show a scene as it is rendered while the block runs, on its stage.
+
+    ``hidden`` names objects of water of its own that are left out.
+    """
+    with (
+        own_water.hidden(scene, hidden),
+        as_rendered(scene),
+        stereo.two_eyes(scene),
+        staged(scene, stage),
+    ):
+        yield
 
 
 @contextlib.contextmanager

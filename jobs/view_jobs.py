@@ -9,18 +9,23 @@ from typing import Any
 
 import bpy
 
+from ..datasets.cameras_and_rigs import DataSetCamera
 from ..datasets.exporting import needed_layers
 from ..datasets.files import make_folder
+from ..datasets.formats import FORMATS
 from ..datasets.grouping import ViewJob
 from ..datasets.index import job_folder
 from ..datasets.specification import DataSetSpec
-from ..settings.render_plan import quiet
+from ..settings.render_plan import plan_of, quiet
 from ..settings.scene_settings import SceneSettings
+from ..uw_spectral.errors import InputError
+from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.imaging.layers import parse_layers
 from . import job_files
-from .format_checks import require_formats
 from .job import Job
+from .manifest import Manifest
 from .manifest_files import JOB_FILE, read_manifest, write_manifest
+from .picture_layers import missing_layers
 from .planning import plan_job
 from .stage import Place, Stage, StageCamera, StageLamp
 
@@ -76,9 +81,26 @@ def write_job(
     with quiet():
         manifest = plan_job(scene, settings_of_frame, wanted)
     job_files.require_all(manifest.files)
-    require_formats(spec, camera, manifest)
+    _require_formats(spec, camera, manifest)
     make_folder(manifest.out)
     write_manifest(manifest.out / JOB_FILE, manifest)
+
+
+def _require_formats(spec: DataSetSpec, camera: DataSetCamera, manifest: Manifest) -> None:
+    """Refuse formats that could not be written of a job in the end."""
+    settings = manifest.settings_of(manifest.frames[0])
+    of_scene = settings.housing != NONE or (settings.lens and not camera.coefficients)
+    for name in spec.outputs.formats if of_scene else ():
+        FORMATS[name].require_lens(name, camera.name, 5)
+    plan = plan_of(settings)
+    for name in spec.outputs.formats:
+        missing = missing_layers(plan, FORMATS[name].layers, traced=manifest.method.traced)
+        if missing:
+            raise InputError(
+                f"{name} is made of the layer {', '.join(missing)}, which Cycles gives in water "
+                "that is the same at every depth only; render with engine = 'eevee', or leave "
+                f"{name} out"
+            )
 
 
 def add_layers(path: Path, spec: DataSetSpec) -> None:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from ..datasets.files import make_folder
 from ..datasets.layer_file import read_layers
 from ..scene.engines import transparent_film
+from ..scene.engines.denoising_guides import ALBEDO, NORMAL
 from ..settings.render_plan import RenderPlan
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.matte import without_open_water
 from ..uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from . import band_passes, development
 from .band_passes import RenderedPass
-from .development import Guides, read_guides
+from .development import Guides
 from .manifest import Manifest, Output, View
 from .picture_files import PictureFiles, files_of
 from .tasks import Rendered, by_pass, done
@@ -86,7 +87,18 @@ class ViewPasses:
     @cached_property
     def guides(self) -> Guides | None:
         """What the denoiser is guided by; None unless every pass has its own."""
-        return read_guides(self.manifest, self.view, self.rendered)
+        found = []
+        for item in self.rendered:
+            path = band_passes.layers_path(item.file.path)
+            key = self.manifest.key(self.view, item.task.number)
+            if band_passes.look_at(path, key, self.output.size)[0] is not band_passes.State.DONE:
+                return None
+            layers = read_layers(path)
+            if ALBEDO not in layers or NORMAL not in layers:
+                return None
+            samples = self.manifest.passes[item.task.number].samples
+            found.append((layers, item.file.bands, samples))
+        return development.mean_guides(found, self.manifest.weights(self.view))
 
     def developed(self, weights: NDArray[np.float64], *, denoise: bool) -> NDArray[np.float32]:
         """Return the bands through weights, shape (3, n) to (height, width, 3) of the region."""

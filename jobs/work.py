@@ -9,15 +9,17 @@ from collections.abc import Callable, Iterable, Iterator
 import bpy
 
 from ..datasets.files import make_folder
-from ..scene import contents
+from ..scene import contents, scripts, unlit_scans
 from ..scene.materials import own_water
 from ..scene.readers import picture_size
+from ..scene.readers.missing_data import missing_notes
+from ..scene.session import other_scenes
+from ..scene.unsupported import unsupported
+from . import staging
 from .camera_water import CameraWater, SceneJob
 from .claims import claimed
 from .frame_plans import FramePlans
 from .manifest import Manifest
-from .prepared_scene import prepared, require_usable
-from .scene_notes import notes_of_scene
 from .tasks import Rendered, Task, done
 
 
@@ -42,10 +44,10 @@ def render(
     machine that died. A doubled pass is the same pass. Raises InputError if the scene cannot be
     used, or a pass cannot be written.
     """
-    require_usable(scene)
+    staging.require_usable(scene)
     output = manifest.output
     with own_water.hidden(scene, output.hidden):
-        said = notes_of_scene(scene, manifest)  # as it came
+        said = _notes_of_scene(scene, manifest)  # as it came
     if bpy.app.background:
         made = contents.make_local(scene)
         if made:
@@ -54,7 +56,7 @@ def render(
     picture_size.check_memory(output.size, bands)
     job = SceneJob(scene, manifest, plans, report_note, said)
     left: list[Task] = []
-    with prepared(scene, output.hidden, manifest.stage):
+    with staging.prepared(scene, output.hidden, manifest.stage):
         yield from _round(job, tasks, left, insist=insist, force=False)
         if left:  # by now their workers may have died
             yield from _round(job, left, [], insist=insist, force=insist)
@@ -84,3 +86,16 @@ def _round(
                     yield kept.from_before
                 else:
                     left.append(task)
+
+
+def _notes_of_scene(scene: bpy.types.Scene, manifest: Manifest) -> tuple[str, ...]:
+    """Return what to know of a scene as it came, a line each."""
+    hidden, sky = manifest.output.hidden, manifest.settings.get("sky_picture", "")
+    said = (
+        *missing_notes(scene, manifest.frames),
+        *(*scripts.notes(), *unsupported(scene, sky), *unlit_scans.notes(scene)),
+        other_scenes(scene),
+        *staging.notes(scene, manifest.stage),
+        own_water.hidden_note(hidden) if hidden else "",
+    )
+    return tuple(filter(None, dict.fromkeys(said)))

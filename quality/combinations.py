@@ -28,7 +28,6 @@ from .terms import SINGLE, TERMS, WAVES, Options, column_of, in_column, subsets
 RAYS = 144
 """Rays of all views together that are coloured."""
 
-_ALWAYS = "plain", "single"
 _CHUNK = 48
 _HARDLY, _UNSEEN = 1.02, 0.01  # factor and ΔE that are not worth a cost
 
@@ -91,17 +90,13 @@ class ErrorEstimate:
     """
 
     def __init__(
-        self,
-        seen: Sequence[SeenPoints],
-        reference: Optics,
-        choices: Sequence[BandChoice],
-        rays: int = RAYS,
+        self, seen: Sequence[SeenPoints], reference: Optics, choices: Sequence[BandChoice]
     ) -> None:
         if not seen or not choices:
             raise InputError("what a scene requires: give at least one view and one set of bands")
         if len(set(choices)) < len(choices):
             raise InputError("what a scene requires: give every set of bands a name of its own")
-        few = [view.subsample(max(rays // len(seen), 1)) for view in seen]
+        few = [view.subsample(max(RAYS // len(seen), 1)) for view in seen]
         self.seen, self.reference, column = few, reference, reference.view.column
         self._weight = np.concatenate([view.weight for view in few]) / len(few)
         self._in_column = in_column(column)
@@ -157,8 +152,7 @@ class ErrorEstimate:
     def errors(self, pictures: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Mean ΔE2000 of pictures against everything with many bands.
 
-        The mean of the views, each with objects, floor and open water counting
-        equally: :attr:`.SeenPoints.weight`.
+        The mean of the views, each by :attr:`.SeenPoints.weight`.
         """
         truth = clip_to_display(self.full.without())
         difference = delta_e_CIE2000_images(clip_to_display(np.array(pictures)), truth[None])
@@ -179,8 +173,8 @@ class ErrorEstimate:
     ) -> list[Combination]:
         """Every combination, the cheapest first; of equals the one with more in it.
 
-        What is named in ``keep`` stays on, in ``off`` off. What costs nothing is not left
-        out, nor is anything in Cycles: that it would save time there was not measured.
+        What costs nothing is not left out, nor is anything in Cycles: that it would save time there
+        was not measured.
         """
         kept = {term.name for term in TERMS if term.is_part and term.name in keep}
         wanted = (self.everything | kept) - set(off)

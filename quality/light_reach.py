@@ -124,10 +124,9 @@ class CyclesSample:
 
 
 def cycles_sample(view: Viewpoint) -> CyclesSample:
-    """Return noise and time of a sample with the default phase function.
+    """Return noise and time of a sample with the default phase function, within a factor of two.
 
-    Interpolated, over the scatterings on the sun's slant path to the camera,
-    among pictures that were measured; a factor of two either way.
+    Interpolated, over the scatterings on the sun's slant path to the camera, of measured pictures.
     """
     columns = "scatterings", "delta_e", "seconds"
     table = read_table(DATA_DIRECTORY / "cycles_noise.csv", columns).columns

@@ -111,10 +111,9 @@ class SeenPoints:
     def weight(self) -> NDArray[np.float64]:
         """Weights of the rays in the mean ΔE2000 of a picture, shape (m,); they add up to 1.
 
-        Objects, floor and open water with the surface count equally, each by
-        the mean over its pixels: a picture's subject may be small, the floor
-        would drown it as the open water does. What fills less than 1 % of the
-        picture counts in proportion, so that no single ray decides.
+        Objects, floor and open water with the surface count equally, each by the mean over its
+        pixels: a picture's subject may be small. What fills less than 1 % of the picture counts in
+        proportion, so that no single ray decides.
         """
         weight = np.zeros(len(self))
         for of in self._kinds():

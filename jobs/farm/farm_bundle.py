@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import platform
+import runpy
 import shutil
+import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, replace
@@ -18,18 +20,19 @@ from ...scene.readers.missing_data import require_data
 from ...settings.scene_settings import SceneSettings, flag
 from ...uw_spectral.errors import InputError, first_of
 from ...uw_spectral.spectra.spectral_image import temporary_name
-from ...uw_spectral.spectra.spectrum import split_location
 from .. import planning
 from ..job import Job
-from ..manifest import Manifest, tables
+from ..manifest import Manifest, table_paths
 from ..manifest_files import write_manifest
 from ..rounds import require_fixed
 from . import openjd_template
-from .extension_zip import write_extension
 from .openjd_template import ASSETS, EXTENSION, MANIFEST, README, SYSTEMS, TEMPLATE, VALUES, FarmJob
 
 _FILES = {ASSETS, EXTENSION, MANIFEST, README, TEMPLATE, VALUES}
 _NAMED = 5
+_ROOT = Path(__file__).resolve().parents[2]
+_BUILDER = _ROOT / "tools" / "build_extension.py"
+_CACHES = "__pycache__"
 _SYSTEMS: dict[str, str] = dict(zip(("Linux", "Windows", "Darwin"), SYSTEMS, strict=True))
 
 Planner = Callable[[Path], FarmJob]
@@ -73,9 +76,9 @@ def farm_job(planned: Manifest) -> FarmJob:
         cameras=names if len(names) > 1 else (),
         scripts=output.scripts,
         tables=tuple(
-            split_location(location)[0]
+            path
             for settings in (planned.settings, *planned.changes.values())
-            for location in tables(settings).values()
+            for path in table_paths(settings).values()
         ),
     )
 
@@ -92,8 +95,7 @@ def write_bundle(folder: Path, settings: SceneSettings, plan: Planner) -> FarmJo
     check_saved()
     found = external_files()
     missing = [f"{owner} ({path})" for owner, path in found.missing]
-    named = tables(asdict(settings)).items()
-    of_settings = {split_location(location)[0]: flag(name) for name, location in named}
+    of_settings = {path: flag(name) for name, path in table_paths(asdict(settings)).items()}
     missing += [f"{option} ({path})" for path, option in of_settings.items() if not path.is_file()]
     if missing:
         raise InputError(
@@ -157,6 +159,25 @@ def _replacing(folder: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
         shutil.rmtree(earlier, ignore_errors=True)
+
+
+def write_extension(path: Path) -> None:
+    """Write the extension that runs here as a zip.
+
+    A checkout is built. What is installed is packed as it is, with the wheels that Blender keeps
+    beside it. Raises InputError if a checkout lacks what it has to bring.
+    """
+    if _BUILDER.is_file():
+        try:
+            runpy.run_path(str(_BUILDER))["pack"](path)
+        except ConnectionError as error:
+            raise InputError(f"a bundle brings the extension: {error}") from error
+        return
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(_ROOT.rglob("*")):
+            inside = file.relative_to(_ROOT)
+            if file.is_file() and _CACHES not in inside.parts:
+                archive.write(file, inside.as_posix())
 
 
 def _write_json(path: Path, value: object) -> None:

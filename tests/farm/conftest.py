@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from underwater_spectral.jobs.farm.extension_zip import write_extension
+from underwater_spectral.jobs.farm.farm_bundle import write_extension
 
 PLAIN = Path(__file__).with_name("plain_blender.py")
 

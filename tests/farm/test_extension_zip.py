@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from underwater_spectral.jobs import job_files
-from underwater_spectral.jobs.farm import extension_zip
+from underwater_spectral.jobs.farm import farm_bundle
 from underwater_spectral.scene import sources
 from underwater_spectral.uw_spectral.errors import InputError
 
@@ -20,14 +20,14 @@ def _contents(path: Path) -> dict[str, bytes]:
 
 def test_an_installed_extension_is_packed_as_it_was_built(tmp_path, monkeypatch):
     built, packed, installed = (tmp_path / name for name in ("built.zip", "packed.zip", "user"))
-    extension_zip.write_extension(built)
+    farm_bundle.write_extension(built)
     zipfile.ZipFile(built).extractall(installed)
     caches = installed / "jobs" / "__pycache__"
     caches.mkdir()
     (caches / "job.pyc").touch()
-    monkeypatch.setattr(extension_zip, "_ROOT", installed)
-    monkeypatch.setattr(extension_zip, "_BUILDER", installed / "tools" / "build_extension.py")
-    extension_zip.write_extension(packed)
+    monkeypatch.setattr(farm_bundle, "_ROOT", installed)
+    monkeypatch.setattr(farm_bundle, "_BUILDER", installed / "tools" / "build_extension.py")
+    farm_bundle.write_extension(packed)
     assert _contents(packed) == _contents(built)
     # Workers compare it with that of the plan.
     ours = job_files.versions()
@@ -40,14 +40,14 @@ def test_an_installed_extension_is_packed_as_it_was_built(tmp_path, monkeypatch)
 
 
 def test_a_fresh_checkout_without_a_network_says_what_is_missing(tmp_path, monkeypatch, capfd):
-    root = Path(extension_zip.__file__).resolve().parents[2]
+    root = Path(farm_bundle.__file__).resolve().parents[2]
     for name in ("blender_manifest.toml", "requirements.lock", "tools/build_extension.py"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(root / name, tmp_path / name)
     builder = tmp_path / "tools" / "build_extension.py"
-    monkeypatch.setattr(extension_zip, "_BUILDER", builder)
+    monkeypatch.setattr(farm_bundle, "_BUILDER", builder)
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     with pytest.raises(InputError, match=r"jerlov.*\.whl: not there.*wheels/"):
-        extension_zip.write_extension(tmp_path / "bundle.zip")
+        farm_bundle.write_extension(tmp_path / "bundle.zip")
     assert capfd.readouterr() == ("", "")
     assert not (tmp_path / "bundle.zip").exists()

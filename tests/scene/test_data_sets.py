@@ -35,9 +35,8 @@ from underwater_spectral.datasets.picture_codes import read_codes
 from underwater_spectral.datasets.specification import read_spec
 from underwater_spectral.jobs import (
     batch,
-    data_set_export,
     data_set_jobs,
-    scene_objects,
+    data_set_plan,
     staging,
 )
 from underwater_spectral.jobs.data_set_jobs import read_jobs
@@ -203,7 +202,7 @@ def test_categories_and_their_numbers_are_those_of_the_scene(empty_blender):
         holder.objects.link(objects[name])
 
     def found():
-        rows = scene_objects.objects_of(scene, 1)
+        rows = data_set_plan.objects_of(scene, 1)
         return {row.name: (row.category, row.category_id) for row in rows}
 
     assert found() == {"fish": ("fish", None), "fish.001": ("fish", None), "rock": ("rock", None)}
@@ -757,7 +756,7 @@ def test_a_model_without_a_mesh_is_named(made, tmp_path, capsys):
         bpy.data.objects[name].data.clear_geometry()
     notes: list[str] = []
     moved = replace(index, folder=folder)
-    data_set_export.export(
+    data_set_jobs.export(
         read_jobs(moved), read_spec(made.spec), lambda: bpy.context.scene, notes.append
     )
     (note,) = notes

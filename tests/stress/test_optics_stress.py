@@ -10,8 +10,8 @@ import pytest
 from hypothesis import strategies as st
 from underwater_spectral.tests.stress.cases import few_or_many, try_cases
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import fitted_reduction, optimised_bands
+from underwater_spectral.uw_spectral.imaging.summary import colour_error
 from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
     euphotic_depth,

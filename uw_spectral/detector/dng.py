@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, unknown_name
 from ..spectra.spectral_image import replacing
-from .bayer import PATTERNS
-from .raw_capture import RawSettings
+from .raw_capture import PATTERNS, RawSettings
 
 _BYTE, _ASCII, _SHORT, _LONG, _RATIONAL, _SRATIONAL = 1, 2, 3, 4, 5, 10
 _CODES = {_BYTE: "B", _SHORT: "H", _LONG: "I", _RATIONAL: "I", _SRATIONAL: "i"}
@@ -42,14 +41,10 @@ def write_dng(
 ) -> None:
     """Write the counts of a mosaic that was taken with settings.
 
-    Adobe, Digital Negative (DNG) Specification 1.4.0.0 (2012).
+    ``xyz_to_camera``, shape (3, 3), leads from CIE XYZ under D65 to the camera's channels before
+    white balance, ``neutral``, (3,), is what these see of grey; both to a factor.
 
-    Parameters
-    ----------
-    xyz_to_camera : array_like, shape (3, 3)
-        From CIE XYZ under D65 to the camera's channels before white balance, to a factor.
-    neutral : array_like, shape (3,)
-        What the channels see of grey, to a factor.
+    Adobe, Digital Negative (DNG) Specification 1.4.0.0 (2012).
 
     Raises
     ------

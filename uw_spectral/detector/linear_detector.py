@@ -113,12 +113,8 @@ def raw_counts(
 ) -> NDArray[np.uint16]:
     """Counts of a detector.
 
-    Parameters
-    ----------
-    electrons : array_like, shape (height, width)
-        Photoelectrons that are expected in each pixel, with exposure and vignetting.
-    exposure_time : float
-        s; for the dark current.
+    ``electrons``, shape (height, width), are the photoelectrons that are expected in each pixel,
+    with exposure and vignetting; the exposure time, s, is for the dark current.
 
     Raises
     ------

@@ -10,11 +10,15 @@ from .description import (
     SurfaceDescription,
     WaterDescription,
 )
-from .formation_fit import FormationFit, fit_formation
-from .image_formation import FormationCurves, ImageFormation, compute_image_formation
+from .formation_fit import Formation, FormationFit, fit_formation
+from .image_formation import (
+    FormationCurves,
+    ImageFormation,
+    compute_image_formation,
+    remove_water,
+)
 from .optics import resolve
 from .resolved_optics import ResolvedOptics
-from .restoration import Formation, remove_water
 from .summary import Readouts, readouts
 from .viewpoint import Viewpoint
 

@@ -128,16 +128,9 @@ class AppliedWater:
         """What surfaces in view, spread by the point-spread function, bring besides, (h, w, 3).
 
         They stand in the way of light from behind them, and send their own: it is that less what
-        :meth:`unlit` has of it.
-
-        Parameters
-        ----------
-        J : array, shape (h, w, 3)
-            Channels of the surfaces in sun and sky, there.
-        P : array, shape (h, w)
-            Distances, m; infinite where there is none.
-        per_unit : float
-            Pixels in a unit of 2 sin(φ/2), the focal length.
+        :meth:`unlit` has of it. J, (h, w, 3), are their channels in sun and sky, there; P, (h, w),
+        is infinite where there is none; ``per_unit`` are the pixels in a unit of 2 sin(φ/2), the
+        focal length.
         """
         there = np.isfinite(P)
         near = np.where(there, P, 1.0)

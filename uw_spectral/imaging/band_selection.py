@@ -94,22 +94,14 @@ def optimised_bands(
 ) -> OptimisedBands:
     """Choose the wavelengths from which the colours in a water can be told best.
 
-    Among the centres of the reference's bands, bands are exchanged one at a
-    time, starting from equal ones, until none makes the expected ΔE2000
-    smaller. That is taken for the eye (CIE 1931), which serves other cameras
-    as well as a choice of their own does.
+    Among the centres of the reference's bands, bands are exchanged one at a time, starting from
+    equal ones, until none makes the expected ΔE2000 smaller. That is taken for the eye (CIE 1931),
+    which serves other cameras as well. More than :data:`MOST_SEARCHED` are equal ones.
 
-    Parameters
-    ----------
-    count : int
-        Number of bands. Above :data:`MOST_SEARCHED` they are equal ones.
-    reference : Viewpoint
-        A camera in the water, with :data:`.description.REFERENCE_BANDS` bands or
-        so over the range to choose from. Its sensor, depth, white balance and
-        exposure do not matter.
-    depths : sequence of float
-        Depths of the camera in m, such as some of its path. At most the
-        euphotic depth and that of the floor are used.
+    The reference is a camera in the water, with :data:`.description.REFERENCE_BANDS` bands or so
+    over the range to choose from; its sensor, depth, white balance and exposure do not matter. Of
+    the ``depths``, m, such as some of a camera's path, at most the euphotic one and that of the
+    floor are used.
 
     Raises
     ------
@@ -139,16 +131,12 @@ def optimised_bands(
 def fitted_reduction(view: Viewpoint, reference: Viewpoint) -> SensorReduction:
     """Weights for few bands that develop a scene as many bands would.
 
-    The least squares fit, in ΔE2000 about each colour, of ``reference.reduction``
-    over the expected spectra: reflectances measured (rawtoaces) and uplifted
-    from RGB, at four distances level, up and down, in daylight and some in the
-    light of a lamp, and the open water behind them. Each band's radiance is
-    taken to be uncertain by 1 %. A white diffuser in the light at the camera's
-    depth gets exactly the colour that the reference gives it, and so keeps
-    white balance and exposure.
-
-    The reference is the same viewpoint with many bands; its white balance and exposure count, and
-    ``matrix``, ``white`` and ``delta_e`` of the result are its own.
+    The least squares fit, in ΔE2000 about each colour, of ``reference.reduction`` over the expected
+    spectra: reflectances measured (rawtoaces) and uplifted from RGB, at four distances level, up
+    and down, in daylight and some in the light of a lamp, and the open water behind them. A white
+    diffuser in the light at the camera's depth gets exactly the colour of the reference, which is
+    the same viewpoint with many bands: its white balance and exposure count, and ``matrix``,
+    ``white`` and ``delta_e`` of the result are its own.
 
     Raises
     ------
@@ -178,10 +166,9 @@ def fitted_reduction(view: Viewpoint, reference: Viewpoint) -> SensorReduction:
 class _Target:
     """Normal equations of the weights of N bands for a viewpoint.
 
-    Radiances are multiplied by ``scale``, which makes them about 1. ``gram``
-    (N, N, 3, 3), ``moment`` (N, 3) and ``rest`` make the mean squared ΔE2000
-    of weights w: w·gram·w - 2 w·moment + rest. A diffuser at the camera has
-    the radiances ``white`` and is to get the colour ``white_rgb``.
+    Radiances are multiplied by ``scale``, which makes them about 1. ``gram`` (N, N, 3, 3),
+    ``moment`` (N, 3) and ``rest`` make the mean squared ΔE2000 of weights w: w·gram·w - 2 w·moment
+    + rest. A diffuser at the camera has the radiances ``white`` and is to get ``white_rgb``.
     """
 
     gram: NDArray[np.float64]

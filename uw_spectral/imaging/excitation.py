@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from ..spectra.bands import Bands
 from ..spectra.spectrum import Spectrum
 from ..transfer.discrete_ordinates import STREAMS, Emission
 from ..transfer.inelastic_emission import inelastic_emission
 from ..transfer.water_column import WaterColumn
-from ..water.inelastic_processes import EXCITATION, InelasticProcess, parse_processes
+from ..water.bio_optics import Constituents
+from ..water.inelastic_processes import (
+    EXCITATION,
+    InelasticProcess,
+    inelastic_processes,
+    parse_processes,
+)
 from ..water.phase import BandPhase
 from .description import WaterDescription
-from .mixed_water import Mixture, processes_of
+from .mixed_water import Mixture
 
 ColumnOf = Callable[[Bands, NDArray[np.float64]], tuple[WaterColumn, BandPhase]]
 """Of bands, and of the reflectance of the floor in them."""
@@ -66,6 +74,31 @@ def excitation_of(
     # A measured floor need not reach the ultraviolet, which only excites.
     known = np.clip(EXCITATION.centres, *floor.range)
     first, second = (
-        processes_of(described, mixture, switched_on, bands) for bands in (column.bands, EXCITATION)
+        _processes_of(described, mixture, switched_on, bands)
+        for bands in (column.bands, EXCITATION)
     )
     return Excitation(first, *column_of(EXCITATION, floor.at(known)), second)
+
+
+def _processes_of(
+    described: WaterDescription, mixture: Mixture, switched_on: tuple[str, ...], bands: Bands
+) -> tuple[InelasticProcess, ...]:
+    """Return what changes the wavelength of light in a water."""
+    constituents = mixture.constituents
+    if constituents is None:
+        fluorescent = [name for name in switched_on if name != "raman"]
+        if fluorescent:
+            raise InputError(
+                f"inelastic light: {', '.join(fluorescent)} needs one water of known "
+                f"constituents, bio: or case: or its amounts, not {mixture.water.name}"
+                + ("; leave the second water out" if described.second else "")
+            )
+        constituents = Constituents()
+    factor = described.absorption_factor * described.concentration
+    found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
+    return tuple(
+        process
+        if process.name == "raman"
+        else dataclasses.replace(process, coefficient=process.coefficient * factor)
+        for process in found
+    )

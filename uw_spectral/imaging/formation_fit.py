@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .range_attenuation import FEWEST, Array, RangeAttenuation, least_squares
+from .range_attenuation import FEWEST, LOGARITHMS, Array, RangeAttenuation, least_squares
 
 BLACK = 0
 """Label of what reflects nothing."""
@@ -24,14 +25,32 @@ OPEN_WATER = np.inf
 _BINS = 24  # of range
 _DARKEST = 0.01  # fraction of a bin's pixels that counts as black
 _SCAN = np.geomspace(0.02, 40.0, 60)  # optical lengths over the longest range
-_LOGARITHMS = (-30.0, 10.0)
 _RATES = (-6.0, 3.0)
 
 _Model = Callable[[Array], tuple[Array, Array]]
 
 
+class Formation:
+    """Image formation, computed (:class:`.FormationCurves`) or fitted (:class:`FormationFit`)."""
+
+    beta_direct: Any
+    beta_backscatter: Any
+    B_inf: Any
+
+    def transmittance(self, z: ArrayLike) -> Array:
+        """Share e^{-β_D(z) z} of the direct light at ranges z, m, (..., k); 0 at infinite ones."""
+        return self._left(z, self.beta_direct)
+
+    def backscatter(self, z: ArrayLike) -> Array:
+        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
+        return np.asarray(self.B_inf) * (1.0 - self._left(z, self.beta_backscatter))
+
+    def _left(self, z: ArrayLike, beta: Any) -> Array:  # noqa: ANN401 - as the fields
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class FormationFit:
+class FormationFit(Formation):
     """Constants of the image formation, per channel."""
 
     #: β_D of the light of objects, and β_B of the backscatter.
@@ -39,14 +58,8 @@ class FormationFit:
     beta_backscatter: tuple[RangeAttenuation, ...]
     B_inf: tuple[float, ...]  #: Backscatter at infinite range, in the unit of the picture.
 
-    def transmittance(self, z: ArrayLike) -> Array:
-        """Share e^{-β_D(z) z} of the direct light at ranges z in m, shape (..., k)."""
-        return np.stack([beta.transmittance(z) for beta in self.beta_direct], axis=-1)
-
-    def backscatter(self, z: ArrayLike) -> Array:
-        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        fractions = [1.0 - beta.transmittance(z) for beta in self.beta_backscatter]
-        return np.stack(fractions, axis=-1) * np.array(self.B_inf)
+    def _left(self, z: ArrayLike, beta: tuple[RangeAttenuation, ...]) -> Array:
+        return np.stack([channel.transmittance(z) for channel in beta], axis=-1)
 
 
 def fit_formation(
@@ -54,19 +67,13 @@ def fit_formation(
 ) -> FormationFit:
     """Fit the image formation to pixels of known range.
 
-    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 20; CVPR 2019, Eq. 10 and 11.
+    Values, shape (n, k), are linear, of k channels; ranges z, (n,), Euclidean, m, infinite where
+    open water is seen, which steadies B∞. ``surfaces``, (n,), is which one a pixel shows:
+    :data:`BLACK`, or another number for each that is seen at several ranges. Without it, of the
+    pixels at about the same range the darkest are taken for black, and the mean of all for one
+    surface (Akkaynak & Treibitz 2019 find black so). Such means scatter: β_D is then a constant.
 
-    Parameters
-    ----------
-    values : array_like, shape (n, k)
-        Linear values of k channels.
-    z : array_like, shape (n,)
-        Euclidean ranges, m; infinite where open water is seen, which steadies B∞.
-    surfaces : array_like of int, shape (n,), optional
-        Which surface a pixel shows: :data:`BLACK`, or another number for each that is seen at
-        several ranges. Without it, of the pixels at about the same range the darkest
-        are taken for black, and the mean of all for one surface (Akkaynak & Treibitz 2019 find
-        black so). Such means scatter: β_D is then a constant.
+    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 20; CVPR 2019, Eq. 10 and 11.
 
     Raises
     ------
@@ -141,7 +148,7 @@ def _fitted(
         return model(p)[1]
 
     def level(p: Array) -> Array:
-        return np.array([_LOGARITHMS[0], 0.0, p[0]])
+        return np.array([LOGARITHMS[0], 0.0, p[0]])
 
     def split(x: float) -> Array:
         return np.array([np.log(0.1 * x / longest), 0.0, np.log(0.9 * x / longest)])
@@ -155,7 +162,7 @@ def _fitted(
 
 
 def _curve(p: Array, longest: float) -> RangeAttenuation:
-    a, c = np.exp(np.clip(p[[0, 2]], *_LOGARITHMS)).tolist()
+    a, c = np.exp(np.clip(p[[0, 2]], *LOGARITHMS)).tolist()
     return RangeAttenuation(a, -float(np.exp(np.clip(p[1], *_RATES))) / longest, c, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""Image formation as the optics has it: β_D(z), β_B(z) and B∞ of a camera in a water.
+"""Image formation as the optics has it, β_D(z), β_B(z) and B∞ of a camera in a water; inverted.
 
 In a band the light of an object at range z is left as T = e^{-cz}, and the water adds
 B = S(y_o) - T S(y_e): the radiance S that it sends to the camera, less what of it comes from
@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError
 from ..spectra.spectrum import Spectrum
 from ..transfer.discrete_ordinates import STREAMS
-from .formation_fit import FormationFit
+from .formation_fit import Formation, FormationFit
 from .range_attenuation import Array, fit_range_attenuation
 from .resolved_optics import ResolvedOptics
 
@@ -32,8 +32,8 @@ LEVEL = (1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class FormationCurves:
-    """Coefficients of k channels over m ranges."""
+class FormationCurves(Formation):
+    """Coefficients of k channels over m ranges; between them interpolated, beyond them held."""
 
     z: Array  #: Euclidean ranges, m, (m,).
     #: β_D(z) and β_B(z), 1/m: effective from the camera to z, so that the fraction left is e^{-β(z)
@@ -42,18 +42,7 @@ class FormationCurves:
     beta_backscatter: Array
     B_inf: Array  #: What the water sends to the camera where nothing is in its way, (k,).
 
-    def transmittance(self, z: ArrayLike) -> Array:
-        """Share e^{-β_D(z) z} left at ranges z in m, shape (..., k); 0 at infinite ones.
-
-        Between the tabulated ranges β is interpolated, beyond them held.
-        """
-        return self._transmittance(z, self.beta_direct)
-
-    def backscatter(self, z: ArrayLike) -> Array:
-        """Backscatter B∞ (1 - e^{-β_B(z) z}) at ranges z in m, shape (..., k)."""
-        return self.B_inf * (1.0 - self._transmittance(z, self.beta_backscatter))
-
-    def _transmittance(self, z: ArrayLike, beta: Array) -> Array:
+    def _left(self, z: ArrayLike, beta: Array) -> Array:
         z = np.asarray(z, dtype=np.float64)
         near = np.where(np.isfinite(z), z, 0.0)
         transmittance = [np.exp(-np.interp(near, self.z, channel) * near) for channel in beta.T]
@@ -89,16 +78,11 @@ def compute_image_formation(
 ) -> ImageFormation:
     """Compute the coefficients of image formation.
 
-    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
+    The direction is that of the view, z up; its length does not count. Ranges, shape (m,), are
+    Euclidean, m; those beyond surface or floor are left out. The reflectance is that of the object,
+    lit by Ed of its depth; grey by default.
 
-    Parameters
-    ----------
-    direction : three floats
-        View direction, z up; its length does not count.
-    ranges : array_like, shape (m,)
-        Euclidean ranges, m; those beyond surface or floor are left out.
-    reflectance : Spectrum, optional
-        Of the object, lit by Ed of its depth; grey by default.
+    D. Akkaynak & T. Treibitz, CVPR 2018, Eq. 8 to 12.
 
     Raises
     ------
@@ -153,3 +137,29 @@ def _curves(z: Array, J: Array, D: Array, B_inf: Array, beyond: Array) -> Format
         )
     along = z[:, None]
     return FormationCurves(z, np.log(J / D) / along, np.log(B_inf / beyond) / along, B_inf)
+
+
+def remove_water(
+    values: ArrayLike, z: ArrayLike, formation: Formation, least: float = 0.02
+) -> Array:
+    """Return J = (I - B(z)) e^{β_D(z) z}, what objects would send if no water were before them.
+
+    Values I, shape (..., k), are linear, of the sensor's channels before white balance; ranges z,
+    (...), Euclidean, m, infinite where open water is seen, which becomes black. The transmittance
+    does not go below the ``least``, so that noise of what is hardly seen stays bounded.
+
+    D. Akkaynak & T. Treibitz, CVPR 2019, Eq. 8.
+
+    Raises
+    ------
+    InputError
+        If shapes do not match, or a range is not positive.
+    """
+    seen, z = np.asarray(values, dtype=np.float64), np.asarray(z, dtype=np.float64)
+    if seen.shape[:-1] != z.shape:
+        raise InputError(f"restoration: values of shape {seen.shape} for ranges of {z.shape}")
+    if not (z > 0).all():
+        raise InputError("restoration: ranges must be positive; infinite for open water")
+    transmittance = np.maximum(formation.transmittance(z), least)
+    J = np.maximum(seen - formation.backscatter(z), 0.0) / transmittance
+    return np.where(np.isfinite(z)[..., None], J, 0.0)

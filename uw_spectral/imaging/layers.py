@@ -7,7 +7,6 @@ The symbols are those of Akkaynak & Treibitz (2018) and Jaffe (1990).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -101,8 +100,3 @@ def parse_layers(text: str) -> tuple[str, ...]:
             "words of their own"
         )
     return tuple(name for name in NAMES if name in found)
-
-
-def of_light(names: Iterable[str]) -> tuple[str, ...]:
-    """Return the names of the layers that the sensor and the bands have each their own of."""
-    return tuple(name for name in names if not layer(name).is_map)

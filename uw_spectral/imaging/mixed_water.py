@@ -1,14 +1,11 @@
-"""The water of a description: every layer read and mixed, its phase function, what it emits."""
+"""The water of a description: every layer read and mixed, and its phase function."""
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
-from ..errors import InputError
 from ..spectra.bands import Bands
 from ..water.bio_optics import Constituents
-from ..water.inelastic_processes import EXCITATION, InelasticProcess, inelastic_processes
 from ..water.named import constituents_of, parse_uniform_water, parse_water
 from ..water.optical_properties import Water
 from ..water.phase import BandPhase
@@ -58,33 +55,3 @@ def phase_of(described: WaterDescription, mixture: Mixture, bands: Bands) -> Ban
     if isinstance(model, str):
         model = parse_phase(model)
     return model.for_bands(mixture.water.b(bands.centres), molecular_scattering(bands.centres))
-
-
-def processes_of(
-    described: WaterDescription, mixture: Mixture, switched_on: tuple[str, ...], bands: Bands
-) -> tuple[InelasticProcess, ...]:
-    """Return what changes the wavelength of light in a water.
-
-    Raises
-    ------
-    InputError
-        If its constituents are not known and would be needed.
-    """
-    constituents = mixture.constituents
-    if constituents is None:
-        fluorescent = [name for name in switched_on if name != "raman"]
-        if fluorescent:
-            raise InputError(
-                f"inelastic light: {', '.join(fluorescent)} needs one water of known "
-                f"constituents, bio: or case: or its amounts, not {mixture.water.name}"
-                + ("; leave the second water out" if described.second else "")
-            )
-        constituents = Constituents()
-    factor = described.absorption_factor * described.concentration
-    found = inelastic_processes(constituents, EXCITATION, bands, switched_on)
-    return tuple(
-        process
-        if process.name == "raman"
-        else dataclasses.replace(process, coefficient=process.coefficient * factor)
-        for process in found
-    )

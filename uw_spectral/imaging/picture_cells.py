@@ -65,12 +65,6 @@ class Values:
     #: Fraction of what each of k phase functions scatters that stays within surfaces, (n, k).
     cover: Array
 
-    @classmethod
-    def empty(cls) -> Values:
-        """No values."""
-        none = np.empty((0, 3))
-        return cls(none, none, np.empty(0), none, none)
-
 
 @dataclass(frozen=True, eq=False)
 class Bins:
@@ -164,7 +158,8 @@ class _Cells:
     def values(self, groups: list[tuple[Places, Places]]) -> Values:
         """Values of groups of cells; what they are off by is seen in the others beside them."""
         if not groups:
-            return Values.empty()
+            none = np.empty((0, 3))
+            return Values(none, none, np.empty(0), none, none)
         floor = _CLEAR[1] * float(self.read.max())
         rows = []
         for members, places in groups:

@@ -31,10 +31,16 @@ from ..errors import InputError
 from ..spectra.spectrum import Spectrum
 from ..water.bio_optics import Constituents
 from .description import BandsDescription, Description
-from .optics import resolve
 from .picture_cells import Bins, SeenPicture, bins_of
-from .viewpoint import Viewpoint
-from .water_fit import STARTS, FittedWater, constituents_of, inside, intervals, logarithms
+from .water_fit import (
+    STARTS,
+    FittedWater,
+    constituents_of,
+    inside,
+    intervals,
+    logarithms,
+    viewpoint_in,
+)
 
 Array = NDArray[np.float64]
 
@@ -83,7 +89,7 @@ def fit_picture(
         If the picture does not tell the water: its distances are too short or too much alike, or
         nothing in it is dark; or if no water explains it.
     """
-    bins = bins_of(seen, _viewpoint(Constituents(), description, depth).phase.components)
+    bins = bins_of(seen, viewpoint_in(Constituents(), description, depth, _BANDS).phase.components)
     fit = _PictureFit(bins, description, depth, mean_reflectance)
     starts = sorted((logarithms(start) for start in STARTS), key=fit.deviance)[:_TRIED]
     x = min((fit.least(start)[0] for start in starts), key=fit.deviance)
@@ -206,7 +212,8 @@ class _PictureFit:
             path, *_ = light.at(start[None])
             darkest = self.bins.dark.value / path[0, : len(self.bins.dark.P)]
             start[:3] = math.log(0.9 * float(darkest.min()))
-            near = min(self.kept, key=lambda y: _apart(np.frombuffer(y), x), default=None)
+            apart = {y: np.square(np.frombuffer(y) - x).sum() for y in self.kept}
+            near = min(apart, key=apart.__getitem__, default=None)
             known = start if near is None else self.kept[near][1]
             starts = [start, known] if len(self.kept) < len(STARTS) else [known]
             deviances = functools.partial(self._deviances, light)
@@ -216,7 +223,7 @@ class _PictureFit:
         return self.kept[key]
 
     def _light(self, x: Array) -> _Light:
-        view = _viewpoint(constituents_of(x), self.description, self.depth)
+        view = viewpoint_in(constituents_of(x), self.description, self.depth, _BANDS)
         response, field = view.reduction.response.T, view.field
         P, w, cover = (
             np.concatenate([getattr(kind, name) for kind in (self.bins.dark, self.bins.mean)])
@@ -283,16 +290,6 @@ class _PictureFit:
     def _open(self, light: _Light, u: Array) -> Array:
         opened = self.bins.open
         return (opened.value - light.open * np.exp(u[:, None, :3])) / opened.sd
-
-
-def _viewpoint(water: Constituents, description: Description, depth: float) -> Viewpoint:
-    described = dataclasses.replace(description.water, water=water, second="")
-    optics = resolve(dataclasses.replace(description, water=described, bands=_BANDS))
-    return optics.viewpoint(depth, stops=0.0)
-
-
-def _apart(y: Array, x: Array) -> float:
-    return float(np.square(y - x).sum())
 
 
 def _logistic(x: Array) -> Array:

@@ -24,7 +24,8 @@ _STEPS = 200
 _SETTLED = 1e-13  # relative fall of the squared error that counts as none
 _SLIGHT = 1e-6  # of a parameter, for slopes
 _STIFFEST = 1e12
-_LOGARITHMS = (-30.0, 10.0)  # of coefficients in 1/m
+LOGARITHMS = (-30.0, 10.0)
+"""Of coefficients in 1/m."""
 _FASTEST = 20.0  # rate, per longest range
 
 
@@ -72,7 +73,7 @@ def fit_range_attenuation(z: ArrayLike, beta: ArrayLike) -> RangeAttenuation:
 
     def curve(p: Array) -> RangeAttenuation:
         # Logarithms keep a and c positive; rates count in the longest range.
-        a, c = np.exp(np.clip(p[[0, 2]], *_LOGARITHMS)).tolist()
+        a, c = np.exp(np.clip(p[[0, 2]], *LOGARITHMS)).tolist()
         b, d = (np.clip(p[[1, 3]], -_FASTEST, _FASTEST) / longest).tolist()
         return RangeAttenuation(a, b, c, d)
 

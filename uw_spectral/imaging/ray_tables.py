@@ -67,12 +67,7 @@ class RayTables:
     def total(self, colours: Single, P: Single, rows: slice = slice(None)) -> Single:
         """Channels of the picture of some rows in sun and sky, (3, r, w).
 
-        Parameters
-        ----------
-        colours : array of float32, shape (3, r, w)
-            Linear Rec.709.
-        P : array of float32, shape (r, w)
-            Distances, m.
+        Colours, (3, r, w), are linear Rec.709; distances P, (r, w), are in m.
         """
         index = self.index(P, rows)
         found, part = np.zeros((_CHANNELS, *P.shape), np.float32), np.empty(P.shape, np.float32)
@@ -121,7 +116,8 @@ class RayTables:
     @functools.cached_property
     def open_water(self) -> Array:
         """Channels where nothing is seen, (h, w, 3)."""
-        some = _every(self.rays, _step(self.rays))
+        step = _step(self.rays)
+        some = self.rays[step // 2 :: step, step // 2 :: step]  # middles of blocks
         return _spread_out(self.water.open_water(some), self.rays.shape[:2])
 
     def _forward(self, J: Array, P: Single) -> Array:
@@ -239,11 +235,6 @@ def _distances(water: AppliedWater, count: int) -> Array:
 
 def _step(rays: Array) -> int:
     return -(-max(rays.shape[:2]) // _MOST)
-
-
-def _every(values: Array, step: int) -> Array:
-    """Middles of blocks."""
-    return values[step // 2 :: step, step // 2 :: step]
 
 
 def _blocks(values: Array, step: int) -> Array:

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..content import ComparedByContent
 from ..errors import InputError
-from ..spectra.bands import Bands
 from ..spectra.barrier_filter import NO_FILTER, transmittance
 from ..spectra.colour_rendering import (
     SensorReduction,
@@ -120,13 +119,9 @@ class Viewpoint(ComparedByContent):
         if self.white_balance == "depth":
             return reduction(self.sensor, self.column.bands, self.illuminant, self.light, "depth")
         return _reduction_everywhere(
-            self.sensor, self.column.bands, self.illuminant, self.white_balance
+            self.sensor, self.column.bands, self.illuminant, white_balance=self.white_balance
         )
 
 
-@functools.lru_cache(maxsize=8)
-def _reduction_everywhere(
-    sensor: Sensor, bands: Bands, illuminant: Illuminant, white_balance: WhiteBalance
-) -> SensorReduction:
-    """Reduction that does not depend on depth, at 0 stops."""
-    return reduction(sensor, bands, illuminant, white_balance=white_balance)
+# Where it does not depend on depth.
+_reduction_everywhere = functools.lru_cache(maxsize=8)(reduction)

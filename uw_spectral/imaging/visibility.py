@@ -30,11 +30,10 @@ def sighting_range(
 ) -> float:
     """Distance, m, at which a black target fades into the water, looking level.
 
-    The difference between the radiance of a target and of the water behind it
-    decays as e^{-c r} in every band (Duntley 1963). Weighted with the
-    background as the eye sees it, a black target keeps the contrast
-    Σ w e^{-c r} / Σ w; the range r is where that falls to ``contrast``. For
-    one c it is -ln(contrast)/c, 3.91/c at 2 %.
+    The difference between the radiance of a target and of the water behind it decays as e^{-c r} in
+    every band. Weighted with the background as the eye sees it, a black target keeps the contrast
+    Σ w e^{-c r} / Σ w; r is where that falls to ``contrast``. For one c it is -ln(contrast)/c,
+    3.91/c at 2 %.
 
     ``background`` is the radiance times the luminous efficiency, per band; where no weighted band
     attenuates, the range is infinite.
@@ -87,8 +86,7 @@ def visibility_by_source(water_type: str) -> dict[str, float]:
 def horizontal_visibility(view: Viewpoint, contrast: float = LIMINAL_CONTRAST) -> float:
     """Sighting range in m of a black target before the open water, for the eye.
 
-    :func:`sighting_range` with the level background radiance at the camera's
-    depth and the CIE 1931 luminous efficiency.
+    :func:`sighting_range` with the CIE 1931 luminous efficiency.
 
     Raises
     ------
@@ -132,12 +130,10 @@ def concentration_for(
 def euphotic_depth(column: WaterColumn, phase: BandPhase, fraction: float = 0.01) -> float:
     """Depth, m, at which a fraction of the light is left; infinite if water takes none away.
 
-    The light is PAR, the photons of Ed from 400 to 700 nm, against PAR just
-    below the surface; at 1 % this is the euphotic depth. It belongs to the
-    water: a floor is taken away.
+    The light is PAR, the photons of Ed from 400 to 700 nm, against PAR just below the surface; at
+    1 % this is the euphotic depth. It belongs to the water: a floor is taken away.
 
-    J. T. O. Kirk, Light and Photosynthesis in Aquatic Ecosystems, 3rd ed.
-    (2011), ch. 6.
+    J. T. O. Kirk, Light and Photosynthesis in Aquatic Ecosystems, 3rd ed. (2011), ch. 6.
 
     Raises
     ------

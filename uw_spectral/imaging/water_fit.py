@@ -29,6 +29,7 @@ from ..water.bio_optics import Constituents
 from .description import BandsDescription, Description
 from .optics import resolve
 from .range_attenuation import least_squares
+from .viewpoint import Viewpoint
 
 FITTED = {"chlorophyll": (0.02, 100.0), "cdom": (0.005, 5.0), "minerals": (0.02, 100.0)}
 """What is fitted: the amount that counts as little, and the largest."""
@@ -177,18 +178,10 @@ def intervals(
 ) -> tuple[Constituents, Constituents]:
     """Return lower and upper ends of intervals about the best parameters, or others as likely.
 
-    Parameters
-    ----------
-    deviance : callable
-        Of parameters (p,), as :func:`constituents_of` takes them.
-    followed : callable
-        Of parameters and a number: those of the least deviance when it is held.
-    normal : array, shape (p, p)
-        Half the curvature of the deviance.
-    rise : float
-        Root of what the deviance rises by at the ends.
-    least : float, optional
-        Deviance of the best parameters, if these are others.
+    ``deviance`` takes parameters (p,), as :func:`constituents_of` does; ``followed`` these and a
+    number, and returns those of the least deviance when it is held. ``normal``, (p, p), is half the
+    curvature of the deviance, ``rise`` the root of what it rises by at the ends, ``least`` that of
+    the best parameters, if these are others.
 
     Raises
     ------
@@ -260,14 +253,20 @@ def _seen(
     water: Constituents, description: Description, depth: float, rho: Array, P: Array
 ) -> tuple[Array, Array]:
     """Return light of surfaces and of the water that three channels see, (m, 3) both."""
-    described = dataclasses.replace(description.water, water=water, second="")
-    view = resolve(dataclasses.replace(description, water=described, bands=_BANDS)).viewpoint(
-        depth, stops=0.0
-    )
+    view = viewpoint_in(water, description, depth, _BANDS)
     response = view.reduction.response.T
     left = np.exp(-view.attenuation * P[:, None])
     surfaces = left * rho * view.light / math.pi
     return surfaces @ response, ((1.0 - left) * view.background) @ response
+
+
+def viewpoint_in(
+    water: Constituents, description: Description, depth: float, bands: BandsDescription
+) -> Viewpoint:
+    """Return the camera of a description in other water, on other bands, at 0 stops."""
+    described = dataclasses.replace(description.water, water=water, second="")
+    optics = resolve(dataclasses.replace(description, water=described, bands=bands))
+    return optics.viewpoint(depth, stops=0.0)
 
 
 def constituents_of(x: Array) -> Constituents:

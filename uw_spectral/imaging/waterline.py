@@ -52,18 +52,11 @@ def split_picture(
 ) -> NDArray[np.float32]:
     """Join what a camera sees through air and through water, with the meniscus between.
 
-    Parameters
-    ----------
-    air, water : array, shape (h, w, c)
-        The same view with the camera in either; the same picture twice if it holds both halves.
-    height : array, shape (h, w)
-        Of the pixels' places on the glass over the water there, m.
-    down : two floats
-        Unit direction in the picture, rows and columns, in which that height falls.
-    pixels_per_tangent : float
-        Pixels over the tangent of the angle from the middle of the picture.
-    refractive_index : float
-        Of the water against air.
+    These, shape (h, w, c), are the same view with the camera in either; the same picture twice if
+    it holds both halves. ``height``, (h, w), is that of the pixels' places on the glass over the
+    water there, m, ``down`` the unit direction in the picture, rows and columns, in which it falls.
+    The tangent is that of the angle from the middle of the picture; the index is that of the water
+    against air.
     """
     step = max(float(np.abs(np.gradient(height, axis=0)).max()), 1e-9) if len(height) > 1 else 1e-9
     fraction = np.clip(0.5 - height / step, 0.0, 1.0)[..., None]
@@ -79,7 +72,7 @@ def split_picture(
             at.append(np.clip(np.rint(places + along * away), 0, size - 1).astype(int))
         shown = picture[at[0], at[1]]
         wrong = (height[at[0], at[1]] > 0.0) == below
-        found.append(np.where(wrong[..., None] & _same(air, water), picture, shown))
+        found.append(np.where(wrong[..., None] & (air is water), picture, shown))
     band = np.where(inside[..., None], found[0], found[1] * _EDGE_LIGHT)
     split = fraction * water + (1.0 - fraction) * air
     edge = np.clip(np.minimum(height, wall - height) / step + 0.5, 0.0, 1.0)[..., None]
@@ -89,7 +82,3 @@ def split_picture(
 _WIDEST = math.radians(75.0)  # turn that has a place in a picture
 _FARTHEST = 3.0  # its tangent
 _EDGE_LIGHT = 0.96  # what a surface that is met at a right angle lets through
-
-
-def _same(air: NDArray[np.floating], water: NDArray[np.floating]) -> bool:
-    return air is water

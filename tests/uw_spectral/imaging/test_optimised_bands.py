@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from underwater_spectral.uw_spectral.errors import InputError
 from underwater_spectral.uw_spectral.imaging import band_selection as module
-from underwater_spectral.uw_spectral.imaging.band_error import colour_error
 from underwater_spectral.uw_spectral.imaging.band_selection import (
     MOST_SEARCHED,
     FittedViewpoint,
     fitted_reduction,
     optimised_bands,
 )
+from underwater_spectral.uw_spectral.imaging.summary import colour_error
 from underwater_spectral.uw_spectral.spectra.bands import Bands
 from underwater_spectral.uw_spectral.spectra.colour_rendering import (
     delta_e_CIE2000_images,

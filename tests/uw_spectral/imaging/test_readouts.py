@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from underwater_spectral.uw_spectral.errors import InputError
-from underwater_spectral.uw_spectral.imaging.band_error import PATCHES, colour_error
-from underwater_spectral.uw_spectral.imaging.summary import readouts
+from underwater_spectral.uw_spectral.imaging.summary import PATCHES, colour_error, readouts
 from underwater_spectral.uw_spectral.imaging.visibility import (
     diffuse_attenuation,
     euphotic_depth,
