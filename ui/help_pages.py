@@ -14,15 +14,7 @@ from pathlib import Path
 import bpy
 
 from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
-from . import (
-    asset_library,
-    dropped_files,
-    operators,
-    panel_job,
-    sections,
-    start_file,
-    sun_handle,
-)
+from . import operators, panel_job
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -42,16 +34,7 @@ def entries() -> Iterator[tuple[str, str, str]]:
         for item in pointer.fixed_type.properties:
             if item.identifier not in ("rna_type", "name"):
                 yield f"bpy.types.{kind}.{item.identifier}", item.name, item.description
-    buttons = (
-        *operators.CLASSES,
-        dropped_files.OpenWater,
-        dropped_files.OpenSensor,
-        sections.ResetSection,
-        sun_handle.AddSunHandle,
-        asset_library.AddAssets,
-        start_file.SaveStartFile,
-    )
-    for cls in buttons:
+    for cls in operators.CLASSES:
         yield f"bpy.ops.{cls.bl_idname}", cls.bl_label, getattr(cls, "bl_description", "")
 
 

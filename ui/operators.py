@@ -8,9 +8,18 @@ import bpy
 
 from ..scene.session import is_live
 from . import example_scenes, live_updates, migration, panel_job, preferences
-from .added_objects import AddCloud, AddLamps, AddPlumes, ChooseSpectrum, DistributeObjects
+from .added_objects import (
+    AddCloud,
+    AddLamps,
+    AddPlumes,
+    AddSunHandle,
+    ChooseSpectrum,
+    DistributeObjects,
+)
+from .dropped_files import OpenSensor, OpenWater
 from .render_operators import Auto, FarmBundle, Render, RenderReference
 from .reporting import CameraOperator, ReportingOperator
+from .sections import ResetSection
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -188,6 +197,13 @@ CLASSES = (
     Render,
     RenderReference,
     FarmBundle,
+    OpenWater,
+    OpenSensor,
+    ResetSection,
+    AddSunHandle,
+    preferences.AddAssets,
+    preferences.SaveStartFile,
 )
+"""All buttons that have help, in its order."""
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

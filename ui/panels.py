@@ -8,7 +8,7 @@ import bpy
 
 from . import presets, previews
 from .main_panel import MainPanel
-from .object_panels import LampsPanel, ParticlesPanel
+from .object_panels import LampsPanel, MaterialPanel, ParticlesPanel
 from .panel_parts import LOOK_SCALE, TAB, SubPanel, panel_settings
 from .reporting import water_settings
 from .section_panels import (
@@ -158,11 +158,11 @@ def register(tab: str = TAB) -> None:
     """Register the panels."""
     for cls in CLASSES:
         cls.bl_category = tab
-    for cls in (*CLASSES, *PROPERTIES):
+    for cls in (*CLASSES, *PROPERTIES, MaterialPanel):
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Unregister the panels."""
-    for cls in reversed((*CLASSES, *PROPERTIES)):
+    for cls in reversed((*CLASSES, *PROPERTIES, MaterialPanel)):
         bpy.utils.unregister_class(cls)
