@@ -12,7 +12,7 @@ import bpy
 from ..datasets.enumeration import unfinished
 from ..datasets.files import make_folder
 from ..datasets.grouping import group_views
-from ..datasets.index import NAME, Index, IndexedView, indexed, read_index, write_index
+from ..datasets.index import NAME, Index, IndexedView, read_index, write_index
 from ..datasets.specification import DataSetSpec
 from ..quality.methods import method_of
 from ..settings.former_names import in_present_names
@@ -76,13 +76,13 @@ def plan_data_set(
         _require_same(earlier, digest, rendered, job.out)
         for name in taken:
             add_layers(earlier.manifest(name), spec)
-    new, places = group_views(spec, unfinished(views, known), seeded=seeded, taken=taken)
+    new, added = group_views(spec, unfinished(views, known), seeded=seeded, taken=taken)
     for item in new:
         write_job(scene, spec, item, settings_now, job, held)
     found = {
         view.name: replace(known[view.name], split=view.split, record=view.record())
         if view.name in known
-        else indexed(view, places[view.name])
+        else added[view.name]
         for view in views
     }
     names = (*taken, *(item.name for item in new))
