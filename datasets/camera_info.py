@@ -31,11 +31,6 @@ class CameraInfo:
     right: float = 0.0
 
     @property
-    def K(self) -> Array:
-        """Calibration matrix, shape (3, 3)."""
-        return self.camera.K_opencv
-
-    @property
     def P(self) -> Array:
         """Projection of the rectified picture, shape (3, 4)."""
         return self.camera.projection(self.right)
@@ -43,7 +38,7 @@ class CameraInfo:
     def yaml(self) -> str:
         """Return it as a file."""
         matrices = (
-            ("camera_matrix", self.K),
+            ("camera_matrix", self.camera.K_opencv),
             ("distortion_coefficients", np.array([self.camera.distortion])),
             ("rectification_matrix", np.eye(3)),
             ("projection_matrix", self.P),

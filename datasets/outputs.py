@@ -87,9 +87,7 @@ def read_render(table: SpecTable) -> tuple[str, ...]:
 def read_outputs(table: SpecTable) -> Outputs:
     """Read the table ``[output]``; raise InputError for an unknown format."""
     defaults = Outputs()
-    picture = table.text("picture", defaults.picture)
-    if picture not in PICTURES:
-        raise unknown_name(table.place("picture"), picture, PICTURES)
+    picture = table.word("picture", PICTURES, defaults.picture)
     formats = table.texts("formats", defaults.formats)
     for name in formats:
         if name not in FORMATS:
@@ -128,15 +126,11 @@ def read_raw(table: SpecTable | None) -> RawOutputs | None:
     pattern = table.get("pattern")
     if pattern is not None and pattern not in PATTERNS:
         raise unknown_name(table.place("pattern"), str(pattern), PATTERNS)
-    file = table.text("file", "dng" if pattern else defaults.file)
-    if file not in RAW_FILES:
-        raise unknown_name(table.place("file"), file, RAW_FILES)
+    file = table.word("file", RAW_FILES, "dng" if pattern else defaults.file)
     if file == "dng" and pattern is None:
         raise InputError(f"{table.place('file')}: a DNG holds a mosaic; give pattern = 'RGGB'")
-    white, time = (
-        table.number("white", defaults.white),
-        table.number("exposure_time", defaults.exposure_time),
-    )
+    white = table.number("white", defaults.white)
+    time = table.number("exposure_time", defaults.exposure_time)
     if not white > 0 or time < 0:
         raise InputError(f"{table.where}: white is above 0, and exposure_time 0 s or more")
     iso = table.number("iso") if "iso" in table else None

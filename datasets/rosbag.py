@@ -90,9 +90,9 @@ class _Messages:
     def __init__(self, types: Any) -> None:  # noqa: ANN401 - by name, of rosbags
         self._types = types
 
-    def _new(self, kind: str, *values: object, **named: object) -> Any:  # noqa: ANN401
+    def _new(self, kind: str, **values: object) -> Any:  # noqa: ANN401
         package, name = kind.split("/")
-        return self._types[f"{package}/msg/{name}"](*values, **named)
+        return self._types[f"{package}/msg/{name}"](**values)
 
     def header(self, time: int, frame: str) -> Any:  # noqa: ANN401
         seconds, rest = divmod(time, NANOSECONDS)
@@ -118,7 +118,7 @@ class _Messages:
         camera = info.camera
         return self._new(
             "sensor_msgs/CameraInfo", header=header, height=camera.height, width=camera.width,
-            distortion_model=MODEL, d=np.array(camera.distortion), k=info.K.ravel(),
+            distortion_model=MODEL, d=np.array(camera.distortion), k=camera.K_opencv.ravel(),
             r=np.eye(3).ravel(), p=info.P.ravel(), binning_x=0, binning_y=0, roi=region,
         )  # fmt: skip
 

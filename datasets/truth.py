@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.formation_fit import FormationFit
 from ..uw_spectral.imaging.image_formation import (
     RANGES,
     FormationCurves,
@@ -171,19 +170,16 @@ def _formation(found: ImageFormation) -> dict[str, Any]:
 
 def _curves(curves: FormationCurves) -> dict[str, Any]:
     fit = curves.fitted()
+    constants = {
+        name: [{"a": k.a, "b": k.b, "c": k.c, "d": k.d} for k in channels]
+        for name, channels in (("beta_D", fit.beta_direct), ("beta_B", fit.beta_backscatter))
+    }
     return {
         "z": curves.z.tolist(),
         "beta_D": curves.beta_direct.tolist(),
         "beta_B": curves.beta_backscatter.tolist(),
         "B_inf": curves.B_inf.tolist(),
-        "fitted": {"form": "beta(z) = a exp(b z) + c exp(d z)", **_constants(fit)},
-    }
-
-
-def _constants(fit: FormationFit) -> dict[str, Any]:
-    return {
-        name: [{"a": k.a, "b": k.b, "c": k.c, "d": k.d} for k in channels]
-        for name, channels in (("beta_D", fit.beta_direct), ("beta_B", fit.beta_backscatter))
+        "fitted": {"form": "beta(z) = a exp(b z) + c exp(d z)", **constants},
     }
 
 

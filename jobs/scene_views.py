@@ -8,7 +8,7 @@ from fractions import Fraction
 import bpy
 
 from ..datasets.enumeration import PlannedView, enumerate_views
-from ..datasets.pose_sets import ScenePath
+from ..datasets.pose_sets import GivenPoses, ScenePath
 from ..datasets.specification import DataSetSpec
 from ..datasets.trajectory_files import TimedPoses
 from ..scene.as_rendered import as_rendered
@@ -20,7 +20,9 @@ from ..uw_spectral.errors import InputError
 
 def views_in(scene: bpy.types.Scene, spec: DataSetSpec, held: int) -> list[PlannedView]:
     """Return the views of a specification in a scene, whose animation is held at a frame."""
-    poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
+    poses = [
+        GivenPoses(x.name, _way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses
+    ]
     with as_rendered(scene):
         scene.frame_set(held)
         room = Room(bpy.context.evaluated_depsgraph_get())
