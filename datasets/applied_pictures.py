@@ -17,6 +17,7 @@ from ..uw_spectral.imaging.applied_water import applied_water
 from ..uw_spectral.imaging.description import Description, SurfaceDescription
 from ..uw_spectral.imaging.optics import resolve
 from ..uw_spectral.imaging.ray_tables import RayTables, SeenComponents, ray_tables
+from .axes import Array
 from .camera import PinholeCamera
 from .cameras_and_rigs import CameraRig, rig_lamps
 from .outputs import RawOutputs
@@ -26,7 +27,6 @@ from .rgbd_layouts import filled
 from .truth import image_truth
 from .view import DataSetView
 
-Array = NDArray[np.float64]
 OPEN, FILL = "open", "fill"
 INVALID = (OPEN, FILL)
 """What pixels without depth are: open water, or surfaces as far as those around."""
@@ -168,8 +168,7 @@ class PictureFilter:
 
     def _noisy(self, seen: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
         """Channels as the detector's counts tell them."""
-        white = np.linalg.solve(self.water.to_rec709, np.ones(3))
-        raw = RawOutputs(white=1.0, iso=self.settings.iso).settings(float(white.max()), seed)
+        raw = RawOutputs(white=1.0, iso=self.settings.iso).settings(self.water.to_rec709, seed)
         detector = raw.detector
         counts = capture(np.moveaxis(seen, 0, -1), raw) - np.float32(detector.black_level)
         per_count = raw.saturation / (detector.gain_at(raw.iso) * detector.full_well)

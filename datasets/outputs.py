@@ -6,9 +6,12 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
+from .axes import Array
 from .formats import DEFAULT, FORMATS
 from .tables import SpecTable
 
@@ -46,16 +49,14 @@ class RawOutputs:
     vignetting: Vignetting | None = None
     file: str = "tiff"  #: One of :data:`RAW_FILES`.
 
-    def settings(self, white_response: float, seed: int) -> RawSettings:
-        """Return how a picture is taken.
-
-        ``white_response`` is the largest response of a channel to what is developed to white.
-        """
+    def settings(self, to_rec709: Array, seed: int) -> RawSettings:
+        """Return how a picture is taken that a matrix, shape (3, 3), develops from its channels."""
+        white = float(np.linalg.solve(to_rec709, np.ones(3)).max())
         base = self.detector.base_iso
         full = self.white * (1.0 if self.iso is None else base / self.iso)
         return RawSettings(
             self.detector,
-            white_response / full,
+            white / full,
             self.exposure_time,
             self.iso,
             self.pattern,

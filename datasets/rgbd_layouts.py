@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.housing import PIXEL_CENTRE
 from ..uw_spectral.spectra.spectral_image import read_exr
+from .axes import Array
 from .camera import PinholeCamera
 from .depth_maps import PLANAR, RANGE
 from .picture_codes import read_codes
 
-Array = NDArray[np.float64]
 Intrinsics = tuple[float, float, float, float]
 """fx, fy, cx, cy in pixels; the first pixel's centre is at (0, 0), as calibrations have it."""
 PICTURES = (".png", ".jpg", ".jpeg", ".ppm", ".bmp", ".tif", ".tiff", ".exr")

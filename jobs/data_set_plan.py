@@ -15,8 +15,8 @@ from ..datasets.grouping import group_views
 from ..datasets.index import NAME, Index, IndexedView, read_index, write_index
 from ..datasets.specification import DataSetSpec
 from ..quality.methods import method_of
-from ..settings.former_names import in_present_names
 from ..settings.scene_settings import SceneSettings
+from ..settings.setting import in_present_names
 from ..uw_spectral.errors import InputError, unknown_name
 from . import job_files
 from .job import Job

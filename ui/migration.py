@@ -9,8 +9,8 @@ import bpy
 
 from ..scene import stored_settings as optics
 from ..scene.animation import curves_of
-from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import SceneSettings
+from ..settings.setting import FORMER_NAMES
 from . import panel_job
 
 Step = Callable[[bpy.types.Scene], None]

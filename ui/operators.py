@@ -7,15 +7,7 @@ from typing import override
 import bpy
 
 from ..scene.session import is_live
-from . import example_scenes, live_updates, migration, panel_job, preferences
-from .added_objects import (
-    AddCloud,
-    AddLamps,
-    AddPlumes,
-    AddSunHandle,
-    ChooseSpectrum,
-    DistributeObjects,
-)
+from . import added_objects, example_scenes, live_updates, migration, panel_job, preferences
 from .dropped_files import OpenSensor, OpenWater
 from .render_operators import Auto, FarmBundle, Render, RenderReference
 from .reporting import CameraOperator, ReportingOperator
@@ -188,11 +180,11 @@ CLASSES = (
     Show,
     Rebuild,
     Submerge,
-    AddLamps,
-    AddCloud,
-    AddPlumes,
-    DistributeObjects,
-    ChooseSpectrum,
+    added_objects.AddLamps,
+    added_objects.AddCloud,
+    added_objects.AddPlumes,
+    added_objects.DistributeObjects,
+    added_objects.ChooseSpectrum,
     Auto,
     Render,
     RenderReference,
@@ -200,7 +192,7 @@ CLASSES = (
     OpenWater,
     OpenSensor,
     ResetSection,
-    AddSunHandle,
+    added_objects.AddSunHandle,
     preferences.AddAssets,
     preferences.SaveStartFile,
 )

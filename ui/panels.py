@@ -11,22 +11,9 @@ from ..scene import stored_settings
 from ..scene.session import is_live
 from ..scene.unsupported import unsupported, unsupported_of_camera
 from ..uw_spectral.errors import InputError
-from . import migration, presets, previews
-from .object_panels import LampsPanel, MaterialPanel, ParticlesPanel
+from . import migration, object_panels, presets, previews, section_panels
 from .panel_parts import LOOK_SCALE, TAB, Panel, SubPanel, panel_settings, say, shows_water
 from .reporting import sentence, water_settings
-from .section_panels import (
-    DepthPanel,
-    HousingPanel,
-    QualityPanel,
-    ReadoutsPanel,
-    SensorPanel,
-    SunPanel,
-    WaterPanel,
-    WavesPanel,
-    draw_depth,
-    draw_water,
-)
 
 
 class MainPanel(Panel, bpy.types.Panel):
@@ -112,12 +99,12 @@ class EssentialsPanel(SubPanel, bpy.types.Panel):
     @override
     def draw(self, context: bpy.types.Context) -> None:
         water, panel = water_settings(context), panel_settings(context)
-        draw_water(self.layout, context)
+        section_panels.draw_water(self.layout, context)
         column = self.column()
         row = column.row()
         row.active = panel.visibility > 0.0  # else it is not known, as from above the water
         row.prop(panel, "visibility")
-        draw_depth(column, context)
+        section_panels.draw_depth(column, context)
         column.prop(water, "floor_depth")
         column.prop(water, "surface")
         column.prop(panel, "elevation")
@@ -167,16 +154,16 @@ CLASSES = (
     EssentialsPanel,
     RenderPanel,
     AdvancedPanel,
-    WaterPanel,
-    DepthPanel,
-    WavesPanel,
-    ParticlesPanel,
-    SunPanel,
-    LampsPanel,
-    HousingPanel,
-    SensorPanel,
-    QualityPanel,
-    ReadoutsPanel,
+    section_panels.WaterPanel,
+    section_panels.DepthPanel,
+    section_panels.WavesPanel,
+    object_panels.ParticlesPanel,
+    section_panels.SunPanel,
+    object_panels.LampsPanel,
+    section_panels.HousingPanel,
+    section_panels.SensorPanel,
+    section_panels.QualityPanel,
+    section_panels.ReadoutsPanel,
 )
 """The panels of the sidebar."""
 
@@ -217,11 +204,11 @@ def register(tab: str = TAB) -> None:
     """Register the panels."""
     for cls in CLASSES:
         cls.bl_category = tab
-    for cls in (*CLASSES, *PROPERTIES, MaterialPanel):
+    for cls in (*CLASSES, *PROPERTIES, object_panels.MaterialPanel):
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Unregister the panels."""
-    for cls in reversed((*CLASSES, *PROPERTIES, MaterialPanel)):
+    for cls in reversed((*CLASSES, *PROPERTIES, object_panels.MaterialPanel)):
         bpy.utils.unregister_class(cls)

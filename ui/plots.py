@@ -128,8 +128,7 @@ def plot_sensor(
     axes = _Axes.new(size, bands, margin_left=16)
     for height in (0.0, 0.25, 0.5, 0.75, 1.0):
         axes.grid_line(height / 1.06, None, 0.6)
-    if bands is not None:
-        axes.mark(bands)
+    axes.mark(bands)
     values = sensor.sensitivity.at_or_zero(axes.wavelengths)
     values /= sensor.sensitivity.values.max(axis=0)
     for column, colour in zip(values.T, _CHANNEL_COLOURS, strict=True):
@@ -156,8 +155,7 @@ def plot_transmitted_light(
         axes.grid_line(height * 0.95, _number(height * top * 100) + "%", 0.8)
     heights = fractions / top * 0.95
     axes.fill(heights, spectrum_colours(axes.wavelengths), 0.75)
-    if bands is not None:
-        axes.mark(bands)
+    axes.mark(bands)
     axes.curve(heights, _BRIGHT)
     return axes.picture
 
@@ -221,8 +219,10 @@ class _Axes:
             lowest = self.bottom - (_GLYPH_HEIGHT - 1) * self.scale
             self.text(label, self.left - length - 2 * self.scale, min(y, lowest))
 
-    def mark(self, bands: Bands) -> None:
+    def mark(self, bands: Bands | None) -> None:
         """Mark the band centres by lines in their colour."""
+        if bands is None:
+            return
         strength = 0.6 * min(1.0, math.sqrt(16 / len(bands)))
         area = self.picture[self.top : self.bottom]
         for nm, colour in zip(bands.centres, spectrum_colours(bands.centres), strict=True):

@@ -14,8 +14,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..settings.former_names import FORMER_NAMES
-from ..settings.setting import SECTIONS
+from ..settings.setting import FORMER_NAMES, SECTIONS
 from ..uw_spectral.errors import unknown_name
 from .live_updates import transaction
 from .reporting import Described

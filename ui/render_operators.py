@@ -56,6 +56,7 @@ class _RenderOperator(Described, bpy.types.Operator):
 
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
 
+    stopped: str  #: What is left where it was stopped.
     _steps: Generator
     _timer: bpy.types.Timer
     _began: float
@@ -63,10 +64,6 @@ class _RenderOperator(Described, bpy.types.Operator):
 
     def job(self, scene: bpy.types.Scene) -> Job:
         """Return what is rendered."""
-        raise NotImplementedError
-
-    def stopped(self) -> str:
-        """Say what is left where it was stopped."""
         raise NotImplementedError
 
     @override
@@ -160,7 +157,7 @@ class _RenderOperator(Described, bpy.types.Operator):
 
     def _stop(self, context: bpy.types.Context) -> set[str]:
         self._end(context)
-        self.report({"WARNING"}, self.stopped())
+        self.report({"WARNING"}, self.stopped)
         return {"CANCELLED"}
 
     def _end(self, context: bpy.types.Context) -> None:
@@ -177,6 +174,7 @@ class Render(_RenderOperator):
 
     bl_idname = "underwater.render"
     bl_label = "Render"
+    stopped = "Stopped; Continue goes on with the finished passes"
 
     resume: bpy.props.BoolProperty(
         name="Continue",
@@ -188,10 +186,6 @@ class Render(_RenderOperator):
     def job(self, scene: bpy.types.Scene) -> Job:
         return panel_job.job(scene, resume=self.resume)
 
-    @override
-    def stopped(self) -> str:
-        return "Stopped; Continue goes on with the finished passes"
-
 
 class RenderReference(_RenderOperator):
     """Render the current frame with Cycles, band by band, into the folder reference of the output
@@ -200,14 +194,11 @@ class RenderReference(_RenderOperator):
 
     bl_idname = "underwater.render_reference"
     bl_label = "Render Reference"
+    stopped = "Stopped; there is no reference of this frame"
 
     @override
     def job(self, scene: bpy.types.Scene) -> Job:
         return panel_job.reference_job(scene)
-
-    @override
-    def stopped(self) -> str:
-        return "Stopped; there is no reference of this frame"
 
 
 class FarmBundle(ReportingOperator):

@@ -112,7 +112,7 @@ class _Modal:
     def __init__(self, *, resume=False, operator=Render):
         self.resume, self.reports = resume, []
         self.job = functools.partial(operator.job, self)
-        self.stopped = functools.partial(operator.stopped, self)
+        self.stopped = operator.stopped
         self.shown, self.calls = [], []
         manager = SimpleNamespace(
             event_timer_add=lambda *_, **__: self.calls.append("timer added") or "timer",
