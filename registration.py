@@ -6,7 +6,6 @@ import contextlib
 
 from .scene import stored_settings
 from .ui import (
-    command,
     dropped_assets,
     dropped_files,
     handlers,
@@ -29,7 +28,6 @@ _MODULES = (
     panels,
     preferences,
     handlers,
-    command,
     translations,
     help_pages,
     dropped_assets,

@@ -66,12 +66,8 @@ class PictureFilter:
     """Puts water before pictures; what does not depend on them is computed once a camera.
 
     What a picture has above the surface or below the floor is lit as what is at them; the water on
-    the way to it goes on.
-
-    Raises
-    ------
-    InputError
-        If the water is unknown, the camera not in it, or its sensor not of three channels.
+    the way to it goes on. Raises InputError if the water is unknown, the camera not in it, or its
+    sensor not of three channels.
     """
 
     def __init__(self, settings: AppliedSettings) -> None:
@@ -90,19 +86,9 @@ class PictureFilter:
     ) -> NDArray[np.float32]:
         """Return a picture in the water, linear Rec.709 (h, w, 3).
 
-        Parameters
-        ----------
-        rgb : array_like, shape (h, w, 3)
-            8 or 16-bit codes, or linear Rec.709.
-        depth : array_like, shape (h, w)
-            Planar depth, m; where it is 0 or not finite there is none.
-        seed : int
-            Of the detector's noise.
-
-        Raises
-        ------
-        InputError
-            If sizes differ, or a number is not finite or negative.
+        ``rgb``, shape (h, w, 3), are 8 or 16-bit codes, or linear Rec.709; ``depth``, shape (h, w),
+        is planar, m, 0 or not finite where there is none; ``seed`` is of the detector's noise.
+        Raises InputError if sizes differ, or a number is not finite or negative.
         """
         colours = self.colours(np.asarray(rgb), "the picture")
         distances = self.distances(np.asarray(depth), camera, "the depth")
@@ -185,10 +171,7 @@ class PictureFilter:
 def known_depth(depth: NDArray[Any], camera: PinholeCamera, where: str) -> Array:
     """Return depth in m, infinite where there is none, (h, w).
 
-    Raises
-    ------
-    InputError
-        If it is not of the camera's picture, there is none, or its unit seems another.
+    Raises InputError if it has another size, there is none, or its unit seems another.
     """
     size = camera.height, camera.width
     if depth.shape != size:

@@ -18,7 +18,6 @@ from ..uw_spectral.errors import InputError
 from ..uw_spectral.imaging.image_formation import (
     RANGES,
     FormationCurves,
-    ImageFormation,
     compute_image_formation,
     ranges_in_water,
 )
@@ -62,10 +61,14 @@ def image_truth(
     there = ranges_in_water(optics, depth, axis.tolist(), RANGES)
     if abs(axis[2]) > _LEVEL_WITHIN and len(there) >= FEWEST:
         directions[OPTICAL_AXIS] = tuple(axis.tolist())
-    formations = {
-        name: _formation(compute_image_formation(optics, depth, w, RANGES))
-        for name, w in directions.items()
-    }
+    formations = {}
+    for name, w in directions.items():
+        found = compute_image_formation(optics, depth, w, RANGES)
+        formations[name] = {
+            "direction": found.direction,
+            "channels": {"names": ["R", "G", "B"], **_curves(found.channels)},
+            "bands": _curves(found.bands),
+        }
     description, column, layer = optics.description, optics.column, place.layer
     light, surface = description.light, description.surface
     return {
@@ -161,14 +164,6 @@ def _level(axis: np.ndarray, place: Viewpoint) -> tuple[float, float, float]:
     x, y = axis[:2].tolist()
     length = float(np.hypot(x, y))
     return (x / length, y / length, 0.0) if length > _LEVEL_WITHIN else place.level
-
-
-def _formation(found: ImageFormation) -> dict[str, Any]:
-    return {
-        "direction": found.direction,
-        "channels": {"names": ["R", "G", "B"], **_curves(found.channels)},
-        "bands": _curves(found.bands),
-    }
 
 
 def _curves(curves: FormationCurves) -> dict[str, Any]:
