@@ -15,6 +15,7 @@ import bpy
 
 from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
 from . import operators, panel_job
+from .preferences import ADDON
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -53,9 +54,8 @@ def page() -> str:
 
 
 def _folder() -> Path:
-    package = (__package__ or "").rpartition(".")[0]
-    if package.startswith("bl_ext."):
-        return Path(bpy.utils.extension_path_user(package, create=True))
+    if ADDON.startswith("bl_ext."):
+        return Path(bpy.utils.extension_path_user(ADDON, create=True))
     return Path(tempfile.gettempdir())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, override
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, override
 import bpy
 
 from ..scene import stored_settings as optics
+from ..scene.session import PICTURE
 from ..uw_spectral.errors import InputError
-from . import migration, panel_job, shown_pictures
+from . import migration, panel_job
 from .reporting import Described, ReportingOperator
 
 if TYPE_CHECKING:
@@ -146,8 +147,8 @@ class _RenderOperator(Described, bpy.types.Operator):
                             name = f"{job.out.name} {step.camera}"
                             if len(job.frames) == 1:  # else one image that goes with the frames
                                 name += f" {step.frame:04d}"
-                            picture = shown_pictures.load(step.picture, name)
-                            shown_pictures.show(context.window_manager, picture)
+                            picture = load_picture(step.picture, name)
+                            show_picture(context.window_manager, picture)
                         yield step
             finally:
                 scene.frame_set(frame)
@@ -250,3 +251,48 @@ class FarmBundle(ReportingOperator):
         self.report(
             {"INFO"}, f"{len(made.frames)} frame(s) of {made.passes} pass(es) in {self.directory}"
         )
+
+
+def load_picture(path: Path, name: str) -> bpy.types.Image:
+    """Return a developed picture as an image; one that is there already is read again.
+
+    Tone and contrast are in the PNG, so no view transform of the scene may be added. ``name`` says
+    what it is of: camera and frame.
+    """
+    image = next((i for i in bpy.data.images if i.get(PICTURE) == name), None)
+    if image is None:
+        image = bpy.data.images.load(str(path))
+        image[PICTURE] = image.name = name
+    else:
+        image.filepath = str(path)
+        image.reload()
+    image.use_view_as_render = False
+    return image
+
+
+def show_picture(window_manager: bpy.types.WindowManager, image: bpy.types.Image) -> None:
+    """Show an image in an open Image Editor, or in one that opens as for Blender's own Render."""
+    space = picture_editor(window_manager.windows)
+    if space is None and window_manager.windows and not bpy.app.background:
+        bpy.ops.render.view_show("INVOKE_DEFAULT")
+        space = picture_editor(window_manager.windows)
+    if space is not None:
+        space.image = image
+
+
+def picture_editor(windows: Iterable[bpy.types.Window]) -> bpy.types.SpaceImageEditor | None:
+    """Return an Image Editor in which pictures are looked at; one that shows such rather."""
+    found = [
+        space
+        for window in windows
+        for area in window.screen.areas
+        if area.type == "IMAGE_EDITOR" and area.ui_type == "IMAGE_EDITOR"
+        for space in area.spaces[:1]
+        if space.mode == "VIEW" and not space.use_image_pin
+    ]
+    showing = [space for space in found if _is_picture(space.image)]
+    return next(iter(showing or found), None)
+
+
+def _is_picture(image: bpy.types.Image | None) -> bool:
+    return image is not None and (PICTURE in image or image.type == "RENDER_RESULT")
