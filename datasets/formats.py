@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 from ..uw_spectral.errors import InputError
 from .bop import write_bop_set
-from .camera_info import write_camera_infos
 from .coco import write_coco_splits
 from .colmap import write_colmap_scenes
 from .croissant import write_croissant
 from .nerfstudio import write_nerfstudio_set
 from .optical_flow import MOTION, write_flows
 from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
-from .rosbag import write_rosbags
+from .rosbag import write_camera_infos, write_rosbags
 from .sequences import write_euroc_sequences, write_kitti_sequences, write_tum_sequences
 from .set_files import SetFiles
 from .tartanair import write_tartanair
