@@ -122,10 +122,10 @@ def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> Array:
     up = np.array([0.0, 1.0, 0.0] if abs(back[2]) > 1 - 1e-9 else [0.0, 0.0, 1.0])
     right = np.cross(up, back)
     right /= np.linalg.norm(right)
-    return rolled(right, np.cross(back, right), back, start, roll)
+    return with_roll(right, np.cross(back, right), back, start, roll)
 
 
-def rolled(right: Array, top: Array, back: Array, eye: ArrayLike, roll: float) -> Array:
+def with_roll(right: Array, top: Array, back: Array, eye: ArrayLike, roll: float) -> Array:
     """Return the pose of Blender's axes in the world, turned by a roll in degrees, shape (4, 4)."""
     cosine, sine = np.cos(np.radians(roll)), np.sin(np.radians(roll))
     # A camera that turns counter-clockwise has its top go to the left.

@@ -101,7 +101,7 @@ def read_camera(table: SpecTable, folder: Path) -> DataSetCamera:
         cx, cy = table.numbers("centre", 2, (width / 2, height / 2))
     sensor = in_folder(table.text("sensor", "cie1931"), folder)
     parse_sensor(sensor)
-    balance = table.word("white_balance", WHITE_BALANCES, "daylight")
+    balance = table.choice("white_balance", WHITE_BALANCES, "daylight")
     automatic = table.get("exposure", "auto") == "auto"
     exposure = "auto" if automatic else repr(table.number("exposure"))
     x, y, z = table.numbers("offset", 3, (0.0, 0.0, 0.0))
@@ -131,7 +131,7 @@ def read_rig(table: SpecTable, folder: Path) -> CameraRig:
     for lamp in table.tables("lamps"):
         emission = in_folder(lamp.text("emission", "led"), folder)
         parse_emission(emission)
-        unit = lamp.word("unit", UNITS, LUMENS)
+        unit = lamp.choice("unit", UNITS, LUMENS)
         power, size = lamp.number("power"), lamp.number("size", 0.0)
         if power <= 0 or not 0 <= size <= 180:
             raise InputError(f"{lamp.where}: power is above 0, and size 0 to 180°")

@@ -88,7 +88,7 @@ def read_render(table: SpecTable) -> tuple[str, ...]:
 def read_outputs(table: SpecTable) -> Outputs:
     """Read the table ``[output]``; raise InputError for an unknown format."""
     defaults = Outputs()
-    picture = table.word("picture", PICTURES, defaults.picture)
+    picture = table.choice("picture", PICTURES, defaults.picture)
     formats = table.texts("formats", defaults.formats)
     for name in formats:
         if name not in FORMATS:
@@ -127,7 +127,7 @@ def read_raw(table: SpecTable | None) -> RawOutputs | None:
     pattern = table.get("pattern")
     if pattern is not None and pattern not in PATTERNS:
         raise unknown_name(table.place("pattern"), str(pattern), PATTERNS)
-    file = table.word("file", RAW_FILES, "dng" if pattern else defaults.file)
+    file = table.choice("file", RAW_FILES, "dng" if pattern else defaults.file)
     if file == "dng" and pattern is None:
         raise InputError(f"{table.place('file')}: a DNG holds a mosaic; give pattern = 'RGGB'")
     white = table.number("white", defaults.white)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
-from .axes import Array, looking_at, rigid, rolled
+from .axes import Array, looking_at, rigid, with_roll
 from .camera import PinholeCamera
 from .quantities import generator
 from .tables import SpecTable
@@ -199,7 +199,7 @@ def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
     high = np.array([0.0, 0.0, 1.0])
     ahead, top = np.cos(up) * along + np.sin(up) * high, np.cos(up) * high - np.sin(up) * along
-    return rolled(np.cross(ahead, top), top, -ahead, eye, roll)
+    return with_roll(np.cross(ahead, top), top, -ahead, eye, roll)
 
 
 def read_pose_set(table: SpecTable, folder: Path) -> PoseSet:

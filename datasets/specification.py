@@ -197,15 +197,12 @@ def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:
                     raise InputError(f"{table.place('name')}: {error}") from error
         placed.append(found)
     settings = {"water": Quantity(tuple(placed)), "water_source": source}
-    for key in AMOUNTS:
+    for key in (*AMOUNTS, *_FACTORS):
         if key in table:
-            if CONSTITUENTS not in names.values:
+            if key in AMOUNTS and CONSTITUENTS not in names.values:
                 raise InputError(
                     f"{table.place(key)} is only for name = {CONSTITUENTS!r}; add it to the names"
                 )
-            settings[key] = _positive(table, key)
-    for key in _FACTORS:
-        if key in table:
             settings[key] = _positive(table, key)
     table.close()
     return settings

@@ -51,7 +51,7 @@ class SpecTable:
             raise self.needed(key, "text in quotes", found)
         return found
 
-    def word(self, key: str, known: Collection[str], default: str | None = None) -> str:
+    def choice(self, key: str, known: Collection[str], default: str | None = None) -> str:
         """Return a word that is known; needed if there is no default."""
         found = self.text(key, default)
         if found not in known:
