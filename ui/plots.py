@@ -318,7 +318,7 @@ def _rounded(size: tuple[int, int], radius: float) -> NDArray[np.float64]:
 
 
 @functools.cache
-def _text_mask(text: str) -> NDArray[np.uint8]:
+def _text_mask(text: str) -> NDArray[np.integer]:
     unknown = sorted(set(text) - set(_GLYPHS))
     if unknown:
         raise InputError(
