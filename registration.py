@@ -6,23 +6,17 @@ import contextlib
 
 from .scene import stored_settings
 from .ui import (
-    asset_library,
-    command,
     dropped_assets,
     dropped_files,
     handlers,
     help_pages,
     live_updates,
-    material_panel,
     operators,
     panels,
     preferences,
     presets,
     previews,
     property_group,
-    sections,
-    start_file,
-    sun_handle,
     translations,
 )
 
@@ -30,18 +24,12 @@ _MODULES = (
     property_group,
     previews,
     operators,
-    sections,
-    start_file,
-    sun_handle,
     presets,
     panels,
-    material_panel,
     preferences,
     handlers,
-    command,
     translations,
     help_pages,
-    asset_library,
     dropped_assets,
     dropped_files,
 )

@@ -17,6 +17,7 @@ from ..uw_spectral.imaging.applied_water import applied_water
 from ..uw_spectral.imaging.description import Description, SurfaceDescription
 from ..uw_spectral.imaging.optics import resolve
 from ..uw_spectral.imaging.ray_tables import RayTables, SeenComponents, ray_tables
+from .axes import Array
 from .camera import PinholeCamera
 from .cameras_and_rigs import CameraRig, rig_lamps
 from .outputs import RawOutputs
@@ -26,7 +27,6 @@ from .rgbd_layouts import filled
 from .truth import image_truth
 from .view import DataSetView
 
-Array = NDArray[np.float64]
 OPEN, FILL = "open", "fill"
 INVALID = (OPEN, FILL)
 """What pixels without depth are: open water, or surfaces as far as those around."""
@@ -66,12 +66,8 @@ class PictureFilter:
     """Puts water before pictures; what does not depend on them is computed once a camera.
 
     What a picture has above the surface or below the floor is lit as what is at them; the water on
-    the way to it goes on.
-
-    Raises
-    ------
-    InputError
-        If the water is unknown, the camera not in it, or its sensor not of three channels.
+    the way to it goes on. Raises InputError if the water is unknown, the camera not in it, or its
+    sensor not of three channels.
     """
 
     def __init__(self, settings: AppliedSettings) -> None:
@@ -90,19 +86,9 @@ class PictureFilter:
     ) -> NDArray[np.float32]:
         """Return a picture in the water, linear Rec.709 (h, w, 3).
 
-        Parameters
-        ----------
-        rgb : array_like, shape (h, w, 3)
-            8 or 16-bit codes, or linear Rec.709.
-        depth : array_like, shape (h, w)
-            Planar depth, m; where it is 0 or not finite there is none.
-        seed : int
-            Of the detector's noise.
-
-        Raises
-        ------
-        InputError
-            If sizes differ, or a number is not finite or negative.
+        ``rgb``, shape (h, w, 3), are 8 or 16-bit codes, or linear Rec.709; ``depth``, shape (h, w),
+        is planar, m, 0 or not finite where there is none; ``seed`` is of the detector's noise.
+        Raises InputError if sizes differ, or a number is not finite or negative.
         """
         colours = self.colours(np.asarray(rgb), "the picture")
         distances = self.distances(np.asarray(depth), camera, "the depth")
@@ -168,8 +154,7 @@ class PictureFilter:
 
     def _noisy(self, seen: NDArray[np.float32], seed: int) -> NDArray[np.float32]:
         """Channels as the detector's counts tell them."""
-        white = np.linalg.solve(self.water.to_rec709, np.ones(3))
-        raw = RawOutputs(white=1.0, iso=self.settings.iso).settings(float(white.max()), seed)
+        raw = RawOutputs(white=1.0, iso=self.settings.iso).settings(self.water.to_rec709, seed)
         detector = raw.detector
         counts = capture(np.moveaxis(seen, 0, -1), raw) - np.float32(detector.black_level)
         per_count = raw.saturation / (detector.gain_at(raw.iso) * detector.full_well)
@@ -186,10 +171,7 @@ class PictureFilter:
 def known_depth(depth: NDArray[Any], camera: PinholeCamera, where: str) -> Array:
     """Return depth in m, infinite where there is none, (h, w).
 
-    Raises
-    ------
-    InputError
-        If it is not of the camera's picture, there is none, or its unit seems another.
+    Raises InputError if it has another size, there is none, or its unit seems another.
     """
     size = camera.height, camera.width
     if depth.shape != size:

@@ -54,12 +54,8 @@ def apply_to_set(
 ) -> int:
     """Write pictures with water into a folder, those that are not there; return how many.
 
-    Each appears whole, after its layers and truth. ``progress`` is told each name.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be used, or the folder has pictures of other settings.
+    Each appears whole, after its layers and truth. ``progress`` is told each name. Raises
+    InputError if a file cannot be used, or the folder has pictures of other settings.
     """
     stamp = {name: repr(value) for name, value in {**vars(settings), **vars(of_set)}.items()}
     _check_stamp(folder, stamp)

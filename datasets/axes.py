@@ -122,11 +122,12 @@ def looking_at(eye: ArrayLike, target: ArrayLike, roll: float = 0.0) -> Array:
     up = np.array([0.0, 1.0, 0.0] if abs(back[2]) > 1 - 1e-9 else [0.0, 0.0, 1.0])
     right = np.cross(up, back)
     right /= np.linalg.norm(right)
-    top = np.cross(back, right)
+    return with_roll(right, np.cross(back, right), back, start, roll)
+
+
+def with_roll(right: Array, top: Array, back: Array, eye: ArrayLike, roll: float) -> Array:
+    """Return the pose of Blender's axes in the world, turned by a roll in degrees, shape (4, 4)."""
     cosine, sine = np.cos(np.radians(roll)), np.sin(np.radians(roll))
-    pose = np.eye(4)
     # A camera that turns counter-clockwise has its top go to the left.
-    pose[:3, 0] = cosine * right + sine * top
-    pose[:3, 1] = cosine * top - sine * right
-    pose[:3, 2], pose[:3, 3] = back, start
-    return pose
+    turn = cosine * right + sine * top, cosine * top - sine * right, back
+    return placed(np.stack(turn, axis=-1), eye)

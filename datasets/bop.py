@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,16 +33,10 @@ _MANY, _DIRECTIONS = 2000, 2000
 _FORMATS = (".png", ".jpg", ".tif")
 
 
-@dataclass(frozen=True)
-class SeenModels:
-    """How often a picture shows a model as BOP counts it, where a tenth of it is seen at least."""
+def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[Mapping[int, int]]:
+    """Write one scene, its pictures, depths and masks included; return what each picture shows.
 
-    picture: int
-    counts: Mapping[int, int]
-
-
-def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
-    """Write one scene, its pictures, depths and masks included; return what is seen.
+    That is how often it shows a model as BOP counts it, where a tenth of it is seen at least.
 
     ``folder`` is that of the scene, such as ``set/train/000000``, and made if it is not there;
     ``views`` have their depths, cameras without distortion, and instances with their silhouettes,
@@ -98,13 +92,10 @@ def write_bop(folder: Path, views: Sequence[DataSetView]) -> list[SeenModels]:
     write_json(folder / "scene_gt.json", poses)
     write_json(folder / "scene_gt_info.json", infos)
     return [
-        SeenModels(
-            int(key),
-            Counter(
-                pose["obj_id"]
-                for pose, info in zip(poses[key], infos[key], strict=True)
-                if info["visib_fract"] >= _TARGET
-            ),
+        Counter(
+            pose["obj_id"]
+            for pose, info in zip(poses[key], infos[key], strict=True)
+            if info["visib_fract"] >= _TARGET
         )
         for key in poses
     ]
@@ -119,9 +110,9 @@ def write_bop_set(files: SetFiles) -> None:
             found = write_bop(root / split / f"{number:06d}", views)
             if split == "test":
                 targets += [
-                    {"scene_id": number, "im_id": seen.picture, "obj_id": model, "inst_count": n}
-                    for seen in found
-                    for model, n in sorted(seen.counts.items())
+                    {"scene_id": number, "im_id": picture, "obj_id": model, "inst_count": n}
+                    for picture, counts in enumerate(found)
+                    for model, n in sorted(counts.items())
                 ]
     if targets:
         write_json(root / "test_targets_bop19.json", targets)

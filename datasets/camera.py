@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.housing import PIXEL_CENTRE, BrownConrady
-
-Array = NDArray[np.float64]
+from ..uw_spectral.housing import PIXEL_CENTRE, BrownConrady, LensCamera
+from .axes import Array
 
 
 @dataclass(frozen=True)
@@ -37,14 +36,9 @@ class PinholeCamera:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not (self.width > 0 and self.height > 0):
-            raise InputError(f"camera: a picture of {self.width} × {self.height} pixels is empty")
-        if not (0 < self.fx < math.inf and 0 < self.fy < math.inf):
-            raise InputError(f"camera: focal lengths must be positive, got {self.fx}, {self.fy}")
         if len(self.distortion) != 5 or not all(map(math.isfinite, self.distortion)):
             raise InputError("camera: distortion is five finite numbers k1, k2, p1, p2, k3")
-        if not (math.isfinite(self.cx) and math.isfinite(self.cy)):
-            raise InputError(f"camera: the principal point {self.cx}, {self.cy} is not finite")
+        self.lens_camera()
 
     @classmethod
     def from_field_of_view(cls, width: int, height: int, degrees: float) -> PinholeCamera:
@@ -62,10 +56,10 @@ class PinholeCamera:
         f = width / 2 / math.tan(math.radians(degrees) / 2)
         return cls(width, height, f, f, width / 2, height / 2)
 
-    @property
-    def lens(self) -> BrownConrady:
-        """The distortion."""
-        return BrownConrady(*self.distortion)
+    def lens_camera(self) -> LensCamera:
+        """Return the same as the camera of a housing; raises InputError as said above."""
+        lens = BrownConrady(*self.distortion)
+        return LensCamera(self.width, self.height, self.fx, self.fy, self.cx, self.cy, lens)
 
     @property
     def K(self) -> Array:
@@ -94,17 +88,15 @@ class PinholeCamera:
         >>> camera.project([0.5, -0.25, 2.0]).round(6).tolist()
         [400.0, 200.0]
         """
-        return self.lens.image(points) * (self.fx, self.fy) + (self.cx, self.cy)
+        return self.lens_camera().project(points)
 
     def rays(self) -> Array:
         """Unit view directions of the pixels' centres in OpenCV's axes, shape (height, width, 3).
 
         Raises InputError if the distortion folds the picture over, so that it cannot be undone.
         """
-        u = (np.arange(self.width, dtype=np.float64) + PIXEL_CENTRE - self.cx) / self.fx
-        v = (np.arange(self.height, dtype=np.float64) + PIXEL_CENTRE - self.cy) / self.fy
-        wanted = np.stack(np.meshgrid(u, v), axis=-1)
-        directions = self.lens.directions(wanted)
+        camera = self.lens_camera()
+        directions = camera.directions(camera.pixel_centres())
         if np.isnan(directions).any():
             raise InputError(
                 f"camera: the distortion {self.distortion} folds the picture over; take smaller "

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.housing import find_glass
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.lamps import IsotropicProfile, Lamp, SpotProfile, radiant_intensity
@@ -101,9 +101,7 @@ def read_camera(table: SpecTable, folder: Path) -> DataSetCamera:
         cx, cy = table.numbers("centre", 2, (width / 2, height / 2))
     sensor = in_folder(table.text("sensor", "cie1931"), folder)
     parse_sensor(sensor)
-    balance = table.text("white_balance", "daylight")
-    if balance not in WHITE_BALANCES:
-        raise unknown_name(f"{table.place('white_balance')}", balance, WHITE_BALANCES)
+    balance = table.choice("white_balance", WHITE_BALANCES, "daylight")
     automatic = table.get("exposure", "auto") == "auto"
     exposure = "auto" if automatic else repr(table.number("exposure"))
     x, y, z = table.numbers("offset", 3, (0.0, 0.0, 0.0))
@@ -133,9 +131,7 @@ def read_rig(table: SpecTable, folder: Path) -> CameraRig:
     for lamp in table.tables("lamps"):
         emission = in_folder(lamp.text("emission", "led"), folder)
         parse_emission(emission)
-        unit = lamp.text("unit", LUMENS)
-        if unit not in UNITS:
-            raise unknown_name(f"{lamp.place('unit')}", unit, UNITS)
+        unit = lamp.choice("unit", UNITS, LUMENS)
         power, size = lamp.number("power"), lamp.number("size", 0.0)
         if power <= 0 or not 0 <= size <= 180:
             raise InputError(f"{lamp.where}: power is above 0, and size 0 to 180°")

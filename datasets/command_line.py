@@ -17,11 +17,10 @@ from ..uw_spectral.imaging.description import (
     Description,
     FloorDescription,
     SunAndSky,
-    SurfaceDescription,
     WaterDescription,
 )
 from ..uw_spectral.spectra.colour_rendering import WHITE_BALANCES
-from .applied_pictures import INVALID, AppliedSettings
+from .applied_pictures import FLAT, INVALID, AppliedSettings
 from .applied_sets import FILES, SetSettings, apply_to_set
 from .cameras_and_rigs import CameraRig, read_rig
 from .fit_command import add_fit
@@ -124,7 +123,7 @@ def _settings(options: argparse.Namespace) -> AppliedSettings:
     description = Description(
         WaterDescription(options.water),
         SunAndSky(options.illuminant, options.sun_zenith, options.sun_azimuth),
-        SurfaceDescription("flat"),
+        FLAT,
         FloorDescription(options.floor_depth, options.floor_reflectance),
         CameraDescription(options.camera, options.white_balance, options.exposure),
         BandsDescription(options.bands),

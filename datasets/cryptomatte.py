@@ -7,12 +7,10 @@ transparency, SIGGRAPH 2015; Cryptomatte specification 1.2.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from ..uw_spectral.errors import InputError
 
 _MASK = 0xFFFFFFFF
 _PREFIX = "cryptomatte/"
@@ -56,26 +54,6 @@ def attributes(typename: str, names: Iterable[str]) -> dict[str, str]:
         f"{key}/conversion": "uint32_to_float32",
         f"{key}/manifest": json.dumps(manifest),
     }
-
-
-def read_manifest(texts: Mapping[str, str], typename: str) -> dict[str, int]:
-    """Return identifiers by name, of attributes of a file; raise InputError without that type."""
-    for name, value in texts.items():
-        if name.startswith(_PREFIX) and name.endswith("/name") and value == typename:
-            manifest = json.loads(texts[name.removesuffix("name") + "manifest"])
-            return {known: int(bits, 16) for known, bits in manifest.items()}
-    raise InputError(f"cryptomatte: the file holds no {typename}")
-
-
-def coverage(ranks: ArrayLike, bits: int) -> NDArray[np.float32]:
-    """Return the fraction of each pixel that something covers.
-
-    ``ranks``, shape (height, width, 2 k), are identifier and coverage of the k ranks; ``bits`` is
-    its identifier.
-    """
-    pairs = np.ascontiguousarray(ranks, dtype=np.float32)
-    here = pairs[..., 0::2].copy().view(np.uint32) == np.uint32(bits)
-    return np.where(here, pairs[..., 1::2], np.float32(0.0)).sum(axis=-1)
 
 
 def numbers(first_rank: ArrayLike, names: Iterable[str]) -> NDArray[np.float32]:

@@ -9,15 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.spectral_image import read_exr, write_codes, write_exr
-from .axes import inverse, world_to_opencv
+from .axes import Array, inverse, world_to_opencv
 from .camera import PinholeCamera
 from .picture_codes import read_codes
-
-Array = NDArray[np.float64]
 
 RANGE, PLANAR = "range", "planar_depth"
 """Channels of an EXR: Euclidean distance from the camera's centre; along its optical axis."""

@@ -23,7 +23,7 @@ from .instance_maps import write_instance_map
 from .layer_file import FrameLayers, camera_of, read_layers
 from .picture_codes import read_codes
 from .raw_files import write_raw
-from .set_files import RenderedView, SetFiles, Shapes, no_note, no_shapes
+from .set_files import RenderedView, SetFiles, Shapes
 from .specification import DataSetSpec
 from .view import DataSetView, SeenInstance
 
@@ -51,8 +51,8 @@ def export_set(
     rendered: Callable[[IndexedView], RenderedView],
     versions: Mapping[str, str],
     silhouettes: Silhouettes,
-    shapes: Shapes = no_shapes,
-    report_note: Callable[[str], None] = no_note,
+    shapes: Shapes,
+    report_note: Callable[[str], None],
 ) -> list[DataSetView]:
     """Write the files of the views that are rendered, and return these.
 

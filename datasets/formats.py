@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 from ..uw_spectral.errors import InputError
 from .bop import write_bop_set
-from .camera_info import write_camera_infos
 from .coco import write_coco_splits
 from .colmap import write_colmap_scenes
 from .croissant import write_croissant
 from .nerfstudio import write_nerfstudio_set
 from .optical_flow import MOTION, write_flows
 from .pairs import IMAGE, UNATTENUATED, write_air_pairs, write_pairs
-from .rosbag import write_rosbags
+from .rosbag import write_camera_infos, write_rosbags
 from .sequences import write_euroc_sequences, write_kitti_sequences, write_tum_sequences
 from .set_files import SetFiles
 from .tartanair import write_tartanair
@@ -51,7 +50,6 @@ class Format:
     dry: bool = False  #: Whether it needs the same views in air.
     distortion: int = 5  #: Coefficients of a lens that it holds, of k1, k2, p1, p2, k3.
     pixel_bytes: int = 0  #: That its own files take of a pixel, where these are no links.
-    default: bool = False  #: Whether a set that names no formats has it.
 
     def require_lens(self, name: str, camera: str, coefficients: int) -> None:
         """Refuse a lens that the format, of this name, has no place for.
@@ -80,11 +78,10 @@ FORMATS = {
     "nerfstudio": Format(
         write_nerfstudio_set,
         "`transforms.json` (nerfstudio): camera to world, the camera looks along -z, y is up.",
-        default=True,
     ),
-    "colmap": Format(write_colmap_scenes, _OPENCV, default=True),
-    "bop": Format(write_bop_set, _OPENCV, silhouettes=True, distortion=0, default=True),
-    "coco": Format(write_coco_splits, default=True),
+    "colmap": Format(write_colmap_scenes, _OPENCV),
+    "bop": Format(write_bop_set, _OPENCV, silhouettes=True, distortion=0),
+    "coco": Format(write_coco_splits),
     "yolo": Format(write_yolo_boxes),
     "yolo_segments": Format(write_yolo_segments),
     "tum": Format(write_tum_sequences, _WAYS, way=True, pixel_bytes=2),
@@ -108,9 +105,10 @@ FORMATS = {
     "hdf5": Format(write_hdf5s, package="h5py", pixel_bytes=9),
     "croissant": Format(write_croissant),
 }
-"""By the names that a specification gives them; a set without ``formats`` has the usual ones."""
+"""By the names that a specification gives them."""
 
-DEFAULT = tuple(name for name, each in FORMATS.items() if each.default)
+DEFAULT = ("nerfstudio", "colmap", "bop", "coco")
+"""What a set without ``formats`` has."""
 
 
 def conventions(names: Collection[str]) -> tuple[str, ...]:

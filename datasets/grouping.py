@@ -15,6 +15,7 @@ from pathlib import Path
 from .cameras_and_rigs import CameraRig, DataSetCamera
 from .enumeration import PlannedView
 from .files import plain_name, plain_names
+from .index import IndexedView
 from .quantities import LARGEST_SEED, Value
 from .specification import DataSetSpec
 
@@ -35,19 +36,10 @@ class ViewJob:
     frames: dict[int, PlannedView] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class GroupPlace:
-    """Where the picture of a view is: job and frame; and the group of its job."""
-
-    job: str
-    frame: int
-    group: str
-
-
 def group_views(
     spec: DataSetSpec, views: Iterable[PlannedView], *, seeded: bool, taken: Iterable[str] = ()
-) -> tuple[list[ViewJob], dict[str, GroupPlace]]:
-    """Return the jobs of views, and where the picture of each view will be.
+) -> tuple[list[ViewJob], dict[str, IndexedView]]:
+    """Return the jobs of views, and the views by name, with the place of their pictures.
 
     ``views`` are in the order of :func:`.enumerate_views`; ``seeded`` is whether the noise of the
     engine has a seed, so that repeats are rendered each; ``taken`` are names of other jobs.
@@ -55,7 +47,7 @@ def group_views(
     drawn = {name for name, quantity in spec.settings.items() if quantity.drawn}
     lowered = spec.lowered.values
     jobs: dict[object, ViewJob] = {}
-    places: dict[str, GroupPlace] = {}
+    indexed: dict[str, IndexedView] = {}
     for view in views:
         fixed = {name: value for name, value in view.settings.items() if name not in drawn}
         repeat = view.repeat if seeded else 0
@@ -70,8 +62,10 @@ def group_views(
         depth = 0 if spec.lowered.drawn else lowered.index(view.lowered)
         frame = 1 + view.pose * len(lowered) + depth
         job.frames.setdefault(frame, view)
-        places[view.name] = GroupPlace(job.name, frame, job.group)
-    return list(jobs.values()), places
+        indexed[view.name] = IndexedView(
+            view.name, job.name, frame, job.group, view.split, view.noise_seed, view.record()
+        )
+    return list(jobs.values()), indexed
 
 
 def _group(fixed: Mapping[str, Value], view: PlannedView) -> str:

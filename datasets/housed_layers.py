@@ -23,11 +23,9 @@ from ..uw_spectral.housing import (
     warped_flow,
     water_begins,
 )
-from .axes import inverse, world_to_opencv
+from .axes import Array, inverse, world_to_opencv
 from .depth_maps import PLANAR, RANGE
 from .layer_file import SENSOR, FrameLayers, LayerImage, is_of_bands
-
-Array = NDArray[np.float64]
 
 _NUMBERS = ("instance", "material", "Crypto", "normal")
 TYPICAL_WAVELENGTH = 550.0

@@ -16,9 +16,7 @@ import numpy as np
 from ..uw_spectral.errors import InputError
 from .axes import Array
 from .camera import PinholeCamera
-from .enumeration import PlannedView
 from .files import joined, relative, write_text
-from .grouping import GroupPlace
 from .view import Split
 
 KIND = "underwater-spectral data set"
@@ -100,13 +98,6 @@ class Index:
 def job_folder(folder: Path, job: str) -> Path:
     """Return the folder of a job."""
     return folder / "jobs" / job
-
-
-def indexed(view: PlannedView, place: GroupPlace) -> IndexedView:
-    """Return a planned view as the index has it."""
-    return IndexedView(
-        view.name, place.job, place.frame, place.group, view.split, view.noise_seed, view.record()
-    )
 
 
 def write_index(path: Path, index: Index) -> None:

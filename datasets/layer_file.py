@@ -100,11 +100,6 @@ class FrameLayers:
         return self[bands_name(name)]
 
     @property
-    def units(self) -> dict[str, str]:
-        """Units by name."""
-        return {name: image.units for name, image in self.layers.items()}
-
-    @property
     def instances(self) -> dict[int, str]:
         """Names of the objects by their numbers in the layer ``instance``."""
         return {int(number): name for number, name in self.header.get("instances", {}).items()}

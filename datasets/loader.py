@@ -32,11 +32,8 @@ class LoadedSet(Sequence[Sample]):
     """Samples of a data set that was rendered here: dictionaries of numpy arrays.
 
     What PyTorch calls a map-style data set: ``torch.utils.data.DataLoader(LoadedSet(folder))``.
-
-    Raises
-    ------
-    InputError
-        If there is no data set, a field is unknown, or no view is of the split and waters.
+    Raises InputError if there is no data set, a field is unknown, or no view is of the split and
+    waters.
 
     Examples
     --------

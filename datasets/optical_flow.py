@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..uw_spectral.spectra.spectral_image import replacing
 from .axes import Array
-from .camera import PIXEL_CENTRE
 from .depth_maps import PLANAR, euclidean_range, world_positions
 from .files import make_folder, write_text
 from .set_files import SetFiles
@@ -36,8 +35,9 @@ def optical_flow(view: DataSetView, depth: ArrayLike, following: DataSetView) ->
     seen. The flow, shape (height, width, 2), is pixels to the right and down; NaN where nothing is
     seen, and behind the other camera.
     """
+    here = view.camera.lens_camera().pixel_centres()
     there = following.project(_points(view, depth))
-    return np.where(np.isfinite(np.asarray(depth))[..., None], there - _pixels(view), np.nan)
+    return np.where(np.isfinite(np.asarray(depth))[..., None], there - here, np.nan)
 
 
 def flow_between(files: SetFiles, view: DataSetView, other: DataSetView) -> Array:
@@ -67,7 +67,8 @@ def flow_mask(
     Planar depths of both have the shape (height, width), m.
     """
     points, flow = _points(view, depth), optical_flow(view, depth, following)
-    at = np.floor(_pixels(view) + np.nan_to_num(flow, nan=-1e9)).astype(np.int64)
+    here = view.camera.lens_camera().pixel_centres()
+    at = np.floor(here + np.nan_to_num(flow, nan=-1e9)).astype(np.int64)
     wide, high = following.camera.width, following.camera.height
     inside = (at >= 0).all(axis=-1) & (at[..., 0] < wide) & (at[..., 1] < high)
     pose = following.world_to_opencv
@@ -100,13 +101,6 @@ def write_flows(files: SetFiles) -> None:
                     write_flo(folder / name, flow_between(files, view, other))
                     rows.append(f"{name},{view.name},{other.name}")
     write_text(folder / "flow.csv", "\n".join(rows) + "\n")
-
-
-def _pixels(view: DataSetView) -> Array:
-    """Image coordinates of the pixels' centres, shape (height, width, 2)."""
-    size = view.camera.width, view.camera.height
-    x, y = (np.arange(count, dtype=np.float64) + PIXEL_CENTRE for count in size)
-    return np.stack(np.meshgrid(x, y), axis=-1)
 
 
 def _points(view: DataSetView, depth: ArrayLike) -> Array:

@@ -6,9 +6,12 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..uw_spectral.detector import PATTERNS, Detector, RawSettings, Vignetting
 from ..uw_spectral.errors import InputError, unknown_name
 from ..uw_spectral.imaging.layers import NONE, parse_layers
+from .axes import Array
 from .formats import DEFAULT, FORMATS
 from .tables import SpecTable
 
@@ -46,16 +49,14 @@ class RawOutputs:
     vignetting: Vignetting | None = None
     file: str = "tiff"  #: One of :data:`RAW_FILES`.
 
-    def settings(self, white_response: float, seed: int) -> RawSettings:
-        """Return how a picture is taken.
-
-        ``white_response`` is the largest response of a channel to what is developed to white.
-        """
+    def settings(self, to_rec709: Array, seed: int) -> RawSettings:
+        """Return how a picture is taken that a matrix, shape (3, 3), develops from its channels."""
+        white = float(np.linalg.solve(to_rec709, np.ones(3)).max())
         base = self.detector.base_iso
         full = self.white * (1.0 if self.iso is None else base / self.iso)
         return RawSettings(
             self.detector,
-            white_response / full,
+            white / full,
             self.exposure_time,
             self.iso,
             self.pattern,
@@ -87,9 +88,7 @@ def read_render(table: SpecTable) -> tuple[str, ...]:
 def read_outputs(table: SpecTable) -> Outputs:
     """Read the table ``[output]``; raise InputError for an unknown format."""
     defaults = Outputs()
-    picture = table.text("picture", defaults.picture)
-    if picture not in PICTURES:
-        raise unknown_name(table.place("picture"), picture, PICTURES)
+    picture = table.choice("picture", PICTURES, defaults.picture)
     formats = table.texts("formats", defaults.formats)
     for name in formats:
         if name not in FORMATS:
@@ -128,15 +127,11 @@ def read_raw(table: SpecTable | None) -> RawOutputs | None:
     pattern = table.get("pattern")
     if pattern is not None and pattern not in PATTERNS:
         raise unknown_name(table.place("pattern"), str(pattern), PATTERNS)
-    file = table.text("file", "dng" if pattern else defaults.file)
-    if file not in RAW_FILES:
-        raise unknown_name(table.place("file"), file, RAW_FILES)
+    file = table.choice("file", RAW_FILES, "dng" if pattern else defaults.file)
     if file == "dng" and pattern is None:
         raise InputError(f"{table.place('file')}: a DNG holds a mosaic; give pattern = 'RGGB'")
-    white, time = (
-        table.number("white", defaults.white),
-        table.number("exposure_time", defaults.exposure_time),
-    )
+    white = table.number("white", defaults.white)
+    time = table.number("exposure_time", defaults.exposure_time)
     if not white > 0 or time < 0:
         raise InputError(f"{table.where}: white is above 0, and exposure_time 0 s or more")
     iso = table.number("iso") if "iso" in table else None

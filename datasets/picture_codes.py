@@ -18,10 +18,7 @@ _CODES = 1 << 14
 def read_rgb(path: Path) -> NDArray[Any]:
     """Read a picture of three channels, (h, w, 3); grey becomes all three, alpha is left out.
 
-    Raises
-    ------
-    InputError
-        If there is none, or it has other channels.
+    Raises InputError if there is none, or it has other channels.
     """
     pixels = _stored(path)
     channels = pixels.shape[-1]
@@ -63,13 +60,7 @@ def _stored(path: Path) -> NDArray[Any]:
 
 @functools.lru_cache(maxsize=4)
 def linear_codes(kind: DTypeLike, *, linear: bool) -> NDArray[np.float32]:
-    """Linear value of each code of a kind, of sRGB or as it is.
-
-    Raises
-    ------
-    InputError
-        If codes are neither of 8 nor of 16 bits.
-    """
+    """Linear value of each code of 8 or 16 bits, else InputError; of sRGB or as it is."""
     if kind not in (np.uint8, np.uint16):
         raise InputError(f"pictures are of 8 or 16 bits, or floats, not {np.dtype(kind).name}")
     values = np.linspace(0.0, 1.0, np.iinfo(np.dtype(kind)).max + 1)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
-from .axes import Array, looking_at, rigid
+from .axes import Array, looking_at, rigid, with_roll
 from .camera import PinholeCamera
 from .quantities import generator
 from .tables import SpecTable
@@ -115,11 +115,6 @@ class RandomPoses:
     clearance: float = 0.0
     in_view: float = 0.0
 
-    @property
-    def needs_scene(self) -> bool:
-        """Whether it has constraints."""
-        return self.clearance > 0 or self.in_view > 0
-
     def pose(
         self, seed: int, number: int, camera: PinholeCamera, scene: RoomForPoses | None
     ) -> Array:
@@ -127,7 +122,7 @@ class RandomPoses:
 
         Raises InputError if no pose fits, or there are constraints and no scene.
         """
-        if self.needs_scene and scene is None:
+        if (self.clearance > 0 or self.in_view > 0) and scene is None:
             raise InputError(
                 f"{self.name}: clearance and in_view need the scene; leave them out to plan "
                 "without it"
@@ -186,10 +181,6 @@ class ScenePath:
     last: int | None = None
     step: int = 1
 
-    def along(self, given: TimedPoses) -> GivenPoses:
-        """Return the way, once the scene was asked."""
-        return GivenPoses(self.name, given)
-
 
 WayPoses = Orbit | Transect | GivenPoses
 PoseSet = WayPoses | RandomPoses | ScenePath
@@ -208,12 +199,7 @@ def heading_pose(eye: ArrayLike, heading: float, pitch: float, roll: float = 0.0
     along = np.array([np.cos(turn), np.sin(turn), 0.0])
     high = np.array([0.0, 0.0, 1.0])
     ahead, top = np.cos(up) * along + np.sin(up) * high, np.cos(up) * high - np.sin(up) * along
-    right = np.cross(ahead, top)
-    cosine, sine = np.cos(np.radians(roll)), np.sin(np.radians(roll))
-    pose = np.eye(4)
-    pose[:3, 0], pose[:3, 1] = cosine * right + sine * top, cosine * top - sine * right
-    pose[:3, 2], pose[:3, 3] = -ahead, np.asarray(eye, dtype=np.float64)
-    return pose
+    return with_roll(np.cross(ahead, top), top, -ahead, eye, roll)
 
 
 def read_pose_set(table: SpecTable, folder: Path) -> PoseSet:
@@ -233,10 +219,6 @@ def read_pose_set(table: SpecTable, folder: Path) -> PoseSet:
         raise InputError(f"{table.place('kind')}: {kind!r} is not one of {known}")
     table.close()
     return result
-
-
-def _count(table: SpecTable) -> int:
-    return table.whole("count", least=1)
 
 
 def _rate(table: SpecTable) -> float:
@@ -271,7 +253,7 @@ def _point(table: SpecTable, key: str) -> Point:
 
 
 def _orbit(table: SpecTable, name: str) -> Orbit:
-    count, values = _count(table), dict[str, tuple[float, ...]]()
+    count, values = table.whole("count", least=1), dict[str, tuple[float, ...]]()
     for key, default in (("radius", None), ("elevation", 0.0)):
         quantity = table.quantity(key, default)
         if quantity.drawn:
@@ -295,7 +277,8 @@ def _orbit(table: SpecTable, name: str) -> Orbit:
 
 
 def _transect(table: SpecTable, name: str) -> Transect:
-    count, start, end = _count(table), _point(table, "start"), _point(table, "end")
+    count = table.whole("count", least=1)
+    start, end = _point(table, "start"), _point(table, "end")
     if start == end:
         raise InputError(f"{table.where}: start and end are the same point; move one")
     heading = table.number("heading") if "heading" in table else None
@@ -304,7 +287,7 @@ def _transect(table: SpecTable, name: str) -> Transect:
 
 
 def _random(table: SpecTable, name: str) -> RandomPoses:
-    count = _count(table)
+    count = table.whole("count", least=1)
     low, high = _box(table, "low", "high")
     target_low, target_high = _box(table, "target_low", "target_high")
     in_view, clearance = table.number("in_view", 0.0), table.number("clearance", 0.0)

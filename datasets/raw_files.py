@@ -25,7 +25,7 @@ def write_raw(
     and exposure; ``to_rec709``, shape (3, 3), leads from these to the developed picture.
     """
     white = np.linalg.solve(to_rec709, np.ones(3))
-    taken, camera = raw.settings(float(white.max()), view.noise_seed), view.camera
+    taken, camera = raw.settings(to_rec709, view.noise_seed), view.camera
     focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)
     counts = capture(channels, taken, focal=focal, centre=centre)
     write_counts(path, taken, counts, to_rec709, view.record["camera"]["sensor"], raw.file)

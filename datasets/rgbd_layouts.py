@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..uw_spectral.errors import InputError
 from ..uw_spectral.housing import PIXEL_CENTRE
 from ..uw_spectral.spectra.spectral_image import read_exr
+from .axes import Array
 from .camera import PinholeCamera
 from .depth_maps import PLANAR, RANGE
 from .picture_codes import read_codes
 
-Array = NDArray[np.float64]
 Intrinsics = tuple[float, float, float, float]
 """fx, fy, cx, cy in pixels; the first pixel's centre is at (0, 0), as calibrations have it."""
 PICTURES = (".png", ".jpg", ".jpeg", ".ppm", ".bmp", ".tif", ".tiff", ".exr")
@@ -52,13 +51,7 @@ class Layout:
 
 
 def find_pairs(layout: str, pictures: Path, depths: Path | None) -> list[RgbdPair]:
-    """Return the pairs of a set, by name.
-
-    Raises
-    ------
-    InputError
-        If the layout is unknown, there are none, or a picture has no depth.
-    """
+    """Return the pairs of a set; InputError if there are none, or a picture has no depth."""
     found = LAYOUTS[layout].find(pictures, depths)
     if not found:
         raise InputError(f"{pictures}: no picture with depth; {layout} is {LAYOUTS[layout].text}")
@@ -69,12 +62,8 @@ def read_depth(path: Path, scale: float | None, of_codes: float) -> tuple[Array,
     """Read depth in m, not finite or 0 where there is none, and which of the two it is.
 
     That is ``range`` or ``planar_depth`` of an EXR that says so, or empty. What is stored is
-    divided by ``scale``, by default codes of whole numbers by ``of_codes`` and others by 1.
-
-    Raises
-    ------
-    InputError
-        If the file is none.
+    divided by ``scale``, by default codes of whole numbers by ``of_codes`` and others by 1. Raises
+    InputError if the file is none.
     """
     if path.suffix == ".npy":
         try:
@@ -205,7 +194,12 @@ def _kitti(root: Path, _: Path | None) -> list[RgbdPair]:
     if (root / "groundtruth_depth").is_dir():
         pictures = _files(_folder(root / "image", "it has the pictures"), PICTURES)
         depths = _files(root / "groundtruth_depth", DEPTHS)
-        rows = _paired(pictures, depths, _name_of_depth, str(root / "groundtruth_depth"))
+        rows = _paired(
+            pictures,
+            depths,
+            lambda name: name.replace("_sync_image_", "_sync_groundtruth_depth_"),
+            str(root / "groundtruth_depth"),
+        )
         return [
             RgbdPair(*row, _of_matrix(root / "intrinsics" / f"{row[0]}.txt", 3)) for row in rows
         ]
@@ -223,10 +217,6 @@ def _kitti(root: Path, _: Path | None) -> list[RgbdPair]:
             for name, path in shared.items()
         ]
     return found
-
-
-def _name_of_depth(name: str) -> str:
-    return name.replace("_sync_image_", "_sync_groundtruth_depth_")
 
 
 def _rectified(root: Path, number: str) -> tuple[tuple[int, int], Intrinsics]:

@@ -1,22 +1,99 @@
-"""A bag of ROS 2 for each way: pictures, depth, cameras and where they are."""
+"""What ROS reads: ``CameraInfo`` of cameras, and a bag of ROS 2 for each way."""
 
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .axes import Array, quaternion, turned
-from .camera_info import MODEL, CameraInfo, camera_infos
-from .files import make_folder, plain_name, plain_names
-from .set_files import SetFiles, shown_pixels
-from .trajectories import Trajectory, trajectories
+from .camera import PinholeCamera
+from .files import make_folder, plain_name, plain_names, write_text
+from .set_files import SetFiles, camera_of_view, shown_pixels
+from .trajectories import Trajectory, baseline, trajectories
 from .trajectory_files import NANOSECONDS
+from .view import DataSetView
 
+MODEL = "plumb_bob"
+"""Of the distortion: Brown and Conrady's, five coefficients in OpenCV's order."""
 WORLD = "world"
 _BAG = 9  # version of the bag's own description
+
+
+@dataclass(frozen=True)
+class CameraInfo:
+    """A camera as ROS describes it; the first pixel's centre is at (0, 0).
+
+    ``name`` is that in paths, ``right`` how far it stands to the right of the first one of its
+    pair, m.
+    """
+
+    name: str
+    camera: PinholeCamera
+    right: float
+
+    @property
+    def P(self) -> Array:
+        """Projection of the rectified picture, shape (3, 4)."""
+        return self.camera.projection(self.right)
+
+    def yaml(self) -> str:
+        """Return it as a file."""
+        matrices = (
+            ("camera_matrix", self.camera.K_opencv),
+            ("distortion_coefficients", np.array([self.camera.distortion])),
+            ("rectification_matrix", np.eye(3)),
+            ("projection_matrix", self.P),
+        )
+        lines = [
+            f"image_width: {self.camera.width}",
+            f"image_height: {self.camera.height}",
+            f"camera_name: {self.name}",
+            f"distortion_model: {MODEL}",
+        ]
+        for name, matrix in matrices:
+            rows, columns = matrix.shape
+            numbers = ", ".join(map(repr, matrix.ravel().tolist()))
+            lines += [f"{name}:", f"  rows: {rows}", f"  cols: {columns}", f"  data: [{numbers}]"]
+        return "\n".join(lines) + "\n"
+
+
+def camera_infos(files: SetFiles) -> dict[str, CameraInfo]:
+    """Return the cameras of a set by name; the right one of a pair knows how far it stands."""
+    views, plain = files.views, files.camera_names
+    cameras = {camera_of_view(view): view.camera for view in views}
+    right = dict.fromkeys(cameras, 0.0)
+    if len(cameras) == 2:
+        one, two = cameras
+        apart = _baseline(views, one)
+        right[two if apart > 0 else one] = abs(apart)
+    return {name: CameraInfo(plain[name], camera, right[name]) for name, camera in cameras.items()}
+
+
+def _baseline(views: Sequence[DataSetView], first: str) -> float:
+    """How far the other camera stands to the right, where a pose is seen by both; else 0."""
+    waiting: dict[tuple[object, object], DataSetView] = {}
+    for view in views:
+        place = view.metadata.get("pose"), view.metadata.get("lowered_m")
+        other = waiting.setdefault(place, view)
+        if camera_of_view(other) != camera_of_view(view):
+            pair = (other, view) if camera_of_view(other) == first else (view, other)
+            return baseline(*pair) or 0.0
+    return 0.0
+
+
+def write_camera_infos(files: SetFiles) -> None:
+    """Write a file for each camera, ``camera_info/NAME.yaml``.
+
+    Source: ROS, *sensor_msgs/CameraInfo*; *camera_calibration_parsers*.
+    """
+    folder = make_folder(files.folder / "camera_info")
+    for info in camera_infos(files).values():
+        write_text(folder / f"{info.name}.yaml", info.yaml())
 
 
 def write_rosbags(files: SetFiles) -> None:
@@ -90,9 +167,9 @@ class _Messages:
     def __init__(self, types: Any) -> None:  # noqa: ANN401 - by name, of rosbags
         self._types = types
 
-    def _new(self, kind: str, *values: object, **named: object) -> Any:  # noqa: ANN401
+    def _new(self, kind: str, **values: object) -> Any:  # noqa: ANN401
         package, name = kind.split("/")
-        return self._types[f"{package}/msg/{name}"](*values, **named)
+        return self._types[f"{package}/msg/{name}"](**values)
 
     def header(self, time: int, frame: str) -> Any:  # noqa: ANN401
         seconds, rest = divmod(time, NANOSECONDS)
@@ -118,7 +195,7 @@ class _Messages:
         camera = info.camera
         return self._new(
             "sensor_msgs/CameraInfo", header=header, height=camera.height, width=camera.width,
-            distortion_model=MODEL, d=np.array(camera.distortion), k=info.K.ravel(),
+            distortion_model=MODEL, d=np.array(camera.distortion), k=camera.K_opencv.ravel(),
             r=np.eye(3).ravel(), p=info.P.ravel(), binning_x=0, binning_y=0, roi=region,
         )  # fmt: skip
 

@@ -11,7 +11,7 @@ from ..uw_spectral.spectra.spectral_image import write_codes
 from .axes import Array
 from .files import make_folder, place_file, write_text
 from .set_files import SetFiles
-from .trajectories import Trajectory, baseline, between_cameras, matrices, trajectories
+from .trajectories import Trajectory, baseline, between_cameras, trajectories
 from .trajectory_files import NANOSECONDS, euroc_rows, kitti_rows, seconds, tum_rows
 from .view import DataSetView
 
@@ -44,7 +44,7 @@ def write_tum_sequences(files: SetFiles) -> None:
                     lists[kind].append(f"{seconds(time)} {path}")
             for kind, rows in lists.items():
                 write_text(folder / f"{kind}.txt", "\n".join(("# timestamp filename", *rows, "")))
-            write_text(folder / "groundtruth.txt", tum_rows(matrices(views), way.times))
+            write_text(folder / "groundtruth.txt", tum_rows(_poses(views), way.times))
 
 
 def write_euroc_sequences(files: SetFiles) -> None:
@@ -66,7 +66,7 @@ def write_euroc_sequences(files: SetFiles) -> None:
             write_text(of_camera / "data.csv", "\n".join(rows) + "\n")
             write_text(of_camera / "sensor.yaml", _sensor(way, views, first))
         states = make_folder(folder / "state_groundtruth_estimate0")
-        write_text(states / "data.csv", euroc_rows(matrices(first), way.times))
+        write_text(states / "data.csv", euroc_rows(_poses(first), way.times))
         lines = ["sensor_type: pose", "comment: the first camera, as it was rendered"]
         write_text(states / "sensor.yaml", "\n".join([*lines, *_matrix(np.eye(4))]) + "\n")
 
@@ -125,6 +125,10 @@ def write_kitti_sequences(files: SetFiles) -> None:
         write_text(folder / "calib.txt", "".join(rows))
         since = [(time - way.times[0]) / NANOSECONDS for time in way.times]
         write_text(folder / "times.txt", "".join(f"{time:.15e}\n" for time in since))
-        write_text(poses / f"{number:02d}.txt", kitti_rows(matrices(left)))
+        write_text(poses / f"{number:02d}.txt", kitti_rows(_poses(left)))
         names.append(f"{number:02d},{way.name}")
     write_text(root / "sequences.csv", "\n".join(names) + "\n")
+
+
+def _poses(views: Sequence[DataSetView]) -> list[Array]:
+    return [view.camera_to_world for view in views]

@@ -59,15 +59,6 @@ Shapes = Callable[[Collection[int]], Mapping[int, Shape]]
 """Returns the shapes of models, by their numbers; those of objects without a mesh are missing."""
 
 
-def no_shapes(_: Collection[int]) -> Mapping[int, Shape]:
-    """Return none."""
-    return {}
-
-
-def no_note(_: str) -> None:
-    """Do nothing."""
-
-
 @dataclass(frozen=True)
 class SetFiles:
     """A set whose views are written, for the files that describe them.
@@ -84,8 +75,8 @@ class SetFiles:
     points: int = 0
     seed: int = 0
     rendered: Mapping[str, RenderedView] = field(default_factory=dict)
-    shapes: Shapes = no_shapes
-    report_note: Callable[[str], None] = no_note
+    shapes: Shapes = lambda _: {}
+    report_note: Callable[[str], None] = lambda _: None
     cameras: tuple[str, ...] = ()
     pose_sets: tuple[str, ...] = ()
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from ..uw_spectral.errors import InputError, unknown_name
+from ..uw_spectral.errors import InputError
 from ..uw_spectral.spectra.illuminant import parse_illuminant
 from ..uw_spectral.spectra.sensor import parse_sensor
 from ..uw_spectral.transfer.sky import SKIES
@@ -185,10 +185,7 @@ def _side_by_side(cameras: Sequence[DataSetCamera]) -> bool:
 
 def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:
     names = table.quantity("name", text=True)
-    source = table.quantity("source", DEFAULT_SOURCE, text=True)
-    for text in source.values:
-        if text not in JERLOV_SOURCES:
-            raise unknown_name(f"{table.place('source')}", str(text), JERLOV_SOURCES)
+    source = table.quantity("source", DEFAULT_SOURCE, known=JERLOV_SOURCES)
     placed = []
     for name in map(str, names.values):
         found = in_folder(name, folder)
@@ -200,15 +197,12 @@ def _water(table: SpecTable, folder: Path) -> dict[str, Quantity]:
                     raise InputError(f"{table.place('name')}: {error}") from error
         placed.append(found)
     settings = {"water": Quantity(tuple(placed)), "water_source": source}
-    for key in AMOUNTS:
+    for key in (*AMOUNTS, *_FACTORS):
         if key in table:
-            if CONSTITUENTS not in names.values:
+            if key in AMOUNTS and CONSTITUENTS not in names.values:
                 raise InputError(
                     f"{table.place(key)} is only for name = {CONSTITUENTS!r}; add it to the names"
                 )
-            settings[key] = _positive(table, key)
-    for key in _FACTORS:
-        if key in table:
             settings[key] = _positive(table, key)
     table.close()
     return settings
@@ -223,10 +217,7 @@ def _sun(table: SpecTable, folder: Path) -> dict[str, Quantity]:
     if "azimuth" in table:
         settings["sun_azimuth"] = table.quantity("azimuth")
     if "sky" in table:
-        skies = settings["sky"] = table.quantity("sky", text=True)
-        for sky in skies.values:
-            if sky not in SKIES:
-                raise unknown_name(f"{table.place('sky')}", str(sky), SKIES)
+        settings["sky"] = table.quantity("sky", known=SKIES)
     if "sky_radiance" in table:
         settings["sky_radiance"] = _positive(table, "sky_radiance")
     if "illuminant" in table:
@@ -242,10 +233,7 @@ def _sun(table: SpecTable, folder: Path) -> dict[str, Quantity]:
 def _sea(table: SpecTable) -> dict[str, Quantity]:
     settings = {}
     if "surface" in table:
-        surfaces = settings["surface"] = table.quantity("surface", text=True)
-        for surface in surfaces.values:
-            if surface not in SURFACES:
-                raise unknown_name(f"{table.place('surface')}", str(surface), SURFACES)
+        settings["surface"] = table.quantity("surface", known=SURFACES)
     for key, name in (("wind", "wind_speed"), ("fetch", "fetch"), ("seed", "wave_seed")):
         if key in table:
             settings[name] = _positive(table, key)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 from ..uw_spectral.errors import InputError, unknown_name
@@ -50,6 +51,13 @@ class SpecTable:
             raise self.needed(key, "text in quotes", found)
         return found
 
+    def choice(self, key: str, known: Collection[str], default: str | None = None) -> str:
+        """Return a word that is known; needed if there is no default."""
+        found = self.text(key, default)
+        if found not in known:
+            raise unknown_name(self.place(key), found, known)
+        return found
+
     def number(self, key: str, default: float | None = None) -> float:
         """Return a finite number; needed if there is no default."""
         found = self.get(key, default)
@@ -80,12 +88,18 @@ class SpecTable:
             raise self.needed(key, "a list of texts", found)
         return tuple(map(str, found))
 
-    def quantity(self, key: str, default: object = None, *, text: bool = False) -> Quantity:
-        """Return a quantity; needed if there is no default."""
+    def quantity(
+        self, key: str, default: object = None, *, text: bool = False, known: Collection[str] = ()
+    ) -> Quantity:
+        """Return a quantity, of words if some are ``known``; needed if there is no default."""
         found = self.get(key, default)
         if found is None:
             raise self.needed(key, "a value, a list or a range", found)
-        return read_quantity(self.place(key), found, text=text)
+        quantity = read_quantity(self.place(key), found, text=text or bool(known))
+        for value in quantity.values if known else ():
+            if value not in known:
+                raise unknown_name(self.place(key), str(value), known)
+        return quantity
 
     def table(self, key: str) -> SpecTable:
         """Return the table of a key, empty if it is not there."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -131,8 +131,3 @@ def _time(view: DataSetView) -> int:
     """Return the time of a view, ns; sets of earlier versions have seconds alone."""
     of_view = view.metadata
     return of_view.get("time_ns", nanoseconds(Fraction(of_view["time_s"])))
-
-
-def matrices(views: Sequence[DataSetView]) -> list[Array]:
-    """Return the poses of views."""
-    return [view.camera_to_world for view in views]

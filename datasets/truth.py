@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..uw_spectral.errors import InputError
-from ..uw_spectral.imaging.formation_fit import FormationFit
 from ..uw_spectral.imaging.image_formation import (
     RANGES,
     FormationCurves,
-    ImageFormation,
     compute_image_formation,
     ranges_in_water,
 )
@@ -27,6 +26,8 @@ from ..uw_spectral.imaging.resolved_optics import ResolvedOptics
 from ..uw_spectral.imaging.viewpoint import Viewpoint
 from ..uw_spectral.imaging.visibility import diffuse_attenuation
 from ..uw_spectral.lamps.lamp import Lamp
+from ..uw_spectral.transfer.radiance_field import distance_in_water
+from .axes import Array, inverse, world_to_opencv
 from .camera import PinholeCamera
 from .files import write_json
 from .view import DataSetView
@@ -60,10 +61,14 @@ def image_truth(
     there = ranges_in_water(optics, depth, axis.tolist(), RANGES)
     if abs(axis[2]) > _LEVEL_WITHIN and len(there) >= FEWEST:
         directions[OPTICAL_AXIS] = tuple(axis.tolist())
-    formations = {
-        name: _formation(compute_image_formation(optics, depth, w, RANGES))
-        for name, w in directions.items()
-    }
+    formations = {}
+    for name, w in directions.items():
+        found = compute_image_formation(optics, depth, w, RANGES)
+        formations[name] = {
+            "direction": found.direction,
+            "channels": {"names": ["R", "G", "B"], **_curves(found.channels)},
+            "bands": _curves(found.bands),
+        }
     description, column, layer = optics.description, optics.column, place.layer
     light, surface = description.light, description.surface
     return {
@@ -161,29 +166,18 @@ def _level(axis: np.ndarray, place: Viewpoint) -> tuple[float, float, float]:
     return (x / length, y / length, 0.0) if length > _LEVEL_WITHIN else place.level
 
 
-def _formation(found: ImageFormation) -> dict[str, Any]:
-    return {
-        "direction": found.direction,
-        "channels": {"names": ["R", "G", "B"], **_curves(found.channels)},
-        "bands": _curves(found.bands),
-    }
-
-
 def _curves(curves: FormationCurves) -> dict[str, Any]:
     fit = curves.fitted()
+    constants = {
+        name: [{"a": k.a, "b": k.b, "c": k.c, "d": k.d} for k in channels]
+        for name, channels in (("beta_D", fit.beta_direct), ("beta_B", fit.beta_backscatter))
+    }
     return {
         "z": curves.z.tolist(),
         "beta_D": curves.beta_direct.tolist(),
         "beta_B": curves.beta_backscatter.tolist(),
         "B_inf": curves.B_inf.tolist(),
-        "fitted": {"form": "beta(z) = a exp(b z) + c exp(d z)", **_constants(fit)},
-    }
-
-
-def _constants(fit: FormationFit) -> dict[str, Any]:
-    return {
-        name: [{"a": k.a, "b": k.b, "c": k.c, "d": k.d} for k in channels]
-        for name, channels in (("beta_D", fit.beta_direct), ("beta_B", fit.beta_backscatter))
+        "fitted": {"form": "beta(z) = a exp(b z) + c exp(d z)", **constants},
     }
 
 
@@ -225,3 +219,33 @@ def lamp_record(lamp: Lamp) -> dict[str, Any]:
 
 def _finite(values: np.ndarray) -> list[float | None]:
     return [float(x) if np.isfinite(x) else None for x in values]
+
+
+def extinction_to(
+    optics: ResolvedOptics, camera: PinholeCamera, camera_to_world: ArrayLike, distances: ArrayLike
+) -> tuple[Array, Array]:
+    """Return mean extinction c before what is seen, 1/m, and the length of the water there, m.
+
+    Their shapes are (height, width, n) and (height, width). ``camera_to_world``, shape (4, 4), is
+    the pose in Blender's axes; ``distances``, shape (height, width), are Euclidean ranges, m; where
+    they are infinite, the way ends at surface or floor.
+    """
+    pose = inverse(world_to_opencv(camera_to_world))
+    down = -(camera.rays() @ pose[2, :3])
+    depth = -float(pose[2, 3])
+    z = np.asarray(distances, np.float64)
+    far = ~np.isfinite(z)
+    way = np.where(far, distance_in_water(depth, down, optics.column.floor_depth), z)
+    ends = np.maximum(depth + down * way, 0.0)
+    return optics.solved_field().extinction_between(depth, ends, scaled=False), way
+
+
+def transmittance(
+    optics: ResolvedOptics, camera: PinholeCamera, camera_to_world: ArrayLike, distances: ArrayLike
+) -> Array:
+    """Return the fraction exp(-c z) of light that arrives unscattered, shape (height, width, n).
+
+    Arguments as of :func:`extinction_to`.
+    """
+    c, way = extinction_to(optics, camera, camera_to_world, distances)
+    return np.exp(-c * way[..., None])

@@ -16,9 +16,8 @@ from ..quality.methods import DRAWN, METHODS, QUALITIES, Device, Engine, Mode
 from ..scene import stored_settings
 from ..scene.readers.picture_size import check_resolution
 from ..scene.scripts import TRUST
-from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import BANDS, RANGE, REALTIME, SETTINGS, SceneSettings, flag
-from ..settings.setting import SECTIONS, Setting
+from ..settings.setting import FORMER_NAMES, SECTIONS, Setting
 from ..settings.water_settings import CONSTITUENTS
 from ..uw_spectral.errors import InputError
 from .job import AutoRequest, Job, SplitRequest

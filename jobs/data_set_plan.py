@@ -14,8 +14,8 @@ import bpy
 from ..datasets.enumeration import PlannedView, enumerate_views, unfinished
 from ..datasets.files import make_folder
 from ..datasets.grouping import group_views
-from ..datasets.index import NAME, Index, IndexedView, SceneObject, indexed, read_index, write_index
-from ..datasets.pose_sets import ScenePath
+from ..datasets.index import NAME, Index, IndexedView, SceneObject, read_index, write_index
+from ..datasets.pose_sets import GivenPoses, ScenePath
 from ..datasets.specification import DataSetSpec
 from ..datasets.trajectory_files import TimedPoses
 from ..quality.methods import method_of
@@ -24,8 +24,8 @@ from ..scene.readers.cameras import camera_of
 from ..scene.readers.pinhole import pose_of
 from ..scene.readers.room import Room
 from ..scene.rendered import in_rendered_collections, rendered_layer
-from ..settings.former_names import in_present_names
 from ..settings.scene_settings import SceneSettings
+from ..settings.setting import in_present_names
 from ..uw_spectral.errors import InputError, unknown_name
 from . import job_files
 from .job import Job
@@ -86,13 +86,13 @@ def plan_data_set(
         _require_same(earlier, digest, rendered, job.out)
         for name in taken:
             add_layers(earlier.manifest(name), spec)
-    new, places = group_views(spec, unfinished(views, known), seeded=seeded, taken=taken)
+    new, added = group_views(spec, unfinished(views, known), seeded=seeded, taken=taken)
     for item in new:
         write_job(scene, spec, item, settings_now, job, held)
     found = {
         view.name: replace(known[view.name], split=view.split, record=view.record())
         if view.name in known
-        else indexed(view, places[view.name])
+        else added[view.name]
         for view in views
     }
     names = (*taken, *(item.name for item in new))
@@ -129,7 +129,9 @@ def _require_same(earlier: Index, digest: str, rendered: Mapping[str, Any], out:
 
 def _views_in(scene: bpy.types.Scene, spec: DataSetSpec, held: int) -> list[PlannedView]:
     """Return the views of a specification in a scene, whose animation is held at a frame."""
-    poses = [x.along(_way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses]
+    poses = [
+        GivenPoses(x.name, _way(x, scene)) if isinstance(x, ScenePath) else x for x in spec.poses
+    ]
     with as_rendered(scene):
         scene.frame_set(held)
         room = Room(bpy.context.evaluated_depsgraph_get())

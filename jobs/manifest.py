@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ..datasets.files import no_device, plain_names
 from ..quality.methods import Device, Engine, Method, Mode, method_of
 from ..scene.readers.picture_size import rendered_size
-from ..settings.former_names import in_present_names
 from ..settings.scene_settings import SETTINGS, SceneSettings
+from ..settings.setting import in_present_names
 from ..uw_spectral.imaging.layer_sums import drawn_for
 from ..uw_spectral.imaging.layers import NONE, parse_layers
 from ..uw_spectral.spectra.spectrum import split_location

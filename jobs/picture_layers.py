@@ -20,8 +20,7 @@ from ..datasets.layer_file import (
     side_by_side,
     write_layers,
 )
-from ..datasets.light_paths import extinction_to, transmittance
-from ..datasets.truth import image_truth, write_truth
+from ..datasets.truth import extinction_to, image_truth, transmittance, write_truth
 from ..datasets.view import DataSetView
 from ..scene.engines.cycles_layers import UNTOUCHED_BANDS as UNTOUCHED
 from ..scene.water.cycles_phase import cycles_phases

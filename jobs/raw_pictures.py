@@ -39,8 +39,7 @@ def write_raw_picture(passes: ViewPasses) -> Written:
     detector = Detector(full_well=chosen.full_well, read_noise=chosen.read_noise)
     pattern = _MOSAIC if chosen.raw == "dng" else None
     raw = RawOutputs(detector, _WHITE, iso=chosen.iso, pattern=pattern, file=chosen.raw)
-    white = np.linalg.solve(to_rec709, np.ones(3))
-    taken = raw.settings(float(white.max()), _seed(manifest, view))
+    taken = raw.settings(to_rec709, _seed(manifest, view))
     counts = capture(passes.output.framed(passes.linear) @ np.linalg.inv(to_rec709).T, taken)
     path = passes.files.raw(chosen.raw)
     write_counts(path, taken, counts, to_rec709, plan.sensor.name, raw.file)

@@ -75,12 +75,8 @@ def kinds_of_file(path: Path) -> tuple[str, ...]:
 
     Raises InputError if it is none of them, or is not right.
     """
-    meant = _meant(path)
-    if len(meant) == 1:
-        FILE_KINDS[meant[0]].read(path)
-        return meant
     usable, errors = [], []
-    for name in meant:
+    for name in _meant(path):
         try:
             FILE_KINDS[name].read(path)
         except InputError as error:

@@ -20,12 +20,14 @@ from ..uw_spectral.imaging import ResolvedOptics, resolve
 from ..uw_spectral.lamps.inelastic_source import LampExcitation, lamp_excitation
 from ..uw_spectral.lamps.lamp_harmonics import Harmonics
 from ..uw_spectral.lamps.multiple_scattering import LampWater, lamp_water
+from ..uw_spectral.spectra.bands import Bands
 from ..uw_spectral.spectra.colour_rendering import SensorReduction
 from ..uw_spectral.spectra.illuminant import RELATIVE
 from ..uw_spectral.spectra.receptors import Receptors, parse_receptors
 from ..uw_spectral.spectra.reflectance import uplift_basis
 from ..uw_spectral.spectra.sky_colours import SKY_SOURCE
 from ..uw_spectral.spectra.spectral_image import IRRADIANCE_UNITS, RADIANCE_UNITS
+from ..uw_spectral.transfer.water_column import WaterColumn
 from ..uw_spectral.water.phase import BandPhase
 from ..uw_spectral.water.shared_phase import LARGEST_SPREAD, alike
 from .descriptions import description_of
@@ -122,19 +124,16 @@ class RenderPlan(ResolvedOptics):
         """
         if not self.settings.scene_floor or math.isfinite(self.column.floor_depth):
             return self
-        reflectance = np.clip(uplift_basis(self.bands) @ np.array(colour), 0.0, 1.0)
-        column = replace(self.column, floor_depth=depth, floor_reflectance=reflectance)
+
+        def over(column: WaterColumn, bands: Bands) -> WaterColumn:
+            reflectance = np.clip(uplift_basis(bands) @ np.array(colour), 0.0, 1.0)
+            return replace(column, floor_depth=depth, floor_reflectance=reflectance)
+
         excitation = self.excitation
         if excitation is not None:
-            below = replace(
-                excitation.column,
-                floor_depth=depth,
-                floor_reflectance=np.clip(
-                    uplift_basis(excitation.column.bands) @ np.array(colour), 0.0, 1.0
-                ),
-            )
+            below = over(excitation.column, excitation.column.bands)
             excitation = replace(excitation, column=below)
-        return replace(self, column=column, excitation=excitation)
+        return replace(self, column=over(self.column, self.bands), excitation=excitation)
 
     def reduction(
         self, depth: float, lamplight: NDArray[np.float64] | None = None, stops: float | None = None

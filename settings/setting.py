@@ -86,3 +86,21 @@ def stored[Default: str | float | bool](
 ) -> Default:
     """Return a field of a dataclass with what is known of a setting; its facts are its own."""
     return field(default=default, metadata={ROW: Setting(label, text, section, **facts)})
+
+
+FORMER_NAMES = {
+    "mirrored_things": "planar_reflections",
+    "second_water_share": "second_water_fraction",
+}
+"""Names that settings had in earlier versions, of files and command lines: the present ones."""
+
+
+def in_present_names[Value](values: Mapping[str, Value]) -> dict[str, Value]:
+    """Return settings by the names of this version.
+
+    Examples
+    --------
+    >>> in_present_names({"second_water_share": 0.5})
+    {'second_water_fraction': 0.5}
+    """
+    return {FORMER_NAMES.get(name, name): value for name, value in values.items()}

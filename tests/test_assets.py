@@ -17,7 +17,7 @@ from underwater_spectral.scene.readers import dark_lamps
 from underwater_spectral.settings import render_plan
 from underwater_spectral.settings.scene_settings import SceneSettings
 from underwater_spectral.tools import asset_groups
-from underwater_spectral.ui import asset_library, dropped_assets
+from underwater_spectral.ui import dropped_assets, preferences
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr
 from underwater_spectral.uw_spectral.water import JERLOV_TYPES
 from underwater_spectral.validation.closed_form import PlainLight, TwoStreamWater, plain_water
@@ -256,14 +256,14 @@ def test_a_mesh_that_particles_are_dropped_on_stays(loaded):
 def test_one_click_adds_the_library(library, registered, monkeypatch, tmp_path):
     libraries = bpy.context.preferences.filepaths.asset_libraries
     before = {item.name for item in libraries}
-    monkeypatch.setattr(asset_library, "FOLDER", tmp_path)
+    monkeypatch.setattr(preferences, "ASSETS", tmp_path)
     with pytest.raises(RuntimeError, match="is missing"):
         bpy.ops.underwater.add_assets()
-    monkeypatch.setattr(asset_library, "FOLDER", library.parent)
+    monkeypatch.setattr(preferences, "ASSETS", library.parent)
     for _ in range(2):
         assert bpy.ops.underwater.add_assets() == {"FINISHED"}
-        assert {item.name for item in libraries} == before | {asset_library.NAME}
-    found = asset_library.library()
+        assert {item.name for item in libraries} == before | {preferences.LIBRARY}
+    found = preferences.library()
     assert found is not None
     assert Path(found.path) == library.parent
     libraries.remove(found)

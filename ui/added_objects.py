@@ -1,10 +1,12 @@
-"""Buttons that add lamps, clouds, plumes of bubbles and objects, and give lamps their spectra."""
+"""Buttons that add lamps, clouds, objects and what holds the sun, and give lamps their spectra."""
 
 from __future__ import annotations
 
+import math
 from typing import override
 
 import bpy
+from mathutils import Euler, Vector
 
 from ..scene import stored_clouds, stored_lamps, stored_settings
 from ..scene.water import lamp_rigs, new_clouds
@@ -13,6 +15,19 @@ from ..uw_spectral.clouds.matter import UNITS
 from ..uw_spectral.errors import InputError
 from .live_updates import refresh
 from .reporting import CameraOperator, ReportingOperator
+
+SUN = "Underwater Sun"
+"""An empty to grab: where it stands in the sky, there is the sun.
+
+Drivers read its place, so moves, keyframes and constraints of it all count.
+"""
+_DISTANCE = 12.0  # m
+_LIMIT = 89.9  # degrees; as the setting
+_EXPRESSIONS = {
+    "sun_zenith": f"min(degrees(atan2(sqrt(x*x + y*y), max(z, 0.001))), {_LIMIT})",
+    # The light travels away from the sun.
+    "sun_azimuth": "degrees(atan2(-y, -x))",
+}
 
 
 class AddLamps(CameraOperator):
@@ -147,3 +162,43 @@ class ChooseSpectrum(ReportingOperator):
         if light is None or not light.is_editable:
             raise InputError(f"there is no lamp {self.lamp!r} that can be changed")
         getattr(light, stored_lamps.PROPERTY).spectrum = self.spectrum
+
+
+def driven(scene: bpy.types.Scene) -> bool:
+    """Whether drivers turn the sun of a scene."""
+    data = scene.animation_data
+    paths = {f"{stored_settings.PROPERTY}.{name}" for name in _EXPRESSIONS}
+    return data is not None and any(d.data_path in paths for d in data.drivers)
+
+
+class AddSunHandle(ReportingOperator):
+    """Add an empty in the sky above the origin; the sun stands where you move it. Delete the
+    drivers of zenith and azimuth to set numbers again.
+    """
+
+    bl_idname = "underwater.add_sun_handle"
+    bl_label = "Grab the Sun"
+
+    @classmethod
+    @override
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.is_editable and not driven(context.scene)
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        scene = context.scene
+        group = getattr(scene, stored_settings.PROPERTY)
+        handle = bpy.data.objects.new(SUN, None)
+        handle.empty_display_type, handle.empty_display_size = "SPHERE", 0.8
+        turn = Euler((0.0, -math.radians(group.sun_zenith), math.radians(group.sun_azimuth)))
+        handle.location = _DISTANCE * (turn.to_matrix() @ Vector((0.0, 0.0, 1.0)))
+        scene.collection.objects.link(handle)
+        for name, expression in _EXPRESSIONS.items():
+            driver = scene.driver_add(f"{stored_settings.PROPERTY}.{name}").driver
+            driver.type, driver.expression = "SCRIPTED", expression
+            for axis in "xyz":
+                variable = driver.variables.new()
+                variable.name, variable.type = axis, "TRANSFORMS"
+                target = variable.targets[0]
+                target.id, target.transform_type = handle, f"LOC_{axis.upper()}"
+                target.transform_space = "WORLD_SPACE"

@@ -231,6 +231,4 @@ class UNDERWATER_FH_measured(bpy.types.FileHandler):  # noqa: N801 - the name is
         return area is not None and area.type == "VIEW_3D" and context.mode == "OBJECT"
 
 
-register, unregister = bpy.utils.register_classes_factory(
-    (UseFiles, OpenWater, OpenSensor, UNDERWATER_FH_measured)
-)
+register, unregister = bpy.utils.register_classes_factory((UseFiles, UNDERWATER_FH_measured))

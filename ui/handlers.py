@@ -1,4 +1,4 @@
-"""What Blender calls by itself: on edits, frames, files and undo."""
+"""What Blender calls: on edits, frames, files and undo, and as its command ``underwater``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from bpy.app.handlers import persistent
 
 from ..scene.session import has_strays, is_live
 from . import live_updates
+
+COMMAND = "underwater"
+_commands: list[object] = []  # what Blender gives to unregister one with
 
 
 @persistent
@@ -80,6 +83,14 @@ def _loaded(*_: object) -> None:
         live_updates.tidy()
 
 
+def run_batch(arguments: list[str]) -> int:
+    """Run the batch with the options of ``render_bands.py``; return the exit status."""
+    from ..jobs import batch
+
+    # blender scene.blend --command underwater OPTIONS
+    return batch.main(arguments, program=COMMAND, inside_blender=bool(bpy.data.filepath))
+
+
 _HANDLERS = {
     "depsgraph_update_post": _edited,
     "frame_change_post": _frame_changed,
@@ -90,13 +101,15 @@ _HANDLERS = {
 
 
 def register() -> None:
-    """Add the handlers."""
+    """Add the handlers and the command."""
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
+    _commands.append(bpy.utils.register_cli_command(COMMAND, run_batch))
 
 
 def unregister() -> None:
-    """Take the handlers away."""
+    """Take them away."""
+    bpy.utils.unregister_cli_command(_commands.pop())
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).remove(handler)
     live_updates.cancel()

@@ -14,15 +14,8 @@ from pathlib import Path
 import bpy
 
 from ..scene import stored_clouds, stored_lamps, stored_materials, stored_settings
-from . import (
-    asset_library,
-    dropped_files,
-    operators,
-    panel_job,
-    sections,
-    start_file,
-    sun_handle,
-)
+from . import operators, panel_job
+from .preferences import ADDON
 
 _FILE = "help.html"
 _STYLE = "body{font-family:sans-serif;max-width:46em;margin:2em auto;line-height:1.5}"
@@ -42,16 +35,7 @@ def entries() -> Iterator[tuple[str, str, str]]:
         for item in pointer.fixed_type.properties:
             if item.identifier not in ("rna_type", "name"):
                 yield f"bpy.types.{kind}.{item.identifier}", item.name, item.description
-    buttons = (
-        *operators.CLASSES,
-        dropped_files.OpenWater,
-        dropped_files.OpenSensor,
-        sections.ResetSection,
-        sun_handle.AddSunHandle,
-        asset_library.AddAssets,
-        start_file.SaveStartFile,
-    )
-    for cls in buttons:
+    for cls in operators.CLASSES:
         yield f"bpy.ops.{cls.bl_idname}", cls.bl_label, getattr(cls, "bl_description", "")
 
 
@@ -70,9 +54,8 @@ def page() -> str:
 
 
 def _folder() -> Path:
-    package = (__package__ or "").rpartition(".")[0]
-    if package.startswith("bl_ext."):
-        return Path(bpy.utils.extension_path_user(package, create=True))
+    if ADDON.startswith("bl_ext."):
+        return Path(bpy.utils.extension_path_user(ADDON, create=True))
     return Path(tempfile.gettempdir())
 
 

@@ -9,8 +9,8 @@ import bpy
 
 from ..scene import stored_settings as optics
 from ..scene.animation import curves_of
-from ..settings.former_names import FORMER_NAMES
 from ..settings.scene_settings import SceneSettings
+from ..settings.setting import FORMER_NAMES
 from . import panel_job
 
 Step = Callable[[bpy.types.Scene], None]
@@ -33,25 +33,25 @@ def _plain_switches(scene: bpy.types.Scene) -> None:
     if "shafts" in of_panel:
         group.shafts = bool(of_panel["shafts"])
         del of_panel["shafts"]
-    if "turbidity" in stored:
-        group.scattering_factor = stored["turbidity"]
-        del stored["turbidity"]
-    for curve in _curves(scene):
-        if curve.data_path == f"{optics.PROPERTY}.turbidity":
-            curve.data_path = f"{optics.PROPERTY}.scattering_factor"
+    _rename(scene, "turbidity", "scattering_factor")
 
 
 def _present_names(scene: bpy.types.Scene) -> None:
     """From 2 to 3: settings have the field's names."""
+    for was, name in FORMER_NAMES.items():
+        _rename(scene, was, name)
+
+
+def _rename(scene: bpy.types.Scene, was: str, name: str) -> None:
+    """Give a setting, and what animates it, another name."""
     group = getattr(scene, optics.PROPERTY)
     stored = group.bl_system_properties_get()
-    for was, name in FORMER_NAMES.items():
-        if was in stored:
-            setattr(group, name, type(getattr(group, name))(stored[was]))
-            del stored[was]
-        for curve in _curves(scene):
-            if curve.data_path == f"{optics.PROPERTY}.{was}":
-                curve.data_path = f"{optics.PROPERTY}.{name}"
+    if was in stored:
+        setattr(group, name, type(getattr(group, name))(stored[was]))
+        del stored[was]
+    for curve in _curves(scene):
+        if curve.data_path == f"{optics.PROPERTY}.{was}":
+            curve.data_path = f"{optics.PROPERTY}.{name}"
 
 
 def _curves(scene: bpy.types.Scene) -> Iterator[bpy.types.FCurve]:

@@ -7,10 +7,11 @@ from typing import override
 import bpy
 
 from ..scene.session import is_live
-from . import example_scenes, live_updates, migration, panel_job, preferences
-from .added_objects import AddCloud, AddLamps, AddPlumes, ChooseSpectrum, DistributeObjects
+from . import added_objects, example_scenes, live_updates, migration, panel_job, preferences
+from .dropped_files import OpenSensor, OpenWater
 from .render_operators import Auto, FarmBundle, Render, RenderReference
 from .reporting import CameraOperator, ReportingOperator
+from .sections import ResetSection
 
 _DEFAULT_DEPTH = 5.0
 _START_DEPTH = 3.0
@@ -179,15 +180,22 @@ CLASSES = (
     Show,
     Rebuild,
     Submerge,
-    AddLamps,
-    AddCloud,
-    AddPlumes,
-    DistributeObjects,
-    ChooseSpectrum,
+    added_objects.AddLamps,
+    added_objects.AddCloud,
+    added_objects.AddPlumes,
+    added_objects.DistributeObjects,
+    added_objects.ChooseSpectrum,
     Auto,
     Render,
     RenderReference,
     FarmBundle,
+    OpenWater,
+    OpenSensor,
+    ResetSection,
+    added_objects.AddSunHandle,
+    preferences.AddAssets,
+    preferences.SaveStartFile,
 )
+"""All buttons that have help, in its order."""
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -2,27 +2,73 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any, override
 
 import bpy
 
-from . import presets, previews
-from .main_panel import MainPanel
-from .object_panels import LampsPanel, ParticlesPanel
-from .panel_parts import LOOK_SCALE, TAB, SubPanel, panel_settings
-from .reporting import water_settings
-from .section_panels import (
-    DepthPanel,
-    HousingPanel,
-    QualityPanel,
-    ReadoutsPanel,
-    SensorPanel,
-    SunPanel,
-    WaterPanel,
-    WavesPanel,
-    draw_depth,
-    draw_water,
-)
+from ..scene import stored_settings
+from ..scene.session import is_live
+from ..scene.unsupported import unsupported, unsupported_of_camera
+from ..uw_spectral.errors import InputError
+from . import migration, object_panels, presets, previews, section_panels
+from .panel_parts import LOOK_SCALE, TAB, Panel, SubPanel, panel_settings, say, shows_water
+from .reporting import sentence, water_settings
+
+
+class MainPanel(Panel, bpy.types.Panel):
+    """Adds and removes the water."""
+
+    bl_idname = "UNDERWATER_PT_main"
+    bl_label = "Underwater"
+
+    @override
+    def draw_header_preset(self, _: bpy.types.Context) -> None:
+        presets.KINDS["look"].panel.draw_panel_header(self.layout)
+
+    @override
+    def draw(self, context: bpy.types.Context) -> None:
+        from ..scene.engines import transparent_film
+        from ..scene.materials import own_water
+        from ..scene.readers.cameras import camera_of
+        from ..scene.viewport import preview_depths, problems
+
+        layout, scene = self.layout, context.scene
+        column = layout.column()
+        column.scale_y = 1.4
+        if is_live(scene):
+            row = column.row(align=True)
+            row.operator("underwater.remove_water", icon="X")
+            row.operator("underwater.rebuild", text="", icon="FILE_REFRESH")
+        else:
+            column.operator("underwater.add_water", icon="MOD_OCEAN")
+        layout.operator_menu_enum("underwater.add_example", "example", icon="SCENE_DATA")
+        if not scene.is_editable:
+            say(layout, "This scene is linked: make it local to change its water.", "LINKED")
+        if migration.is_newer(scene):
+            say(layout, "A newer version of the extension has saved this file.", "ERROR")
+        notes = unsupported(scene, water_settings(context).sky_picture)
+        camera = camera_of(scene)
+        if camera is not None:
+            notes += unsupported_of_camera(scene, camera, traced=not is_live(scene))
+            if not is_live(scene):  # there the film is Blender's own
+                with contextlib.suppress(InputError):  # which a render tells
+                    stored = stored_settings.stored_settings(scene)
+                    notes += tuple(filter(None, [transparent_film.note(scene, camera, stored)]))
+        for note in (*notes, *problems.standing_notes(scene)):
+            say(layout, sentence(note), "ERROR")
+        if any(own_water.ADVICE in note for note in notes):
+            layout.prop(water_settings(context), "hide_own_water")
+        problem = problems.problem(scene)
+        if problem:
+            say(layout, problem, "ERROR")
+        depth = preview_depths.camera_depth(scene)
+        # Add Water lowers a dry scene itself.
+        if is_live(scene) and depth is not None and depth <= 0:
+            say(layout, "The camera looks at the water from above.", "INFO")
+            layout.operator("underwater.submerge", icon="TRIA_DOWN_BAR")
+        if is_live(scene) and not shows_water(context):
+            layout.operator("underwater.show", icon="SHADING_RENDERED")
 
 
 class LooksPanel(SubPanel, bpy.types.Panel):
@@ -53,12 +99,12 @@ class EssentialsPanel(SubPanel, bpy.types.Panel):
     @override
     def draw(self, context: bpy.types.Context) -> None:
         water, panel = water_settings(context), panel_settings(context)
-        draw_water(self.layout, context)
+        section_panels.draw_water(self.layout, context)
         column = self.column()
         row = column.row()
         row.active = panel.visibility > 0.0  # else it is not known, as from above the water
         row.prop(panel, "visibility")
-        draw_depth(column, context)
+        section_panels.draw_depth(column, context)
         column.prop(water, "floor_depth")
         column.prop(water, "surface")
         column.prop(panel, "elevation")
@@ -108,16 +154,16 @@ CLASSES = (
     EssentialsPanel,
     RenderPanel,
     AdvancedPanel,
-    WaterPanel,
-    DepthPanel,
-    WavesPanel,
-    ParticlesPanel,
-    SunPanel,
-    LampsPanel,
-    HousingPanel,
-    SensorPanel,
-    QualityPanel,
-    ReadoutsPanel,
+    section_panels.WaterPanel,
+    section_panels.DepthPanel,
+    section_panels.WavesPanel,
+    object_panels.ParticlesPanel,
+    section_panels.SunPanel,
+    object_panels.LampsPanel,
+    section_panels.HousingPanel,
+    section_panels.SensorPanel,
+    section_panels.QualityPanel,
+    section_panels.ReadoutsPanel,
 )
 """The panels of the sidebar."""
 
@@ -158,11 +204,11 @@ def register(tab: str = TAB) -> None:
     """Register the panels."""
     for cls in CLASSES:
         cls.bl_category = tab
-    for cls in (*CLASSES, *PROPERTIES):
+    for cls in (*CLASSES, *PROPERTIES, object_panels.MaterialPanel):
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Unregister the panels."""
-    for cls in reversed((*CLASSES, *PROPERTIES)):
+    for cls in reversed((*CLASSES, *PROPERTIES, object_panels.MaterialPanel)):
         bpy.utils.unregister_class(cls)

@@ -114,7 +114,7 @@ def plot_coefficients(
         with np.errstate(divide="ignore", invalid="ignore"):
             axes.curve((np.log10(curve) - bottom) / (top - bottom), colour)
     axes.legend(zip(coefficients, _COEFFICIENT_COLOURS, strict=False))
-    axes.text("1/m", axes.left, 5 * axes.scale)
+    axes.text("1/m", axes.left, 5)
     return axes.picture
 
 
@@ -128,8 +128,7 @@ def plot_sensor(
     axes = _Axes.new(size, bands, margin_left=16)
     for height in (0.0, 0.25, 0.5, 0.75, 1.0):
         axes.grid_line(height / 1.06, None, 0.6)
-    if bands is not None:
-        axes.mark(bands)
+    axes.mark(bands)
     values = sensor.sensitivity.at_or_zero(axes.wavelengths)
     values /= sensor.sensitivity.values.max(axis=0)
     for column, colour in zip(values.T, _CHANNEL_COLOURS, strict=True):
@@ -156,8 +155,7 @@ def plot_transmitted_light(
         axes.grid_line(height * 0.95, _number(height * top * 100) + "%", 0.8)
     heights = fractions / top * 0.95
     axes.fill(heights, spectrum_colours(axes.wavelengths), 0.75)
-    if bands is not None:
-        axes.mark(bands)
+    axes.mark(bands)
     axes.curve(heights, _BRIGHT)
     return axes.picture
 
@@ -171,7 +169,6 @@ class _Axes:
     right: int
     top: int
     bottom: int
-    scale: int
     wavelengths: NDArray[np.float64]
 
     @classmethod
@@ -180,28 +177,26 @@ class _Axes:
         width, height = size
         if width < 120 or height < 60:
             raise InputError(f"plot: {width} × {height} pixels are too few; give 120 × 60 or more")
-        scale = max(1, min(width // 320, height // 160))
         picture = np.zeros((height, width, 4), dtype=np.float32)
         picture[..., :3] = _CARD
-        picture[..., 3] = _rounded(size, 5.0 * scale)
-        left, right = margin_left * scale, width - 12 * scale
-        top, bottom = 17 * scale, height - 22 * scale
+        picture[..., 3] = _rounded(size, 5.0)
+        left, right, top, bottom = margin_left, width - 12, 17, height - 22
         start, end = 400.0, 700.0
         if bands is not None:
             start = min(start, float(bands.centres[0] - bands.widths[0] / 2))
             end = max(end, float(bands.centres[-1] + bands.widths[-1] / 2))
         pixels = np.arange(right - left) + 0.5
         wavelengths = start + (end - start) * pixels / (right - left)
-        axes = cls(picture, left, right, top, bottom, scale, wavelengths)
-        strip = picture[bottom + 2 * scale : bottom + 6 * scale, left:right]
+        axes = cls(picture, left, right, top, bottom, wavelengths)
+        strip = picture[bottom + 2 : bottom + 6, left:right]
         strip[..., :3] = spectrum_colours(wavelengths)
         for nm in range(100 * math.ceil(start / 100), int(end) + 1, 100):
             column = axes.column(nm)
             text = f"{nm}" if nm + 100 <= end else f"{nm} nm"
-            length = _ADVANCE * len(f"{nm}") * scale
-            x = min(round(column - length / 2), width - _ADVANCE * len(text) * scale - 2 * scale)
-            axes.text(text, x, bottom + 10 * scale)
-            _line(picture[top:bottom], column, _GRID, 0.6, scale)
+            length = _ADVANCE * len(f"{nm}")
+            x = min(round(column - length / 2), width - _ADVANCE * len(text) - 2)
+            axes.text(text, x, bottom + 10)
+            _line(picture[top:bottom], column, _GRID, 0.6)
         return axes
 
     def column(self, nm: float) -> float:
@@ -212,28 +207,27 @@ class _Axes:
     def grid_line(self, height: float, label: str | None, strength: float) -> None:
         """Draw a level line, with a label to its left."""
         row = self.bottom - height * (self.bottom - self.top)
-        first = round(row - self.scale / 2)
-        area = self.picture[max(first, 0) : first + self.scale, self.left : self.right]
-        _paint(area, _GRID, strength)
+        _paint(self.picture[round(row - 0.5), self.left : self.right], _GRID, strength)
         if label is not None:
-            length = len(label) * _ADVANCE * self.scale
-            y = round(row - _GLYPH_HEIGHT * self.scale / 2)
-            lowest = self.bottom - (_GLYPH_HEIGHT - 1) * self.scale
-            self.text(label, self.left - length - 2 * self.scale, min(y, lowest))
+            y = round(row - _GLYPH_HEIGHT / 2)
+            lowest = self.bottom - (_GLYPH_HEIGHT - 1)
+            self.text(label, self.left - len(label) * _ADVANCE - 2, min(y, lowest))
 
-    def mark(self, bands: Bands) -> None:
+    def mark(self, bands: Bands | None) -> None:
         """Mark the band centres by lines in their colour."""
+        if bands is None:
+            return
         strength = 0.6 * min(1.0, math.sqrt(16 / len(bands)))
         area = self.picture[self.top : self.bottom]
         for nm, colour in zip(bands.centres, spectrum_colours(bands.centres), strict=True):
-            _line(area, self.column(nm), tuple(0.3 + 0.7 * colour), strength, self.scale)
+            _line(area, self.column(nm), tuple(0.3 + 0.7 * colour), strength)
 
     def curve(self, heights: NDArray[np.float64], colour: Colour) -> None:
         """Draw an anti-aliased curve, one height per column; not finite is not drawn."""
         rows, y = self._rows(heights)
         steepness = np.sqrt(1.0 + np.gradient(y) ** 2)
         distance = np.abs(rows - y) / steepness
-        cover = np.clip(0.85 * self.scale + 0.5 - distance, 0.0, 1.0)
+        cover = np.clip(1.35 - distance, 0.0, 1.0)
         self._paint_area(colour, np.nan_to_num(cover))
 
     def fill(self, heights: NDArray[np.float64], colour: ArrayLike, strength: float) -> None:
@@ -245,13 +239,13 @@ class _Axes:
         """Write labels in their colours, above the plot area, to the right."""
         x = self.right
         for text, colour in reversed(list(entries)):
-            x -= _ADVANCE * len(text) * self.scale
-            self.text(text, x, 5 * self.scale, colour)
-            x -= _ADVANCE * self.scale
+            x -= _ADVANCE * len(text)
+            self.text(text, x, 5, colour)
+            x -= _ADVANCE
 
     def text(self, text: str, x: int, y: int, colour: Colour = _TEXT) -> None:
         """Write text with its upper left corner at (x, y)."""
-        mask = _text_mask(text, self.scale)
+        mask = _text_mask(text)
         height, width = self.picture.shape[:2]
         x, y = max(x, 0), max(y, 0)
         mask = mask[: height - y, : width - x]
@@ -303,13 +297,11 @@ def _paint(area: NDArray[np.float32], colour: ArrayLike, cover: ArrayLike) -> No
         painted += (target - painted) * fraction
 
 
-def _line(
-    area: NDArray[np.float32], column: float, colour: ArrayLike, strength: float, scale: int
-) -> None:
-    """Draw an anti-aliased upright line of one scaled pixel."""
-    first = max(math.floor(column - scale / 2) - 1, 0)
-    pixels = np.arange(first, min(first + scale + 3, area.shape[1])) + 0.5
-    cover = np.clip((scale + 1) / 2 - np.abs(pixels - column), 0.0, 1.0) * strength
+def _line(area: NDArray[np.float32], column: float, colour: ArrayLike, strength: float) -> None:
+    """Draw an anti-aliased upright line of one pixel."""
+    first = max(math.floor(column - 0.5) - 1, 0)
+    pixels = np.arange(first, min(first + 4, area.shape[1])) + 0.5
+    cover = np.clip(1.0 - np.abs(pixels - column), 0.0, 1.0) * strength
     part = area[:, first : first + len(pixels)]
     _paint(part, colour, np.broadcast_to(cover, part.shape[:2]))
 
@@ -326,7 +318,7 @@ def _rounded(size: tuple[int, int], radius: float) -> NDArray[np.float64]:
 
 
 @functools.cache
-def _text_mask(text: str, scale: int) -> NDArray[np.floating]:
+def _text_mask(text: str) -> NDArray[np.integer]:
     unknown = sorted(set(text) - set(_GLYPHS))
     if unknown:
         raise InputError(
@@ -335,4 +327,4 @@ def _text_mask(text: str, scale: int) -> NDArray[np.floating]:
     rows = np.array([_GLYPHS[character] for character in text], dtype=np.uint8).T[:, :, None]
     bits = rows >> np.arange(_ADVANCE - 2, -2, -1).clip(0)[None, None, :] & 1
     bits[:, :, -1] = 0
-    return np.kron(bits.reshape(_GLYPH_HEIGHT, -1), np.ones((scale, scale)))
+    return bits.reshape(_GLYPH_HEIGHT, -1)

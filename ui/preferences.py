@@ -1,15 +1,83 @@
-"""Preferences of the extension: what a new scene starts with, and the name of the tab."""
+"""Preferences of the extension: what new scenes and files start with, assets, the panel's tab."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import override
 
 import bpy
 
 from ..quality.methods import METHODS
+from ..uw_spectral.errors import InputError
 from . import panels
 from .panel_parts import TAB
+from .reporting import ReportingOperator
 
 ADDON = (__package__ or "").rpartition(".")[0]
 FOLDER = "//underwater"
+LIBRARY = "Underwater Spectral"
+ASSETS = Path(__file__).resolve().parent.parent / "assets"
+ASSET_FILE = "underwater_spectral.blend"
+START_FILE = "Underwater"
+
+
+def library() -> bpy.types.UserAssetLibrary | None:
+    """Return the library in Blender's preferences, if it was added."""
+    found = bpy.context.preferences.filepaths.asset_libraries
+    return next((item for item in found if item.name == LIBRARY), None)
+
+
+class AddAssets(ReportingOperator):
+    """Show the waters, looks, node groups, lamps and particles of the extension in the asset
+    browser.
+    """
+
+    bl_idname = "underwater.add_assets"
+    bl_label = "Add Asset Library"
+    bl_options = set()  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        if not (ASSETS / ASSET_FILE).is_file():
+            raise InputError(
+                f"{ASSETS / ASSET_FILE} is missing: install the extension from its zip, or in a "
+                "checkout run python3 dev.py run tools/build_assets.py"
+            )
+        found = library()
+        if found is None:
+            libraries = context.preferences.filepaths.asset_libraries
+            found = libraries.new(name=LIBRARY, directory=str(ASSETS))
+        found.path, found.import_method = str(ASSETS), "APPEND"
+        self.report({"INFO"}, f"the asset browser has the library {LIBRARY}")
+
+
+class SaveStartFile(ReportingOperator):
+    """Let File, New, Underwater begin with this file: its water, looks, lamps, cameras."""
+
+    bl_idname = "underwater.save_start_file"
+    bl_label = "Use for New Files"
+    bl_options = set()  # noqa: RUF012 - as Blender wants it
+
+    @override
+    def run(self, context: bpy.types.Context) -> None:
+        from ..uw_spectral.spectra.spectral_image import replacing
+
+        relative = [path for path in bpy.utils.blend_paths() if path.startswith("//")]
+        if relative:
+            raise InputError(
+                f"{len(relative)} files are looked for beside this one, such as {relative[0]}, "
+                "where new ones would not find them: File, External Data, Pack Resources, or Make "
+                "Paths Absolute"
+            )
+        templates = bpy.utils.user_resource("SCRIPTS", path="startup/bl_app_templates_user")
+        whole = Path(templates, START_FILE, "startup.blend")
+        try:
+            whole.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(whole) as partial:
+                bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, compress=True)
+        except (OSError, RuntimeError) as error:
+            raise InputError(f"cannot write {whole}: {error}") from error
+        self.report({"INFO"}, f"File, New, {START_FILE} begins with this file")
 
 
 def _rename_tab(_: bpy.types.AddonPreferences, __: bpy.types.Context) -> None:

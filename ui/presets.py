@@ -14,8 +14,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..settings.former_names import FORMER_NAMES
-from ..settings.setting import SECTIONS
+from ..settings.setting import FORMER_NAMES, SECTIONS
 from ..uw_spectral.errors import unknown_name
 from .live_updates import transaction
 from .reporting import Described
@@ -117,7 +116,9 @@ KINDS = {
     "camera": _kind("camera", "Camera Preset", settings_of("sensor")),
 }
 
-_CLASSES = (ApplyPreset, *(x.panel for x in KINDS.values()), *(x.adder for x in KINDS.values()))
+_register, _unregister = bpy.utils.register_classes_factory(
+    (ApplyPreset, *(x.panel for x in KINDS.values()), *(x.adder for x in KINDS.values()))
+)
 
 
 def names(kind: str) -> dict[str, Path]:
@@ -142,13 +143,11 @@ def apply(kind: str, name: str) -> None:
 
 def register() -> None:
     """Register classes and the folder of the factory presets."""
-    for cls in _CLASSES:
-        bpy.utils.register_class(cls)
+    _register()
     bpy.utils.register_preset_path(str(_FOLDER))
 
 
 def unregister() -> None:
     """Undo :func:`register`; the user's presets stay."""
     bpy.utils.unregister_preset_path(str(_FOLDER))
-    for cls in reversed(_CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister()

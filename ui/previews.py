@@ -99,7 +99,7 @@ def of_scene(scene: bpy.types.Scene) -> Pictures:
     """
     state = _states[-1]
     pictures = state.scenes.setdefault(scene.session_uid, Pictures())
-    if _key(scene) != pictures.key:
+    if _key(scene)[0] != pictures.key:
         state.wanted.add(scene.session_uid)
         if not bpy.app.timers.is_registered(_compute_wanted):
             bpy.app.timers.register(_compute_wanted, first_interval=_DELAY)
@@ -111,16 +111,15 @@ def compute(scene: bpy.types.Scene) -> Pictures:
     from . import preview_optics
 
     state = _states[-1]
-    key = _key(scene)
-    pictures = Pictures(key)
+    key, error = _key(scene)
+    pictures = Pictures(key, error=error)
     state.scenes[scene.session_uid] = pictures
     if key is None:
-        pictures.error = _settings_error(scene)
         return pictures
     try:
         preview_optics.fill(pictures, *key, functools.partial(_show, state))
-    except InputError as error:
-        pictures.error = str(error)
+    except InputError as unusable:
+        pictures.error = str(unusable)
     return pictures
 
 
@@ -131,9 +130,9 @@ def concentration_for(scene: bpy.types.Scene, visibility: float) -> float:
     """
     from . import preview_optics
 
-    key = _key(scene)
+    key, error = _key(scene)
     if key is None:
-        raise InputError(_settings_error(scene))
+        raise InputError(error)
     return preview_optics.concentration_for(*key, visibility)
 
 
@@ -154,29 +153,17 @@ def _show(state: _State, name: str, picture: NDArray[np.float32]) -> None:
     preview.icon_pixels_float.foreach_set(small.ravel())
 
 
-def _key(scene: bpy.types.Scene) -> tuple[SceneSettings, float] | None:
+def _key(scene: bpy.types.Scene) -> tuple[tuple[SceneSettings, float] | None, str]:
+    """Settings and depth of what is shown; or None, and what is wrong with the settings."""
+    from ..scene.engines import world_picture
     from ..scene.viewport import preview_depths
 
     try:
-        chosen = _settings(scene)
-    except InputError:
-        return None
-    chosen = chosen.in_mode(method(scene).mode)
-    return chosen, preview_depths.preview_depth(scene, chosen)
-
-
-def _settings(scene: bpy.types.Scene) -> SceneSettings:
-    from ..scene.engines import world_picture
-
-    return world_picture.shown(scene, stored_settings.stored_settings(scene))
-
-
-def _settings_error(scene: bpy.types.Scene) -> str:
-    try:
-        _settings(scene)
+        chosen = world_picture.shown(scene, stored_settings.stored_settings(scene))
     except InputError as error:
-        return str(error)
-    return ""
+        return None, str(error)
+    chosen = chosen.in_mode(method(scene).mode)
+    return (chosen, preview_depths.preview_depth(scene, chosen)), ""
 
 
 def _compute_wanted() -> None:

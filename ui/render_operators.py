@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, override
@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, override
 import bpy
 
 from ..scene import stored_settings as optics
+from ..scene.session import PICTURE
 from ..uw_spectral.errors import InputError
-from . import migration, panel_job, shown_pictures
+from . import migration, panel_job
 from .reporting import Described, ReportingOperator
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ class _RenderOperator(Described, bpy.types.Operator):
 
     bl_options = {"REGISTER"}  # noqa: RUF012 - as Blender wants it
 
+    stopped: str  #: What is left where it was stopped.
     _steps: Generator
     _timer: bpy.types.Timer
     _began: float
@@ -63,10 +65,6 @@ class _RenderOperator(Described, bpy.types.Operator):
 
     def job(self, scene: bpy.types.Scene) -> Job:
         """Return what is rendered."""
-        raise NotImplementedError
-
-    def stopped(self) -> str:
-        """Say what is left where it was stopped."""
         raise NotImplementedError
 
     @override
@@ -149,8 +147,8 @@ class _RenderOperator(Described, bpy.types.Operator):
                             name = f"{job.out.name} {step.camera}"
                             if len(job.frames) == 1:  # else one image that goes with the frames
                                 name += f" {step.frame:04d}"
-                            picture = shown_pictures.load(step.picture, name)
-                            shown_pictures.show(context.window_manager, picture)
+                            picture = load_picture(step.picture, name)
+                            show_picture(context.window_manager, picture)
                         yield step
             finally:
                 scene.frame_set(frame)
@@ -160,7 +158,7 @@ class _RenderOperator(Described, bpy.types.Operator):
 
     def _stop(self, context: bpy.types.Context) -> set[str]:
         self._end(context)
-        self.report({"WARNING"}, self.stopped())
+        self.report({"WARNING"}, self.stopped)
         return {"CANCELLED"}
 
     def _end(self, context: bpy.types.Context) -> None:
@@ -177,6 +175,7 @@ class Render(_RenderOperator):
 
     bl_idname = "underwater.render"
     bl_label = "Render"
+    stopped = "Stopped; Continue goes on with the finished passes"
 
     resume: bpy.props.BoolProperty(
         name="Continue",
@@ -188,10 +187,6 @@ class Render(_RenderOperator):
     def job(self, scene: bpy.types.Scene) -> Job:
         return panel_job.job(scene, resume=self.resume)
 
-    @override
-    def stopped(self) -> str:
-        return "Stopped; Continue goes on with the finished passes"
-
 
 class RenderReference(_RenderOperator):
     """Render the current frame with Cycles, band by band, into the folder reference of the output
@@ -200,14 +195,11 @@ class RenderReference(_RenderOperator):
 
     bl_idname = "underwater.render_reference"
     bl_label = "Render Reference"
+    stopped = "Stopped; there is no reference of this frame"
 
     @override
     def job(self, scene: bpy.types.Scene) -> Job:
         return panel_job.reference_job(scene)
-
-    @override
-    def stopped(self) -> str:
-        return "Stopped; there is no reference of this frame"
 
 
 class FarmBundle(ReportingOperator):
@@ -259,3 +251,48 @@ class FarmBundle(ReportingOperator):
         self.report(
             {"INFO"}, f"{len(made.frames)} frame(s) of {made.passes} pass(es) in {self.directory}"
         )
+
+
+def load_picture(path: Path, name: str) -> bpy.types.Image:
+    """Return a developed picture as an image; one that is there already is read again.
+
+    Tone and contrast are in the PNG, so no view transform of the scene may be added. ``name`` says
+    what it is of: camera and frame.
+    """
+    image = next((i for i in bpy.data.images if i.get(PICTURE) == name), None)
+    if image is None:
+        image = bpy.data.images.load(str(path))
+        image[PICTURE] = image.name = name
+    else:
+        image.filepath = str(path)
+        image.reload()
+    image.use_view_as_render = False
+    return image
+
+
+def show_picture(window_manager: bpy.types.WindowManager, image: bpy.types.Image) -> None:
+    """Show an image in an open Image Editor, or in one that opens as for Blender's own Render."""
+    space = picture_editor(window_manager.windows)
+    if space is None and window_manager.windows and not bpy.app.background:
+        bpy.ops.render.view_show("INVOKE_DEFAULT")
+        space = picture_editor(window_manager.windows)
+    if space is not None:
+        space.image = image
+
+
+def picture_editor(windows: Iterable[bpy.types.Window]) -> bpy.types.SpaceImageEditor | None:
+    """Return an Image Editor in which pictures are looked at; one that shows such rather."""
+    found = [
+        space
+        for window in windows
+        for area in window.screen.areas
+        if area.type == "IMAGE_EDITOR" and area.ui_type == "IMAGE_EDITOR"
+        for space in area.spaces[:1]
+        if space.mode == "VIEW" and not space.use_image_pin
+    ]
+    showing = [space for space in found if _is_picture(space.image)]
+    return next(iter(showing or found), None)
+
+
+def _is_picture(image: bpy.types.Image | None) -> bool:
+    return image is not None and (PICTURE in image or image.type == "RENDER_RESULT")

@@ -13,7 +13,7 @@ from ..settings.scene_settings import SETTINGS
 from ..settings.water_settings import WORLD
 from ..uw_spectral.housing.description import NONE
 from ..uw_spectral.transfer.water_column import WAVES
-from . import panel_job, presets, previews, sun_handle
+from . import added_objects, panel_job, presets, previews
 from .panel_parts import SWATCH_SCALE, SubPanel, panel_settings, plot, say
 from .reporting import sentence, water_settings
 from .sections import SectionPanel
@@ -83,7 +83,7 @@ class SunPanel(SectionPanel, bpy.types.Panel):
 
     @override
     def before(self, context: bpy.types.Context) -> None:
-        if not sun_handle.driven(context.scene):
+        if not added_objects.driven(context.scene):
             self.layout.operator("underwater.add_sun_handle", icon="LIGHT_SUN")
 
     @override

@@ -92,6 +92,3 @@ class SectionPanel(SubPanel):
                 column.separator()
             for name in rows:
                 column.prop(panel if name in TICKED else water, name)
-
-
-register, unregister = bpy.utils.register_classes_factory((ResetSection,))

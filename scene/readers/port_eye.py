@@ -29,8 +29,7 @@ def lens_camera(scene: bpy.types.Scene, camera: bpy.types.Object) -> LensCamera:
         raise InputError(
             f"--housing: camera {camera.name!r} is mirrored by a negative scale; apply its scale"
         )
-    found = pinhole_of(scene, camera)
-    return LensCamera(found.width, found.height, found.fx, found.fy, found.cx, found.cy)
+    return pinhole_of(scene, camera).lens_camera()
 
 
 def require_under_water(

@@ -25,13 +25,12 @@ from rosbags.rosbag2 import Reader
 from underwater_spectral.datasets import formats
 from underwater_spectral.datasets.axes import looking_at, turned
 from underwater_spectral.datasets.bop import diameter
-from underwater_spectral.datasets.camera_info import write_camera_infos
 from underwater_spectral.datasets.card import write_card
 from underwater_spectral.datasets.files import plain_names
 from underwater_spectral.datasets.formats import FORMATS
 from underwater_spectral.datasets.instance_maps import visible_masks
 from underwater_spectral.datasets.optical_flow import flow_between, flow_mask, optical_flow
-from underwater_spectral.datasets.rosbag import ros_name
+from underwater_spectral.datasets.rosbag import ros_name, write_camera_infos
 from underwater_spectral.datasets.sequences import write_tum_sequences
 from underwater_spectral.datasets.set_files import SetFiles
 from underwater_spectral.datasets.trajectories import trajectories

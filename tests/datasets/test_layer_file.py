@@ -47,7 +47,7 @@ def test_layers_come_back_with_their_units(tmp_path):
     np.testing.assert_allclose(found["D"], frame["D"], rtol=5e-4)
     np.testing.assert_allclose(found.bands("D"), frame.bands("D"), rtol=5e-4)
     np.testing.assert_array_equal(found["B"], np.float32(1e-6))
-    assert found.units == frame.units
+    assert [x.units for x in found.layers.values()] == [x.units for x in frame.layers.values()]
     assert found.layers["D"].text == "direct"
     assert found.instances == {1: "rock"}
     assert found.header["frame"] == 7

@@ -17,7 +17,6 @@ from underwater_spectral.datasets.grouping import group_views
 from underwater_spectral.datasets.index import (
     Index,
     SceneObject,
-    indexed,
     is_index,
     read_index,
     write_index,
@@ -75,7 +74,7 @@ def test_repeats_are_rendered_where_noise_has_a_seed():
     apart, places = group_views(spec, views, seeded=True)
     assert (len(together), len(apart)) == (12, 24)
     assert {job.seed for job in apart} == {19, 20}
-    assert len(set(places.values())) == len(views)
+    assert len({(place.job, place.frame) for place in places.values()}) == len(views)
 
 
 def test_jobs_of_cameras_whose_names_differ_by_case_have_folders_of_their_own():
@@ -98,13 +97,11 @@ def test_names_of_other_jobs_are_not_taken():
 @pytest.fixture
 def index(tmp_path) -> Index:
     spec = spec_with()
-    views = enumerate_views(spec)
-    jobs, places = group_views(spec, views, seeded=False)
+    jobs, views = group_views(spec, enumerate_views(spec), seeded=False)
     scene_object = SceneObject("rock", "rocks", 7, 1, tuple(map(tuple, np.eye(4).tolist())))
     return Index(
         tmp_path, tmp_path / "spec.toml", tmp_path / "reef.blend", "12ab", {"engine": "eevee"},
-        tuple(job.name for job in jobs), {v.name: indexed(v, places[v.name]) for v in views},
-        (scene_object,),
+        tuple(job.name for job in jobs), views, (scene_object,),
     )  # fmt: skip
 
 

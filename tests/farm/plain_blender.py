@@ -28,9 +28,9 @@ def main(arguments: list[str]) -> int:
     for extension in bpy.context.preferences.addons.keys():  # noqa: SIM118 - not a dict
         if extension.startswith("bl_ext."):
             addon_utils.enable(extension)
-            module = importlib.import_module(f"{extension}.ui.command")
-            if name == module.NAME:
-                return module.run(rest)
+            module = importlib.import_module(f"{extension}.ui.handlers")
+            if name == module.COMMAND:
+                return module.run_batch(rest)
     sys.stderr.write(f"Unrecognized command: {name}\n")
     return 1
 

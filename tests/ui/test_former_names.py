@@ -6,8 +6,8 @@ from dataclasses import asdict, replace
 
 import bpy
 from underwater_spectral.jobs import command_line, manifest_files
-from underwater_spectral.settings.former_names import FORMER_NAMES
 from underwater_spectral.settings.scene_settings import SceneSettings, flag
+from underwater_spectral.settings.setting import FORMER_NAMES
 from underwater_spectral.tests.scene.manifests import small_manifest
 
 

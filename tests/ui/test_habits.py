@@ -20,6 +20,7 @@ from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.settings.setting import SECTIONS
 from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import (
+    added_objects,
     help_pages,
     operators,
     panels,
@@ -27,7 +28,6 @@ from underwater_spectral.ui import (
     presets,
     previews,
     sections,
-    sun_handle,
     translations,
 )
 
@@ -137,7 +137,7 @@ def test_the_sun_follows_its_handle_with_drivers_that_need_no_script():
     scene.underwater.sun_zenith, scene.underwater.sun_azimuth = 40.0, 70.0
     bpy.context.view_layer.update()
     assert bpy.ops.underwater.add_sun_handle() == {"FINISHED"}
-    handle = scene.objects[sun_handle.NAME]
+    handle = scene.objects[added_objects.SUN]
     bpy.context.view_layer.update()
     seen = scene.evaluated_get(bpy.context.evaluated_depsgraph_get())
     chosen = stored_settings.stored_settings(seen)
@@ -158,7 +158,7 @@ def test_live_water_follows_the_handle():
     live.add(scene)
     bpy.ops.underwater.add_sun_handle()
     sun = next(o for o in scene.objects if o.get("uw_sun"))
-    scene.objects[sun_handle.NAME].location = (0.0, -8.0, 2.0)
+    scene.objects[added_objects.SUN].location = (0.0, -8.0, 2.0)
     bpy.context.view_layer.update()
     direction = sun.rotation_quaternion.to_matrix() @ Vector((0, 0, -1))
     # From the south, low, refracted upwards.

@@ -19,7 +19,6 @@ from underwater_spectral.settings.render_plan import plan_of, quiet
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.settings.setting import SECTIONS
 from underwater_spectral.ui import (
-    main_panel,
     migration,
     object_panels,
     panels,
@@ -233,7 +232,7 @@ def test_water_from_constituents_and_its_inelastic_light():
 )
 def test_the_panel_names_properties_that_exist(water, quality, monkeypatch):
     """Drawing onto a layout that only looks them up; a window is not needed."""
-    for drawn in (main_panel, object_panels, section_panels):  # it measures the window
+    for drawn in (panels, object_panels, section_panels):  # it measures the window
         monkeypatch.setattr(drawn, "say", lambda *_: None)
     bpy.context.scene.underwater.water = water
     bpy.context.scene.underwater_panel.quality = quality
@@ -432,7 +431,7 @@ def test_save_and_reload_keeps_everything(tmp_path):
 
 def test_the_waves_panel_says_what_heights_do_not_show(monkeypatch):
     lines = []
-    for drawn in (main_panel, object_panels, section_panels):
+    for drawn in (panels, object_panels, section_panels):
         monkeypatch.setattr(drawn, "say", lambda _, text, *__: lines.append(text))
     water, panel = bpy.context.scene.underwater, SimpleNamespace(layout=MagicMock())
     water.surface = "waves"

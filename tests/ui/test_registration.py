@@ -35,7 +35,7 @@ LIGHT = {
     *("scene.animation", "scene.water", "scene.water.lamp_rigs", "jobs", "jobs.job", "jobs.stage"),
     "scene.water.new_clouds",
     *("settings", "settings.scene_settings", "settings.setting", "settings.known_words"),
-    *("settings.former_names", "settings.water_settings"),
+    "settings.water_settings",
     *("quality", "quality.methods"),
 }
 HEAVY = {"colour", "jerlov", "OpenImageIO", "scipy"}

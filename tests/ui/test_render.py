@@ -21,7 +21,7 @@ from underwater_spectral.scene.stored_settings import stored_settings
 from underwater_spectral.scene.viewport import live, preview_depths, problems
 from underwater_spectral.settings.render_plan import forget_files, plan_of
 from underwater_spectral.tests.scene import scenes, snapshot
-from underwater_spectral.ui import previews, shown_pictures
+from underwater_spectral.ui import previews, render_operators
 from underwater_spectral.ui.render_operators import Render, RenderReference
 from underwater_spectral.uw_spectral.spectra.colour_rendering import srgb_encode
 from underwater_spectral.uw_spectral.spectra.spectral_image import read_exr, write_png
@@ -112,7 +112,7 @@ class _Modal:
     def __init__(self, *, resume=False, operator=Render):
         self.resume, self.reports = resume, []
         self.job = functools.partial(operator.job, self)
-        self.stopped = functools.partial(operator.stopped, self)
+        self.stopped = operator.stopped
         self.shown, self.calls = [], []
         manager = SimpleNamespace(
             event_timer_add=lambda *_, **__: self.calls.append("timer added") or "timer",
@@ -212,13 +212,13 @@ def test_a_picture_is_shown_as_it_is_in_its_file_and_read_again(tmp_path):
     path = tmp_path / "0001.png"
     for level in (0.2, 0.7):
         write_png(path, np.full((4, 6, 3), level, np.float32))
-        image = shown_pictures.load(path, "out Camera 0001")
+        image = render_operators.load_picture(path, "out Camera 0001")
         assert _pictures() == [image]
         shown = np.array(image.pixels[:3])
         assert shown == pytest.approx(srgb_encode([level] * 3), abs=0.003)
     assert image.colorspace_settings.name == "sRGB"
     assert not image.use_view_as_render
-    shown_pictures.load(path, "out Camera 0002")
+    render_operators.load_picture(path, "out Camera 0002")
     assert len(_pictures()) == 2
 
 
@@ -226,7 +226,7 @@ def test_a_picture_that_is_shown_is_no_file_of_a_job(tmp_path):
     """A job of the same .blend was refused for another picture, or for none, in the folder."""
     path = tmp_path / "0001.png"
     write_png(path, np.zeros((2, 2, 3), np.float32))
-    image = shown_pictures.load(path, "ours")
+    image = render_operators.load_picture(path, "ours")
     assert job_files.scene_files() == ()
     assert path not in external_files().files
     # Unless something is made of it.
@@ -239,7 +239,7 @@ def test_a_picture_that_is_shown_is_no_file_of_a_job(tmp_path):
 def test_an_open_image_editor_is_used_unless_it_is_for_something_else(tmp_path):
     path = tmp_path / "0001.png"
     write_png(path, np.zeros((2, 2, 3), np.float32))
-    ours, others = shown_pictures.load(path, "ours"), bpy.data.images.new("other", 2, 2)
+    ours, others = render_operators.load_picture(path, "ours"), bpy.data.images.new("other", 2, 2)
 
     def space(image, mode="VIEW", *, pinned=False):
         return SimpleNamespace(image=image, mode=mode, use_image_pin=pinned)
@@ -250,11 +250,11 @@ def test_an_open_image_editor_is_used_unless_it_is_for_something_else(tmp_path):
 
     free, shown, painting = space(others), space(ours), space(None, "PAINT")
     pinned, unwrapped = space(others, pinned=True), window(space(None), kind="UV")
-    assert shown_pictures.editor([]) is None
-    assert shown_pictures.editor([window(painting, pinned), unwrapped]) is None
-    assert shown_pictures.editor([window(painting, free)]) is free
-    assert shown_pictures.editor([window(free), window(shown)]) is shown
-    shown_pictures.show(SimpleNamespace(windows=[window(painting, free)]), ours)
+    assert render_operators.picture_editor([]) is None
+    assert render_operators.picture_editor([window(painting, pinned), unwrapped]) is None
+    assert render_operators.picture_editor([window(painting, free)]) is free
+    assert render_operators.picture_editor([window(free), window(shown)]) is shown
+    render_operators.show_picture(SimpleNamespace(windows=[window(painting, free)]), ours)
     assert free.image == ours
     assert painting.image is None
 
