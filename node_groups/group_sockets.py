@@ -72,7 +72,5 @@ class OpenGroup:
         """Bring the results out; an output that was not named is a number or a vector."""
         for name in [name for name in results if name not in self._named]:
             self._add("OUTPUT", name, FLOAT if getattr(results[name], "size", 1) == 1 else VECTOR)
-        end = self.graph.node("NodeGroupOutput")
-        for name, value in results.items():
-            self.graph.assign(value, end.inputs[name])
+        self.graph.node("NodeGroupOutput", results)
         return self.tree

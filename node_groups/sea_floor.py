@@ -13,8 +13,7 @@ NAME = "UW Floor"
 def build() -> bpy.types.Material:
     """Build the material."""
     material, graph, output = new_material(NAME)
-    diffuse = graph.node("ShaderNodeBsdfDiffuse")
-    reflectance = of_view_layer(graph, attributes.FLOOR_REFLECTANCE)
-    graph.tree.links.new(reflectance.outputs["Color"], diffuse.inputs["Color"])
-    graph.tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    reflectance = of_view_layer(graph, attributes.FLOOR_REFLECTANCE).outputs["Color"]
+    diffuse = graph.node("ShaderNodeBsdfDiffuse", {"Color": reflectance})
+    graph.assign(diffuse.outputs[0], output.inputs["Surface"])
     return material

@@ -28,7 +28,7 @@ def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
     x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
     background = graph.node("ShaderNodeBackground")
     radiance = of_view_layer(graph, attributes.SKY_RADIANCE).outputs["Color"]
-    graph.tree.links.new(radiance, background.inputs["Color"])
+    graph.assign(radiance, background.inputs["Color"])
     strength = NODES.less(z, 0.0)
     if gain_in_water != 1.0:
         path = graph.node("ShaderNodeLightPath").outputs
@@ -36,7 +36,7 @@ def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
         gained = NODES.less(0.5, NODES.maximum(through, graph.term(path["Is Singular Ray"])))
         strength = strength * NODES.select(gained, 1.0, 1.0 / gain_in_water)
     graph.assign(strength, background.inputs["Strength"])
-    graph.tree.links.new(background.outputs[0], output.inputs["Surface"])
+    graph.assign(background.outputs[0], output.inputs["Surface"])
     if kind != UNIFORM:
         sun = graph.node("ShaderNodeCombineXYZ", name=_SUN, label=_SUN)
         towards_sun = graph.components(graph.term(sun.outputs[0]))

@@ -33,9 +33,9 @@ def build(height: float) -> bpy.types.Material:
     is_of_water = NODES.less(of_air, of_water)
     in_air = NODES.less(0.0, height + sunlight[2] * length)
     passes = NODES.select(is_of_water, 1.0 - in_air, in_air)
-    clear = graph.node("ShaderNodeBsdfTransparent")
-    graph.assign(graph.vector(passes, passes, passes), clear.inputs["Color"])
-    graph.tree.links.new(clear.outputs[0], output.inputs["Surface"])
+    colour = graph.vector(passes, passes, passes)
+    clear = graph.node("ShaderNodeBsdfTransparent", {"Color": colour})
+    graph.assign(clear.outputs[0], output.inputs["Surface"])
     return material
 
 

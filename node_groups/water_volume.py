@@ -61,7 +61,7 @@ def build(
         _input(node, "Backscatter").default_value = lobe.backscatter
         total = node.outputs[0] if total is None else graph.added(total, node.outputs[0])
     if total is not None:
-        graph.tree.links.new(total, output.inputs["Volume"])
+        graph.assign(total, output.inputs["Volume"])
     return material
 
 
