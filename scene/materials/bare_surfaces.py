@@ -139,10 +139,8 @@ def setting(material: bpy.types.Material) -> bpy.types.NodeTree:
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
     graph = Graph(tree)
-    node = graph.node("GeometryNodeSetMaterial")
-    node.inputs["Material"].default_value = material
-    tree.links.new(graph.node("NodeGroupInput").outputs[0], node.inputs["Geometry"])
-    tree.links.new(node.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    inputs = {"Material": material, "Geometry": graph.node("NodeGroupInput").outputs[0]}
+    graph.node("NodeGroupOutput", {0: graph.node("GeometryNodeSetMaterial", inputs).outputs[0]})
     return tree
 
 

@@ -156,7 +156,7 @@ class ClosureWalk(ShaderWalk):
         for name in (realtime_highlights.NORMAL, realtime_highlights.TANGENT):
             if name in group.inputs:
                 source = socket_rules.source(node.inputs[name]) or geometry[name]
-                self.tree.links.new(source, group.inputs[name])
+                self.graph.assign(source, group.inputs[name])
         for name in realtime_highlights.NUMBERS[kind]:
             self.graph.assign(self.value(node.inputs[name]), group.inputs[name])
         return self.graph.term(group.outputs[0])
@@ -200,8 +200,7 @@ class ClosureWalk(ShaderWalk):
         clear = self.surfaces.clear
         if clear is None or not isinstance(colour, NodeValue):
             return colour
-        node = self.graph.node("ShaderNodeGroup", node_tree=clear)
-        self.graph.assign(colour, node.inputs[0])
+        node = self.graph.node("ShaderNodeGroup", {0: colour}, node_tree=clear)
         return self.graph.term(node.outputs[0])
 
     def _wet_value(self, socket: bpy.types.NodeSocket) -> Operand:
