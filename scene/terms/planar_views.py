@@ -73,20 +73,7 @@ def look_from_mirror(
         buffer = filled_view(scene, camera, surfaces, water.field.floor_depth)
         single |= realtime_adjacency.FIELDS.numbers(buffer.view)
         occlusion.write_adjacency(scene, water, buffer)
-    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, single))
-
-
-def show_mirrored(
-    scene: bpy.types.Scene,
-    view: ReflectedView,
-    picture: NDArray[np.float32],
-    nearness: NDArray[np.float32] | None,
-) -> None:
-    """Let the surface mirror a picture, see :func:`.realtime_reflected_view.write_picture`."""
-    realtime_reflected_view.write_picture(
-        marks.part(scene, realtime_reflected_view.PART), picture, nearness
-    )
-    _place(scene, realtime_reflected_view.FIELDS.numbers(view))
+    _place(scene, single)
 
 
 def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
@@ -94,35 +81,33 @@ def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedV
 
     The sun is that of the air; shadows fall as if objects were where they seem to be.
     """
-    numbers = {
-        realtime_values.THROUGH: 1.0,
-        **dict(zip(realtime_values.CAMERA, view.eye, strict=True)),
-    }
-    realtime_values.write(marks.part(scene, marks.VALUES), Numbers({}, numbers))
+    camera = zip(realtime_values.CAMERA, view.eye, strict=True)
+    _place(scene, {realtime_values.THROUGH: 1.0, **dict(camera)})
     for item in marks.suns(scene):
         scene_water.turn(item, water.column.skylight.sun)
 
 
-def show_window(
+def show(
     scene: bpy.types.Scene,
     view: ReflectedView,
     picture: NDArray[np.float32],
     nearness: NDArray[np.float32] | None,
+    *,
+    in_air: bool,
 ) -> None:
-    """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
-    image = marks.part(scene, realtime_refracted_view.PART)
-    realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
-    _place(scene, realtime_refracted_view.FIELDS.numbers(view))
+    """Show a picture: of objects in the air through the surface, or mirrored by it.
+
+    See :func:`.realtime_reflected_view.write_picture`.
+    """
+    seen = realtime_refracted_view if in_air else realtime_reflected_view
+    realtime_reflected_view.write_picture(marks.part(scene, seen.PART), picture, nearness)
+    _place(scene, seen.FIELDS.numbers(view))
 
 
-def hide_window(scene: bpy.types.Scene) -> None:
-    """Let the sky alone be seen through the surface."""
-    _place(scene, realtime_refracted_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
-
-
-def hide_mirrored(scene: bpy.types.Scene) -> None:
-    """Let the surface mirror open water alone."""
-    _place(scene, realtime_reflected_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
+def hide(scene: bpy.types.Scene, *, in_air: bool) -> None:
+    """Let the sky alone be seen through the surface, or it mirror open water alone."""
+    seen = realtime_refracted_view if in_air else realtime_reflected_view
+    _place(scene, seen.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
 
 
 def _place(scene: bpy.types.Scene, numbers: dict[str, float]) -> None:
