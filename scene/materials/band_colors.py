@@ -99,7 +99,7 @@ def darken(
 def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree) -> None:
     """Put EEVEE's group before the colours of what lets through what is behind.
 
-    ``group`` is that of :mod:`.realtime_filter`.
+    ``group`` is that of :func:`.uplift.build_filter`.
     """
     for tree in own_trees(materials):
         for node, socket in _colours(tree):

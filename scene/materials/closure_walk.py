@@ -224,7 +224,7 @@ class Surfaces:
 
     #: Of :func:`.realtime_surface.build`, for shaders that are lit first.
     lit: bpy.types.ShaderNodeTree
-    #: Of :func:`.realtime_filter.build`, for what lets through what is behind.
+    #: Of :func:`.uplift.build_filter`, for what lets through what is behind.
     clear: bpy.types.ShaderNodeTree | None = None
     native: bpy.types.ShaderNodeTree | None = None  #: The one that keeps closures.
     #: Of the added floor, whose reflectance is a measured one.
