@@ -373,8 +373,7 @@ class NodeValue:
     def __add__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("ADD", (self, other))
 
-    def __radd__(self, other: Operand) -> Operand:
-        return self + other
+    __radd__ = __add__
 
     def __sub__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("SUBTRACT", (self, other))
@@ -387,8 +386,7 @@ class NodeValue:
             return 0.0
         return self if _is(other, 1.0) else self.graph.operation("MULTIPLY", (self, other))
 
-    def __rmul__(self, other: Operand) -> Operand:
-        return self * other
+    __rmul__ = __mul__
 
     def __truediv__(self, other: Operand) -> Operand:
         return self if _is(other, 1.0) else self.graph.operation("DIVIDE", (self, other))

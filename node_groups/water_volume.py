@@ -8,6 +8,7 @@ from typing import Literal
 
 import bpy
 
+from ..uw_spectral.mathematics import Operand
 from . import attributes
 from .data_blocks import new_material, of_view_layer, vector_of_view_layer
 from .node_mathematics import Graph, NodeValue
@@ -41,24 +42,27 @@ def build(
     fraction, total = density(graph) if density is not None else 1.0, None
     for index, lobe in enumerate(lobes):
         node = volume_coefficients(graph)
-        if index == 0:
-            graph.assign(
-                fraction * vector_of_view_layer(graph, attributes.absorption(layer)),
-                _input(node, "Absorption Coefficients"),
-            )
-        graph.assign(
-            fraction * vector_of_view_layer(graph, attributes.scattering(layer, index)),
-            _input(node, "Scatter Coefficients"),
-        )
         node.phase = lobe.phase
+        b = vector_of_view_layer(graph, attributes.scattering(layer, index))
+        inputs: dict[str, Operand] = {
+            "Scatter Coefficients": fraction * b,
+            "Anisotropy": lobe.anisotropy,
+            "Alpha": lobe.alpha,
+            "IOR": lobe.index,
+            "Backscatter": lobe.backscatter,
+        }
+        if index == 0:
+            a = vector_of_view_layer(graph, attributes.absorption(layer))
+            inputs["Absorption Coefficients"] = fraction * a
         if lobe.by_band:
-            _by_band(graph, attributes.asymmetry(layer, index), _input(node, "Anisotropy"))
-            _by_band(graph, attributes.alpha(layer, index), _input(node, "Alpha"))
-        else:
-            _input(node, "Anisotropy").default_value = lobe.anisotropy
-            _input(node, "Alpha").default_value = lobe.alpha
-        _input(node, "IOR").default_value = lobe.index
-        _input(node, "Backscatter").default_value = lobe.backscatter
+            # The mean over the bands of a pass, which share a phase function.
+            for name, of_layer in (
+                ("Anisotropy", attributes.asymmetry),
+                ("Alpha", attributes.alpha),
+            ):
+                inputs[name] = of_view_layer(graph, of_layer(layer, index)).outputs["Factor"]
+        for name, value in inputs.items():
+            graph.assign(value, _input(node, name))
         total = node.outputs[0] if total is None else graph.added(total, node.outputs[0])
     if total is not None:
         graph.assign(total, output.inputs["Volume"])
@@ -77,8 +81,3 @@ def volume_coefficients(graph: Graph) -> bpy.types.Node:
 def _input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket:
     """Return an input by name, also one that the node's phase function leaves unused."""
     return next(socket for socket in node.inputs if socket.name == name)
-
-
-def _by_band(graph: Graph, name: str, socket: bpy.types.NodeSocket) -> None:
-    """Bring the mean over the bands of a pass, which share a phase function, to an input."""
-    graph.tree.links.new(of_view_layer(graph, name).outputs["Factor"], socket)

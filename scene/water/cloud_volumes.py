@@ -35,11 +35,8 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
     found = clouds_of(scene, plan.bands.centres)
     for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
         made = _box(item) if item.type == BLOB else _copy(item)
-        material = (
-            cloud_volume.build_blob(phase.lobes, index, outline(item))
-            if item.type == BLOB
-            else cloud_volume.build_grid(phase.lobes, index)
-        )
+        size = outline(item) if item.type == BLOB else None
+        material = cloud_volume.build(phase.lobes, index, size)
         made.data.materials.clear()
         made.data.materials.append(material)
         if item.type == GRID:
