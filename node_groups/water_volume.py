@@ -56,11 +56,11 @@ def build(
             inputs["Absorption Coefficients"] = fraction * a
         if lobe.by_band:
             # The mean over the bands of a pass, which share a phase function.
-            for name, of_layer in (
-                ("Anisotropy", attributes.asymmetry),
-                ("Alpha", attributes.alpha),
-            ):
-                inputs[name] = of_view_layer(graph, of_layer(layer, index)).outputs["Factor"]
+            asymmetry, alpha = (
+                of_view_layer(graph, name(layer, index)).outputs["Factor"]
+                for name in (attributes.asymmetry, attributes.alpha)
+            )
+            inputs |= {"Anisotropy": asymmetry, "Alpha": alpha}
         for name, value in inputs.items():
             graph.assign(value, _input(node, name))
         total = node.outputs[0] if total is None else graph.added(total, node.outputs[0])

@@ -12,12 +12,7 @@ from ..blender_prints import without_file_lines
 from ..interruption import interrupted_afterwards
 
 
-def write_float_exr(scene: bpy.types.Scene, destination: Path, *, alpha: bool = False) -> None:
-    """Render a scene into a 32-bit RGB or RGBA EXR, as :func:`write_exr` does."""
-    write_exr(scene, destination, alpha=alpha)
-
-
-def write_exr(
+def write_float_exr(
     scene: bpy.types.Scene, destination: Path, *, passes: bool = False, alpha: bool = False
 ) -> None:
     """Render a scene, whose image format stays changed, into a 32-bit EXR.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...uw_spectral.spectra.exr_parts import read_passes
 from ..temporary import held
-from .exr_output import write_exr
+from .exr_output import write_float_exr
 
 Passes = dict[str, NDArray[np.float32]]
 """Passes by name, shape (height, width, k)."""
@@ -49,7 +49,7 @@ def render_passes(scene: bpy.types.Scene, beside: Path) -> Passes:
     """
     raw = beside.with_name(f"{beside.stem}.passes{beside.suffix}")
     try:
-        write_exr(scene, raw, passes=True)
+        write_float_exr(scene, raw, passes=True)
         return read_passes(raw)
     finally:
         raw.unlink(missing_ok=True)
