@@ -96,7 +96,7 @@ class Graph:
 
     def mixed(
         self,
-        fraction: NodeValue | bpy.types.NodeSocket,
+        fraction: NodeValue | float | bpy.types.NodeSocket,
         one: bpy.types.NodeSocket,
         other: bpy.types.NodeSocket,
     ) -> bpy.types.NodeSocket:

@@ -25,6 +25,8 @@ from ..uw_spectral.water.particles import (
     wrapped,
 )
 from .chance import PlaceChance
+from .data_blocks import new_material
+from .group_sockets import COLOUR, FLOAT, GEOMETRY, INTEGER, SWITCH, VECTOR, OpenGroup, Socket
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 
 SHAPE, COUNT, SIDE, SEED = "Shape", "Count", "Box Side", "Seed"
@@ -39,44 +41,32 @@ _PORT = 0.1
 """Nearer to the camera than this, m, is its housing."""
 _MARGIN = 1.3  # of the picture's half width, for blurred ones that only reach into it
 _INDEX = 1.34  # of water around bubbles; coarse beside their own distortion
-_INPUTS: dict[str, tuple[str, object, str]] = {
-    SHAPE: ("NodeSocketGeometry", None, "Bodies of diameter 1, as instances; one is picked each"),
-    COUNT: ("NodeSocketInt", 1000, "Particles in the box"),
-    TIMES: ("NodeSocketFloat", 1.0, "Factor on their number"),
-    SIDE: ("NodeSocketFloat", 2.0, "Side of the box around the camera, m"),
-    SMALLEST: ("NodeSocketFloat", 5e-4, "Diameter, m"),
-    LARGEST: ("NodeSocketFloat", 1e-3, "Diameter, m"),
-    SLOPE: ("NodeSocketFloat", TYPICAL_SLOPE, "Numbers fall with this power of the diameter"),
-    RISE: ("NodeSocketFloat", 0.0, "Speed upwards of the smallest, m/s; negative sinks"),
-    RISE_LARGEST: ("NodeSocketFloat", 0.0, "Speed upwards of the largest, m/s"),
-    DRIFT: ("NodeSocketVector", (0.0, 0.0, 0.0), "Velocity of the water, m/s"),
-    WANDER: ("NodeSocketFloat", 0.01, "How far a particle strays from its path, m"),
-    PACE: ("NodeSocketFloat", 1.0, "How fast it does, radians per second"),
-    STRETCH: ("NodeSocketFloat", 1.0, "Longest side over the others, at most"),
-    REFLECTANCE: ("NodeSocketColor", (0.5, 0.5, 0.5, 1.0), "Mean reflectance"),
-    DEEPEST: ("NodeSocketFloat", 1e4, "Depth of the floor, m"),
-    SEED: ("NodeSocketInt", 0, "Of places, sizes and turns"),
-    IN_VIEW: ("NodeSocketBool", True, "Leave out what the active camera does not see"),
+_INPUTS = {
+    SHAPE: Socket(GEOMETRY, "Bodies of diameter 1, as instances; one is picked each"),
+    COUNT: Socket(INTEGER, "Particles in the box", 1000),
+    TIMES: Socket(FLOAT, "Factor on their number", 1.0),
+    SIDE: Socket(FLOAT, "Side of the box around the camera, m", 2.0),
+    SMALLEST: Socket(FLOAT, "Diameter, m", 5e-4),
+    LARGEST: Socket(FLOAT, "Diameter, m", 1e-3),
+    SLOPE: Socket(FLOAT, "Numbers fall with this power of the diameter", TYPICAL_SLOPE),
+    RISE: Socket(FLOAT, "Speed upwards of the smallest, m/s; negative sinks", 0.0),
+    RISE_LARGEST: Socket(FLOAT, "Speed upwards of the largest, m/s", 0.0),
+    DRIFT: Socket(VECTOR, "Velocity of the water, m/s", (0.0, 0.0, 0.0)),
+    WANDER: Socket(FLOAT, "How far a particle strays from its path, m", 0.01),
+    PACE: Socket(FLOAT, "How fast it does, radians per second", 1.0),
+    STRETCH: Socket(FLOAT, "Longest side over the others, at most", 1.0),
+    REFLECTANCE: Socket(COLOUR, "Mean reflectance", (0.5, 0.5, 0.5, 1.0)),
+    DEEPEST: Socket(FLOAT, "Depth of the floor, m", 1e4),
+    SEED: Socket(INTEGER, "Of places, sizes and turns", 0),
+    IN_VIEW: Socket(SWITCH, "Leave out what the active camera does not see", True),
 }
 
 
 def build_class() -> bpy.types.GeometryNodeTree:
     """Build the group of the particles of a size class; output: instances in world space."""
-    tree = new_group(CLASS_NAME, "GeometryNodeTree")
-    for name, (kind, value, text) in _INPUTS.items():
-        socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
-        socket.description = text
-        if value is not None:
-            socket.default_value = value
-    tree.interface.new_socket("Instances", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    graph = Graph(tree)
-    sockets = {s.name: s for s in graph.node("NodeGroupInput").outputs if s.name}
-    given = {
-        name: graph.term(sockets[name])
-        for name in _INPUTS
-        if name not in (SHAPE, REFLECTANCE, IN_VIEW)
-    }
-    chance = PlaceChance(graph, sockets[SEED])
+    group = OpenGroup(CLASS_NAME, _INPUTS, {"Instances": GEOMETRY}, kind="GeometryNodeTree")
+    graph, given = group.graph, group.given
+    chance = PlaceChance(graph, given[SEED].socket)
     side = given[SIDE]
     start = graph.components(chance.vector(0) * side)
     fraction = chance.number(1)
@@ -94,7 +84,7 @@ def build_class() -> bpy.types.GeometryNodeTree:
     eye = graph.components(graph.term(seat.outputs["Location"]))
     place = [wrapped(x, o, side, NODES) for x, o in zip(moved, eye, strict=True)]
     shown = _is_there(place, eye, size, given[DEEPEST]) * _is_seen(
-        graph, place, camera, seat.outputs["Transform"], sockets[IN_VIEW]
+        graph, place, camera, seat.outputs["Transform"], given[IN_VIEW]
     )
     inputs = {"Count": given[COUNT] * given[TIMES], "Position": graph.vector(*place)}
     points = graph.node("GeometryNodePoints", inputs)
@@ -104,7 +94,7 @@ def build_class() -> bpy.types.GeometryNodeTree:
     inputs = {
         "Points": points.outputs[0],
         "Selection": shown,
-        "Instance": sockets[SHAPE],
+        "Instance": given[SHAPE],
         "Pick Instance": True,
         "Instance Index": NODES.floor(chance.number(3) * 1e3),
         "Rotation": turn.outputs[0],
@@ -115,10 +105,9 @@ def build_class() -> bpy.types.GeometryNodeTree:
         "GeometryNodeStoreNamedAttribute", {"Name": _ATTRIBUTE, "Geometry": instances.outputs[0]},
         data_type="FLOAT_COLOR", domain="INSTANCE",
     )  # fmt: skip
-    colour = graph.term(sockets[REFLECTANCE]) * (0.7 + 0.6 * chance.number(6))
+    colour = given[REFLECTANCE] * (0.7 + 0.6 * chance.number(6))
     graph.assign(colour, named.inputs["Value"])
-    graph.node("NodeGroupOutput", {0: named.outputs[0]})
-    return tree
+    return group.finished({"Instances": named.outputs[0]})
 
 
 def _is_there(
@@ -135,7 +124,7 @@ def _is_seen(
     place: Sequence[NodeValue],
     camera: bpy.types.NodeSocket,
     seat: bpy.types.NodeSocket,
-    in_view: bpy.types.NodeSocket,
+    in_view: NodeValue,
 ) -> NodeValue:
     """Whether the camera sees a place, or every place counts."""
     lens = graph.node("GeometryNodeCameraInfo", {0: camera})
@@ -147,7 +136,7 @@ def _is_seen(
     x, y, _ = graph.components(graph.term(flat.outputs[0]))
     before = NODES.less(graph.components(graph.term(local.outputs[0]))[2], 0.0)
     inside = NODES.less(NODES.absolute(x), _MARGIN) * NODES.less(NODES.absolute(y), _MARGIN)
-    return NODES.maximum(before * inside, 1.0 - graph.term(in_view))
+    return NODES.maximum(before * inside, 1.0 - in_view)
 
 
 def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.types.NodeTree:
@@ -160,7 +149,7 @@ def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.
     for way in ("OUTPUT", "INPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
     times = tree.interface.new_socket(TIMES, in_out="INPUT", socket_type="NodeSocketFloat")
-    times.default_value, times.min_value, times.description = 1.0, 0.0, _INPUTS[TIMES][2]
+    times.default_value, times.min_value, times.description = 1.0, 0.0, _INPUTS[TIMES].text
     graph, group = Graph(tree), build_class()
     given = graph.node("NodeGroupInput").outputs
     inputs = {"Material": material, "Geometry": _SHAPES[cloud.kind.name](graph)}
@@ -232,41 +221,38 @@ def empty(tree: bpy.types.NodeTree) -> None:
 
 def grain_material() -> bpy.types.Material:
     """Make the material of grains and flocs: they let through as much light as they throw back."""
-    material, tree = _material("UW Particles")
-    colour = tree.nodes.new("ShaderNodeAttribute")
-    colour.attribute_type, colour.attribute_name = "INSTANCER", _ATTRIBUTE
-    mixed = tree.nodes.new("ShaderNodeMixShader")
-    for place, kind in enumerate(("ShaderNodeBsdfDiffuse", "ShaderNodeBsdfTranslucent"), start=1):
-        shader = tree.nodes.new(kind)
-        tree.links.new(colour.outputs["Color"], shader.inputs["Color"])
-        tree.links.new(shader.outputs[0], mixed.inputs[place])
-    tree.links.new(mixed.outputs[0], tree.nodes["Output"].inputs["Surface"])
-    return material
+    made = new_material("UW Particles")
+    _, graph, _ = made
+    kinds = {"attribute_type": "INSTANCER", "attribute_name": _ATTRIBUTE}
+    colour = {"Color": graph.node("ShaderNodeAttribute", **kinds).outputs["Color"]}
+    matte = graph.node("ShaderNodeBsdfDiffuse", colour)
+    behind = graph.node("ShaderNodeBsdfTranslucent", colour)
+    return _as_the_users(*made, graph.mixed(0.5, matte.outputs[0], behind.outputs[0]))
 
 
 def bubble_material() -> bpy.types.Material:
     """Make the material of bubbles: mirrors towards their rim, where light is totally reflected."""
-    material, tree = _material("UW Bubbles")
-    fresnel, clear, mirror, mixed = (
-        tree.nodes.new(f"ShaderNode{kind}")
-        for kind in ("Fresnel", "BsdfTransparent", "BsdfGlossy", "MixShader")
-    )
-    fresnel.inputs["IOR"].default_value = 1.0 / _INDEX
-    mirror.inputs["Roughness"].default_value = 0.15
-    tree.links.new(fresnel.outputs[0], mixed.inputs[0])
-    tree.links.new(clear.outputs[0], mixed.inputs[1])
-    tree.links.new(mirror.outputs[0], mixed.inputs[2])
-    tree.links.new(mixed.outputs[0], tree.nodes["Output"].inputs["Surface"])
-    return material
+    made = new_material("UW Bubbles")
+    _, graph, _ = made
+    fresnel = graph.node("ShaderNodeFresnel", {"IOR": 1.0 / _INDEX})
+    clear = graph.node("ShaderNodeBsdfTransparent")
+    mirror = graph.node("ShaderNodeBsdfGlossy", {"Roughness": 0.15})
+    shown = graph.mixed(fresnel.outputs[0], clear.outputs[0], mirror.outputs[0])
+    return _as_the_users(*made, shown)
 
 
-def _material(name: str) -> tuple[bpy.types.Material, bpy.types.NodeTree]:
-    material = bpy.data.materials.new(name)
+def _as_the_users(
+    material: bpy.types.Material,
+    graph: Graph,
+    output: bpy.types.Node,
+    shown: bpy.types.NodeSocket,
+) -> bpy.types.Material:
+    """Let a material of the water show a shader, with nodes that are sent through it as any."""
+    graph.assign(shown, output.inputs["Surface"])
+    for node in graph.tree.nodes:
+        del node[MARK]
     material[MARK] = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    tree.nodes.new("ShaderNodeOutputMaterial").name = "Output"
-    return material, tree
+    return material
 
 
 def _ball(graph: Graph, fine: int) -> bpy.types.NodeSocket:

@@ -123,7 +123,7 @@ class _Eevee:
                 def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     water, white = what.drawn(indices)
                     water, found = replace(water, layers=written), None
-                    frames.show(now, water)
+                    frames.pictures.show(now, water)
                     if layers is None:
                         image = _drawn(scene, camera, water, path)
                     else:
