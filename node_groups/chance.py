@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import bpy
-
 from ..uw_spectral.mathematics import Operand
 from .node_mathematics import Graph, NodeValue
 
@@ -23,7 +21,7 @@ def chance(graph: Graph, place: Sequence[Operand]) -> tuple[NodeValue, NodeValue
 class PlaceChance:
     """Numbers of 0 to 1 of each place of geometry nodes, by a seed and a number of their own."""
 
-    def __init__(self, graph: Graph, seed: bpy.types.NodeSocket) -> None:
+    def __init__(self, graph: Graph, seed: NodeValue) -> None:
         self._graph, self._seed = graph, seed
 
     def number(self, number: int) -> NodeValue:

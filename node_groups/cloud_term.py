@@ -140,10 +140,7 @@ def _clouds_before(pixel: Pixel) -> dict[str, NodeValue]:
         P = view_distance(graph)
         origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
 
-    def add_up(count: int, terms: object) -> tuple[NodeValue, ...]:
-        return summed(graph, count, terms)  # pyright: ignore[reportArgumentType]
-
-    follow = functools.partial(followed, graph)
+    add_up, follow = functools.partial(summed, graph), functools.partial(followed, graph)
     rate, drawn = group.given[_RATE], chance(graph, w)[0]
     sunlit, daylit = daylit_fractions(clouds, origin, w, P, rate, drawn, add_up)
     veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up, follow)

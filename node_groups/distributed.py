@@ -55,12 +55,12 @@ def build_on_seabed(name: str, values: Mapping[str, Value]) -> bpy.types.NodeTre
     inputs = {
         "Mesh": graph.node("GeometryNodeMeshGrid", sides).outputs[0],
         "Density": given[DENSITY],
-        "Seed": made.sockets[SEED],
+        "Seed": given[SEED],
     }
     spots = graph.node("GeometryNodeDistributePointsOnFaces", inputs)
     place = graph.term(graph.node("GeometryNodeInputPosition").outputs[0])
     x, y, _ = graph.components(place)
-    inputs = {"Object": made.sockets[SEABED]}
+    inputs = {"Object": given[SEABED]}
     seabed = graph.node("GeometryNodeObjectInfo", inputs, transform_space="RELATIVE")
     inputs = {
         "Target Geometry": seabed.outputs["Geometry"],
@@ -110,7 +110,7 @@ def build_school(name: str, values: Mapping[str, Value]) -> bpy.types.NodeTree:
     angle = along * (1.0 / given[RADIUS])
     z = given[HEIGHT] * out * height + stray[2]
     place = graph.vector(radius * _cosine(angle), radius * NODES.sine(angle), z)
-    points = graph.node("GeometryNodePoints", {"Count": made.sockets[NUMBER], "Position": place})
+    points = graph.node("GeometryNodePoints", {"Count": given[NUMBER], "Position": place})
     # At angle 0 the way is +y, and so looks the model.
     return made.finished(points.outputs[0], made.about_z(angle + given[TURN]))
 
@@ -137,13 +137,8 @@ class _Distribution:
                 socket.subtype, socket.min_value = unit, -math.inf if key == SPEED else 0.0
         self.graph = Graph(self.tree)
         inputs = self.graph.node("NodeGroupInput").outputs
-        self.sockets = {socket.name: socket for socket in inputs if socket.name}
-        self.chance = PlaceChance(self.graph, self.sockets[SEED]).number
-        self.given = {
-            key: self.graph.term(self.sockets[key])
-            for key in values
-            if _INPUTS[key][0] in ("Float", "Int")
-        }
+        self.given = {socket.name: self.graph.term(socket) for socket in inputs if socket.name}
+        self.chance = PlaceChance(self.graph, self.given[SEED]).number
 
     def about_z(self, angle: NodeValue) -> bpy.types.NodeSocket:
         inputs = {"Axis": (0.0, 0.0, 1.0), "Angle": angle}
@@ -158,7 +153,7 @@ class _Distribution:
         """Set objects on points; return the tree, which is the user's own."""
         graph, given = self.graph, self.given
         whole = {"Separate Children": True, "Reset Children": True}
-        inputs = {"Collection": self.sockets[OBJECTS], **whole}
+        inputs = {"Collection": given[OBJECTS], **whole}
         objects = graph.node("GeometryNodeCollectionInfo", inputs)
         size = given[SMALLEST] + (given[LARGEST] - given[SMALLEST]) * self.chance(9)
         inputs = {

@@ -51,7 +51,10 @@ class Graph:
     _zone: tuple[int, ...] = ()
 
     def node(
-        self, kind: str, inputs: Mapping[str | int, Operand] = _NONE, **properties: Operand
+        self,
+        kind: str,
+        inputs: Mapping[str, Operand] | Mapping[int, Operand] = _NONE,
+        **properties: Operand,
     ) -> bpy.types.Node:
         """Add a node of a type to the tree, and set its properties and its inputs."""
         node = _new_node(self.tree, kind, len(self._made), properties)

@@ -66,7 +66,7 @@ def build_class() -> bpy.types.GeometryNodeTree:
     """Build the group of the particles of a size class; output: instances in world space."""
     group = OpenGroup(CLASS_NAME, _INPUTS, {"Instances": GEOMETRY}, kind="GeometryNodeTree")
     graph, given = group.graph, group.given
-    chance = PlaceChance(graph, given[SEED].socket)
+    chance = PlaceChance(graph, given[SEED])
     side = given[SIDE]
     start = graph.components(chance.vector(0) * side)
     fraction = chance.number(1)
@@ -223,8 +223,8 @@ def grain_material() -> bpy.types.Material:
     """Make the material of grains and flocs: they let through as much light as they throw back."""
     made = new_material("UW Particles")
     _, graph, _ = made
-    kinds = {"attribute_type": "INSTANCER", "attribute_name": _ATTRIBUTE}
-    colour = {"Color": graph.node("ShaderNodeAttribute", **kinds).outputs["Color"]}
+    own = graph.node("ShaderNodeAttribute", attribute_type="INSTANCER", attribute_name=_ATTRIBUTE)
+    colour = {"Color": own.outputs["Color"]}
     matte = graph.node("ShaderNodeBsdfDiffuse", colour)
     behind = graph.node("ShaderNodeBsdfTranslucent", colour)
     return _as_the_users(*made, graph.mixed(0.5, matte.outputs[0], behind.outputs[0]))

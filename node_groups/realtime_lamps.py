@@ -72,11 +72,7 @@ def build_path(
         origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
 
     floating = None if clouds is None else clouds(graph)
-    follow = functools.partial(followed, graph)
-
-    def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
-        return summed(graph, count, terms)
-
+    add_up, follow = functools.partial(summed, graph), functools.partial(followed, graph)
     passed = {}
     if floating is not None:
         passed = floating.rays(floating.group.grids, origin, w, P, add_up)

@@ -299,10 +299,7 @@ class _OwnMaterial:
         if not self.shape.measured:
             return list(parts)
         known = NODES.less(0.5, self.given[COLUMN])
-        own = self.graph.components(self.given[COLOR])
-        fraction = (parts[0] + parts[1] + parts[2]) / NODES.maximum(
-            own[0] + own[1] + own[2], _DARKEST
-        )
+        fraction = self._sum(colour) / NODES.maximum(self._sum(self.given[COLOR]), _DARKEST)
         first = NODES.select(known, fraction * reflected[0], parts[0])
         return [first, *((1.0 - known) * part for part in parts[1:])]
 

@@ -1,4 +1,4 @@
-"""Material of the water body for Cycles: absorption and scattering per band."""
+"""Materials of the water and of clouds in it for Cycles: absorption and scattering per band."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import bpy
+import numpy as np
 
+from ..uw_spectral.clouds.gaussian_blob import GaussianBlob
 from ..uw_spectral.mathematics import Operand
 from . import attributes
 from .data_blocks import new_material, of_view_layer, vector_of_view_layer
-from .node_mathematics import Graph, NodeValue
+from .node_mathematics import NODES, Graph, NodeValue
 
-NAME = "UW Water"
+NAME, CLOUD_NAME = "UW Water", "UW Cloud"
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,30 @@ def build(
         total = node.outputs[0] if total is None else graph.added(total, node.outputs[0])
     if total is not None:
         graph.assign(total, output.inputs["Volume"])
+    return material
+
+
+def build_cloud(
+    lobes: tuple[ScatteringLobe, ...], index: int, outline: float | None
+) -> bpy.types.Material:
+    """Build the material of a blob, whose outline is a sphere in its object's own space.
+
+    Without one that of an object with a grid of its own.
+    """
+
+    def density(graph: Graph) -> NodeValue:
+        if outline is None:
+            node = graph.node("ShaderNodeAttribute", attribute_name="density")
+            found = NODES.maximum(graph.term(node.outputs["Factor"]), 0.0)
+        else:
+            blob = GaussianBlob.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
+            own = graph.term(graph.node("ShaderNodeTexCoord").outputs["Object"])
+            found = blob.density(graph.components(own), NODES)
+        place = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Position"])
+        return found * NODES.less(graph.components(place)[2], 0.0)  # in the water
+
+    material = build(lobes, attributes.cloud(index), density)
+    material.name = CLOUD_NAME
     return material
 
 
