@@ -123,9 +123,9 @@ def _in_water(name: str, formula: Callable[..., Operand]) -> bpy.types.ShaderNod
 
 def _of_water(graph: Graph, value: float) -> NodeValue:
     """Return a number that depends on the water."""
-    water = graph.node("ShaderNodeValue")
-    water.name, water.outputs[0].default_value = _WATER, value
-    return graph.term(water.outputs[0])
+    water = graph.node("ShaderNodeValue", name=_WATER).outputs[0]
+    water.default_value = value
+    return graph.term(water)
 
 
 def _sheen(name: str) -> bpy.types.ShaderNodeTree:

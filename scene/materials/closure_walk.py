@@ -78,7 +78,7 @@ class ClosureWalk(ShaderWalk):
         found["coat_normal"] = self._normal(node, "Coat Normal")
         if row.facets and self.surfaces.facets:
             layered = row.facets == LAYERED
-            found |= (self._layered if layered else self._facets)(node, row, weights)
+            found |= self._layered(node, weights) if layered else self._facets(node, row, weights)
         if self.surfaces.is_apart(self.tree, node) and row.sunlit is not None:
             found["highlight"] = weights.base * self._highlight(node, row.sunlit)
         elif row.anisotropy and not is_idle(self.tree, node, row.anisotropy):
@@ -121,11 +121,8 @@ class ClosureWalk(ShaderWalk):
         if self.dithered:
             self.note(_HIDDEN)
 
-    def _layered(
-        self, node: bpy.types.Node, row: ShaderNode, weights: Weights
-    ) -> dict[str, Operand]:
+    def _layered(self, node: bpy.types.Node, weights: Weights) -> dict[str, Operand]:
         """Return the same of all that a principled closure consists of."""
-        del row
         inputs, found = node.inputs, {}
         base, alpha, metallic = weights.base, weights.cover, weights.metallic
         level, metal = self.value(inputs["Specular IOR Level"]), metallic * alpha

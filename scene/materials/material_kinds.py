@@ -36,11 +36,11 @@ class Kinds:
     @property
     def highlights(self) -> tuple[str, ...]:
         """Groups of :mod:`.realtime_highlights` that are needed."""
-        found = (
-            (realtime_highlights.STRETCHED, self.stretched),
-            (realtime_highlights.TOON, self.toons),
-        )
-        return tuple(kind for kind, is_there in found if is_there)
+        there = {
+            realtime_highlights.STRETCHED: self.stretched,
+            realtime_highlights.TOON: self.toons,
+        }
+        return tuple(filter(there.get, there))
 
 
 def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:

@@ -118,8 +118,7 @@ def update(
             if not may_rebuild:
                 return False
             _, held = _fill(scene, chosen, water, depth, again=True)
-            for name, value in held.items():
-                session[name] = value
+            session.update(held)
         else:
             realtime.set_values(scene, water)
         if not hasty:
