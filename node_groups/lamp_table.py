@@ -162,10 +162,28 @@ class LampTable:
         """Look up the tables of what excites fluorophores."""
         return [row.at(length=length) for row in self._projected(index, "exciting", BANDS)]
 
-    @property
-    def quadrature(self) -> ImageQuadrature:
-        """What adds up terms along rays."""
-        return ImageQuadrature(self.graph, self.image, self.virtual)
+    def nodes_for(self, lamp: Lamp) -> Quadrature:
+        """Return what adds up terms along rays past a lamp, as :func:`.nodes_for` does.
+
+        Places and weights are those of the image.
+        """
+
+        def integrate(
+            count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
+        ) -> tuple[NodeValue, ...]:
+            first, number = _first_of(count), count
+            if self.virtual:
+                few = fewer(count)
+                first = NODES.select(lamp.virtual, _first_of(few), first)
+                number = NODES.select(lamp.virtual, float(few), float(count))
+
+            def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
+                place, fraction, _ = self.graph.components(self._at(index + first, 0.0))
+                return term(place, fraction)
+
+            return summed(self.graph, number, of_place)
+
+        return integrate
 
     def _projected(self, index: NodeValue, name: str, count: int) -> list[ImageTable]:
         return self._rows(self._row(index) + float(self.rows.first[name]), count)
@@ -192,46 +210,3 @@ class LampTable:
 def _first_of(nodes: int) -> float:
     """Column of the first place of a quadrature."""
     return float(sum(layout.QUADRATURES[: layout.QUADRATURES.index(nodes)]))
-
-
-@dataclass(frozen=True, eq=False)
-class ImageQuadrature:
-    """Places and weights of an image; ``virtual`` is how many lamps stand for objects."""
-
-    graph: Graph
-    image: bpy.types.Image
-    virtual: int
-
-    def integrate(
-        self, count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
-    ) -> tuple[NodeValue, ...]:
-        """Add up terms of the places of a quadrature, as :func:`.gauss_sum` does."""
-        return self._integrated(_first_of(count), count, term)
-
-    def nodes_for(self, lamp: Lamp) -> Quadrature:
-        """Return what adds up terms along rays past a lamp, as :func:`.nodes_for` does."""
-        if not self.virtual:
-            return self.integrate
-
-        def integrate(
-            count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
-        ) -> tuple[NodeValue, ...]:
-            few, many = (float(n) for n in (fewer(count), count))
-            first = NODES.select(lamp.virtual, _first_of(fewer(count)), _first_of(count))
-            return self._integrated(first, NODES.select(lamp.virtual, few, many), term)
-
-        return integrate
-
-    def _integrated(
-        self,
-        first: NodeValue | float,
-        count: NodeValue | int,
-        term: Callable[[Operand, Operand], tuple[Operand, ...]],
-    ) -> tuple[NodeValue, ...]:
-        def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
-            place, fraction, _ = self.graph.components(
-                closest(self.graph, self.image, index + first, 0.0)
-            )
-            return term(place, fraction)
-
-        return summed(self.graph, count, of_place)

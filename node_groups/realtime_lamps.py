@@ -82,14 +82,14 @@ def build_path(
         ray = ray_past_lamp(lamp, origin, w, P, NODES, before_surface=not ahead)
         light = table.in_water(index, components)
         if floating is None:
-            return (light.along(lamp, ray, NODES, table.quadrature.nodes_for(lamp)),)
+            return (light.along(lamp, ray, NODES, table.nodes_for(lamp)),)
         number = index
         if table.rows.inelastic:
             # Clouds know it by the lamp whose light it was.
             later = NODES.less(table.count_on_surfaces - 0.5, index)
             number = index - later * float(table.count_on_surfaces)
         through = LampAndClouds(floating, lamp, ray, origin, w, P, number, passed)
-        return (through.seen(light, table.quadrature.nodes_for(lamp), add_up, follow),)
+        return (through.seen(light, table.nodes_for(lamp), add_up, follow),)
 
     return group.finished({LIGHT: summed(graph, table.count, of_lamp)[0]})
 

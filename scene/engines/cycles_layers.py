@@ -19,7 +19,7 @@ from ...uw_spectral.spectra.spectral_image import band_labels
 from ..readers import waterline
 from ..rendered import rendered_layer
 from . import denoising_guides, geometry_layers
-from .layer_passes import Passes, render_passes, switched_on
+from .exr_output import Passes, render_passes, switched_on
 
 UNTOUCHED = "untouched"
 """Light that no water has scattered on its way from objects to the camera."""

@@ -21,7 +21,7 @@ from ..readers import lamps, moving_surface, waterline
 from ..rendered import rendered_layer
 from ..temporary import render_settings
 from . import geometry_layers
-from .layer_passes import Passes, render_passes, switched_on
+from .exr_output import Passes, render_passes, switched_on
 
 _SHAFTS = "what the froxel volume drew: I less the other layers, with its errors of some percent"
 _BY_SHADER = "drawn by the shader, to the 11 bits of EEVEE's passes"

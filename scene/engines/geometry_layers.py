@@ -23,7 +23,7 @@ from ..readers import lamp_records, lamps
 from ..readers.pinhole import pinhole_of, pose_of
 from ..rendered import rendered_layer
 from ..temporary import render_settings
-from .layer_passes import Passes, render_passes, switched_on
+from .exr_output import Passes, render_passes, switched_on
 
 CRYPTOMATTE = ("CryptoObject", "CryptoMaterial")
 """Names of Blender's passes."""

@@ -36,11 +36,8 @@ class Kinds:
     @property
     def highlights(self) -> tuple[str, ...]:
         """Groups of :mod:`.realtime_highlights` that are needed."""
-        there = {
-            realtime_highlights.STRETCHED: self.stretched,
-            realtime_highlights.TOON: self.toons,
-        }
-        return tuple(filter(there.get, there))
+        stretched, toon = realtime_highlights.STRETCHED, realtime_highlights.TOON
+        return (stretched,) * self.stretched + (toon,) * self.toons
 
 
 def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:

@@ -20,8 +20,7 @@ from ..water.frame_water import RealtimeWater
 from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
 from . import problems, saved_settings
 from .changes import has_new_kinds, is_stale, key, kinds
-from .live_settings import SKY, may_draw, settings_of
-from .live_water import KNOWN, live_water
+from .live_water import KNOWN, SKY, live_water, may_draw, settings_of
 from .preview_depths import preview_depth
 
 _SHOWN = "shown"
