@@ -20,7 +20,7 @@ from ...uw_spectral.imaging.layers import parse_layers
 from ..readers import moving_surface, port_eye
 from .band_engine import BandEngine, Engine, Opening
 from .port_look import look_of
-from .traced_engine import can_trace, traced
+from .traced_engine import may_trace, traced
 from .warped_port import warped
 
 
@@ -49,7 +49,7 @@ def _traces(engine: Engine, camera: bpy.types.Object, opening: Opening) -> bool:
         engine.method.traced
         and opening.device == "cpu"
         and not parse_layers(opening.plan.settings.layers)
-        and can_trace(camera)
+        and may_trace(camera)
     )
 
 

@@ -119,7 +119,7 @@ def _lens(housing: Housing, camera: bpy.types.Object, plan: RenderPlan) -> tuple
     return 0.5e-3 * look.aperture(camera, focus), focus
 
 
-def can_trace(camera: bpy.types.Object) -> bool:
+def may_trace(camera: bpy.types.Object) -> bool:
     """Whether this Blender traces cameras of one's own."""
     kinds = camera.data.bl_rna.properties["type"].enum_items
     return "CUSTOM" in kinds and bool(getattr(_cycles(), "with_osl", False))
