@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import bpy
-
 from ..uw_spectral.mathematics import Operand
 from .node_mathematics import Graph, NodeValue
 
@@ -15,15 +13,15 @@ def chance(graph: Graph, place: Sequence[Operand]) -> tuple[NodeValue, NodeValue
 
     Samples of a pixel lie beside each other, and so do not share them.
     """
-    noise = graph.node("ShaderNodeTexWhiteNoise", noise_dimensions="3D")
-    graph.assign(graph.vector(*place), noise.inputs["Vector"])
+    inputs = {"Vector": graph.vector(*place)}
+    noise = graph.node("ShaderNodeTexWhiteNoise", inputs, noise_dimensions="3D")
     return graph.components(graph.term(noise.outputs["Color"]))
 
 
 class PlaceChance:
     """Numbers of 0 to 1 of each place of geometry nodes, by a seed and a number of their own."""
 
-    def __init__(self, graph: Graph, seed: bpy.types.NodeSocket) -> None:
+    def __init__(self, graph: Graph, seed: NodeValue) -> None:
         self._graph, self._seed = graph, seed
 
     def number(self, number: int) -> NodeValue:
@@ -35,11 +33,8 @@ class PlaceChance:
         return self._of("FLOAT_VECTOR", number)
 
     def _of(self, kind: str, number: int) -> NodeValue:
-        graph = self._graph
+        graph, inputs = self._graph, {0: self._seed, 1: 16, 2: number}
+        own = graph.node("FunctionNodeIntegerMath", inputs, operation="MULTIPLY_ADD")
         node = graph.node("FunctionNodeRandomValue", data_type=kind)
-        own = graph.node("FunctionNodeIntegerMath", operation="MULTIPLY_ADD")
-        graph.tree.links.new(self._seed, own.inputs[0])
-        own.inputs[1].default_value, own.inputs[2].default_value = 16, number
-        graph.tree.links.new(own.outputs[0], node.inputs["Seed"])
-        output = next(s for s in node.outputs if s.enabled)
-        return graph.term(output)
+        graph.assign(own.outputs[0], node.inputs["Seed"])
+        return graph.term(next(s for s in node.outputs if s.enabled))

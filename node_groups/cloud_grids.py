@@ -32,9 +32,7 @@ _LAMP_TILES = Tiles(LAMP_NODES, LAMP_NODES, _ACROSS)
 
 def new_image(number: int) -> bpy.types.Image:
     """Make the image of so many grids."""
-    image = number_image(NAME, _WIDTH, number * _ROWS)
-    image.use_half_precision = False  # numbers keep their digits
-    return image
+    return number_image(NAME, _WIDTH, number * _ROWS, half=False)
 
 
 def new_lamp_image(grids: int, lamps: int) -> bpy.types.Image:

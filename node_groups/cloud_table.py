@@ -38,9 +38,7 @@ _WIDTH = _ESCAPES + ESCAPES.count
 
 def new_image(count: int) -> bpy.types.Image:
     """Make the image of the numbers of so many clouds."""
-    image = number_image(NAME, _WIDTH, count)
-    image.use_half_precision = False  # numbers keep their digits
-    return image
+    return number_image(NAME, _WIDTH, count, half=False)
 
 
 def write_clouds(image: bpy.types.Image, clouds: Sequence[CloudNumbers]) -> None:

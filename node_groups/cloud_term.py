@@ -1,27 +1,39 @@
-"""Clouds in the water as a term of a pixel."""
+"""Clouds in the water as a term of a pixel, and the group of what they do to it."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import override
 
 import bpy
 
 from ..uw_spectral.clouds.cloud_light import Clouds, Several
+from ..uw_spectral.clouds.cloud_numbers import Veil
+from ..uw_spectral.clouds.cloud_shadow import daylit_fractions
 from ..uw_spectral.clouds.veiled_pixel import surroundings, veiled
 from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.transfer.pixel_parts import ChannelPixel, OcclusionFactor, OcclusionOnPath
+from ..uw_spectral.transfer.radiance_field import distance_in_water
+from ..uw_spectral.transfer.sun_beam import half_angle2
 from ..uw_spectral.water.phase import PhaseFunction
-from . import cloud_grids, cloud_table, realtime_clouds
-from .cloud_table import GRID_LAMPS, GRIDS, PART, CloudTable
+from . import cloud_grids, cloud_table
+from .chance import chance
+from .cloud_table import GRID_LAMPS, GRIDS, NAME, PART, CloudTable
+from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .lamp_term import LampShape
+from .loops import followed, summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .pixel_term import Pixel, TermPixel
-from .realtime_values import SUN, Values
+from .realtime_rays import camera_place, place_here, view_direction, view_distance
+from .realtime_values import FLOOR_DEPTH, FRAME, SUN, Values
+from .realtime_water import in_group, options
 from .shape import Shape, Sources, TermShape
 from .surface_inputs import COVERAGE
+
+_RATE, _SUNLIGHT, _SKYLIGHT = "Rate", "Sunlight", "Skylight"
+_OF_VEIL = tuple(field.name.title() for field in fields(Veil))
 
 
 @dataclass(frozen=True)
@@ -79,24 +91,24 @@ class _CloudPixel(TermPixel):
 
     def __init__(self, pixel: Pixel) -> None:
         self._pixel = pixel
-        clouds_of = functools.partial(clouds_in, sources=pixel.sources, shape=pixel.shape)
-        self._found = realtime_clouds.clouds_before(pixel, clouds_of)
-        self.unscattered = self._found[realtime_clouds.UNSCATTERED]
-        self.sunlight = self._found.get(realtime_clouds.SUNLIGHT, 1.0)
+        found = _clouds_before(pixel)
+        self._veil = Veil(*(found[name] for name in _OF_VEIL))
+        self.unscattered = self._veil.unscattered
+        self.sunlight, self._skylight = (found.get(x, 1.0) for x in (_SUNLIGHT, _SKYLIGHT))
 
     @override
     def occluded(self, factor: OcclusionFactor, *, behind: bool = False) -> OcclusionFactor:
-        return _scaled(factor, self._found[realtime_clouds.SKYLIGHT])
+        return _scaled(factor, self._skylight)
 
     @override
     def on_path(self, occlusion: OcclusionOnPath) -> OcclusionOnPath:
-        scattered = _scaled(occlusion.scattered, self._found[realtime_clouds.DAYLIT])
-        single = occlusion.single * self._found[realtime_clouds.SUNLIT]
+        scattered = _scaled(occlusion.scattered, self._veil.daylit)
+        single = occlusion.single * self._veil.sunlit
         return replace(occlusion, scattered=scattered, single=single)
 
     @override
     def veiled(self, pixel: ChannelPixel, added: Operand) -> ChannelPixel:
-        at, veil = self._pixel, realtime_clouds.veil_of(self._found)
+        at, veil = self._pixel, self._veil
         if at.given is None:
             return veiled(pixel, veil, at.ray, at.y_o, at.w)
         coverage = at.given[COVERAGE]
@@ -104,5 +116,37 @@ class _CloudPixel(TermPixel):
         return veiled(pixel, veil, at.ray, at.y_o, at.w, around=around, coverage=coverage)
 
 
-def _scaled(factor: OcclusionFactor, by: NodeValue) -> OcclusionFactor:
+def _scaled(factor: OcclusionFactor, by: Operand) -> OcclusionFactor:
     return OcclusionFactor(factor.mean * by, [part * by for part in factor.fractions])
+
+
+def _clouds_before(pixel: Pixel) -> dict[str, NodeValue]:
+    """Put the group of clouds before an object, or up to the boundary, into a pixel's tree.
+
+    Before an object there are fractions of the sun's and of other light that clouds leave on it.
+    """
+    ahead, shape, sources = pixel.given is None, pixel.shape, pixel.sources
+    names = _OF_VEIL if ahead else (*_OF_VEIL, _SUNLIGHT, _SKYLIGHT)
+    outputs: dict[str, str] = dict.fromkeys(names, VECTOR) | {"Middle": FLOAT}
+    group = OpenGroup(NAME, {_RATE: FLOAT}, outputs, **options(shape, sources))
+    graph = group.graph
+    found = Values(graph, sources.values, shape)
+    clouds, w = clouds_in(graph, sources, shape), view_direction(graph)
+    if ahead:
+        origin = camera_place(graph, found.of(*FRAME))
+        y_o = NODES.maximum(-origin[2], 0.0)
+        P = distance_in_water(y_o, -w[2], found[FLOOR_DEPTH], NODES)
+    else:
+        P = view_distance(graph)
+        origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
+
+    add_up, follow = functools.partial(summed, graph), functools.partial(followed, graph)
+    rate, drawn = group.given[_RATE], chance(graph, w)[0]
+    sunlit, daylit = daylit_fractions(clouds, origin, w, P, rate, drawn, add_up)
+    veil = clouds.veil(origin, w, P, half_angle2(w, found.of(*SUN), NODES), add_up, follow)
+    veil = replace(veil, sunlit=sunlit, daylit=daylit)
+    results: dict[str, Operand] = dict(zip(_OF_VEIL, vars(veil).values(), strict=True))
+    if not ahead:
+        results[_SUNLIGHT] = clouds.sunlight_transmittance(place_here(graph))
+        results[_SKYLIGHT] = clouds.skylight_transmittance(place_here(graph))
+    return in_group(pixel.graph, group.finished(results), {_RATE: pixel.rates[1]})

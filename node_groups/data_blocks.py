@@ -27,9 +27,9 @@ def new_world(name: str) -> tuple[bpy.types.World, Graph, bpy.types.Node]:
 def new_emission(light: bpy.types.Light, name: str) -> tuple[Graph, bpy.types.Node]:
     """Let a lamp emit what the view layer holds; return the graph of its nodes and its Emission."""
     graph = _emptied(light.node_tree)
-    emission, output = graph.node("ShaderNodeEmission"), graph.node("ShaderNodeOutputLight")
-    graph.tree.links.new(of_view_layer(graph, name).outputs["Color"], emission.inputs["Color"])
-    graph.tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    colour = of_view_layer(graph, name).outputs["Color"]
+    emission = graph.node("ShaderNodeEmission", {"Color": colour})
+    graph.node("ShaderNodeOutputLight", {"Surface": emission.outputs[0]})
     return graph, emission
 
 

@@ -50,25 +50,27 @@ def build_on_seabed(name: str, values: Mapping[str, Value]) -> bpy.types.NodeTre
     """Build what fills a round of a seabed; ``values`` of its inputs, by name."""
     made = _Distribution(name, values)
     graph, given = made.graph, made.given
-    grid = made.node("GeometryNodeMeshGrid")
-    for side in ("X", "Y"):
-        graph.assign(2.0 * given[RADIUS], grid.inputs[f"Size {side}"])
-        grid.inputs[f"Vertices {side}"].default_value = 2
-    spots = made.node("GeometryNodeDistributePointsOnFaces", Mesh=grid.outputs[0])
-    graph.assign(given[DENSITY], spots.inputs["Density"])
-    made.link(made.sockets[SEED], spots.inputs["Seed"])
+    size = 2.0 * given[RADIUS]
+    sides = {"Size X": size, "Vertices X": 2, "Size Y": size, "Vertices Y": 2}
+    inputs = {
+        "Mesh": graph.node("GeometryNodeMeshGrid", sides).outputs[0],
+        "Density": given[DENSITY],
+        "Seed": given[SEED],
+    }
+    spots = graph.node("GeometryNodeDistributePointsOnFaces", inputs)
     place = graph.term(graph.node("GeometryNodeInputPosition").outputs[0])
     x, y, _ = graph.components(place)
-    seabed = made.node("GeometryNodeObjectInfo", Object=made.sockets[SEABED])
-    seabed.transform_space = "RELATIVE"
-    ray = made.node("GeometryNodeRaycast", Target_Geometry=seabed.outputs["Geometry"])
-    graph.assign(graph.vector(x, y, _ABOVE), ray.inputs["Source Position"])
-    ray.inputs["Ray Direction"].default_value = (0.0, 0.0, -1.0)
-    ray.inputs["Ray Length"].default_value = _FAR
-    noise = made.node("ShaderNodeTexNoise")
-    noise.inputs["Scale"].default_value = 1.0
-    flat = graph.vector(x, y, 17.3 * given[SEED])
-    graph.assign(flat * (1.0 / given[PATCH]), noise.inputs["Vector"])
+    inputs = {"Object": given[SEABED]}
+    seabed = graph.node("GeometryNodeObjectInfo", inputs, transform_space="RELATIVE")
+    inputs = {
+        "Target Geometry": seabed.outputs["Geometry"],
+        "Source Position": graph.vector(x, y, _ABOVE),
+        "Ray Direction": (0.0, 0.0, -1.0),
+        "Ray Length": _FAR,
+    }
+    ray = graph.node("GeometryNodeRaycast", inputs)
+    flat = graph.vector(x, y, 17.3 * given[SEED]) * (1.0 / given[PATCH])
+    noise = graph.node("ShaderNodeTexNoise", {"Scale": 1.0, "Vector": flat})
     normal = graph.term(ray.outputs["Hit Normal"])
     slope = NODES.arccos(NODES.minimum(NODES.absolute(graph.components(normal)[2]), 1.0))
     here = (
@@ -78,14 +80,13 @@ def build_on_seabed(name: str, values: Mapping[str, Value]) -> bpy.types.NodeTre
         * NODES.less(_PATCHY * NODES.sqrt(given[CLUMPS]), graph.term(noise.outputs[0]))
     )
     upright = graph.vector(0.0, 0.0, 1.0) * given[UPRIGHT]
-    leaning = made.node("FunctionNodeAlignRotationToVector")
-    leaning.axis = "Z"
-    graph.assign(normal * (1.0 - given[UPRIGHT]) + upright, leaning.inputs["Vector"])
-    turned = made.node("FunctionNodeRotateRotation", Rotation=leaning.outputs[0])
-    turned.rotation_space = "LOCAL"
-    made.link(made.about_z(made.chance(0) * (2.0 * math.pi)), turned.inputs["Rotate By"])
-    placed = made.node("GeometryNodeSetPosition", Geometry=spots.outputs["Points"])
-    made.link(ray.outputs["Hit Position"], placed.inputs["Position"])
+    inputs = {"Vector": normal * (1.0 - given[UPRIGHT]) + upright}
+    leaning = graph.node("FunctionNodeAlignRotationToVector", inputs, axis="Z")
+    turn = made.about_z(made.chance(0) * (2.0 * math.pi))
+    inputs = {"Rotation": leaning.outputs[0], "Rotate By": turn}
+    turned = graph.node("FunctionNodeRotateRotation", inputs, rotation_space="LOCAL")
+    inputs = {"Geometry": spots.outputs["Points"], "Position": ray.outputs["Hit Position"]}
+    placed = graph.node("GeometryNodeSetPosition", inputs)
     return made.finished(placed.outputs[0], turned.outputs[0], here)
 
 
@@ -108,9 +109,8 @@ def build_school(name: str, values: Mapping[str, Value]) -> bpy.types.NodeTree:
     along = given[SPEED] * time + given[LENGTH] * level * NODES.sine(around) + stray[1]
     angle = along * (1.0 / given[RADIUS])
     z = given[HEIGHT] * out * height + stray[2]
-    points = made.node("GeometryNodePoints", Count=made.sockets[NUMBER])
     place = graph.vector(radius * _cosine(angle), radius * NODES.sine(angle), z)
-    graph.assign(place, points.inputs["Position"])
+    points = graph.node("GeometryNodePoints", {"Count": given[NUMBER], "Position": place})
     # At angle 0 the way is +y, and so looks the model.
     return made.finished(points.outputs[0], made.about_z(angle + given[TURN]))
 
@@ -137,29 +137,12 @@ class _Distribution:
                 socket.subtype, socket.min_value = unit, -math.inf if key == SPEED else 0.0
         self.graph = Graph(self.tree)
         inputs = self.graph.node("NodeGroupInput").outputs
-        self.sockets = {socket.name: socket for socket in inputs if socket.name}
-        self.chance = PlaceChance(self.graph, self.sockets[SEED]).number
-        self.given = {
-            key: self.graph.term(self.sockets[key])
-            for key in values
-            if _INPUTS[key][0] in ("Float", "Int")
-        }
-
-    def node(self, kind: str, **inputs: bpy.types.NodeSocket) -> bpy.types.Node:
-        """Add a node with links to its inputs, of which names have _ for blanks."""
-        made = self.graph.node(kind)
-        for name, socket in inputs.items():
-            self.link(socket, made.inputs[name.replace("_", " ")])
-        return made
-
-    def link(self, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket) -> None:
-        self.tree.links.new(one, other)
+        self.given = {socket.name: self.graph.term(socket) for socket in inputs if socket.name}
+        self.chance = PlaceChance(self.graph, self.given[SEED]).number
 
     def about_z(self, angle: NodeValue) -> bpy.types.NodeSocket:
-        made = self.node("FunctionNodeAxisAngleToRotation")
-        made.inputs["Axis"].default_value = (0.0, 0.0, 1.0)
-        self.graph.assign(angle, made.inputs["Angle"])
-        return made.outputs[0]
+        inputs = {"Axis": (0.0, 0.0, 1.0), "Angle": angle}
+        return self.graph.node("FunctionNodeAxisAngleToRotation", inputs).outputs[0]
 
     def finished(
         self,
@@ -169,20 +152,22 @@ class _Distribution:
     ) -> bpy.types.NodeTree:
         """Set objects on points; return the tree, which is the user's own."""
         graph, given = self.graph, self.given
-        objects = self.node("GeometryNodeCollectionInfo", Collection=self.sockets[OBJECTS])
-        objects.inputs["Separate Children"].default_value = True
-        objects.inputs["Reset Children"].default_value = True
-        made = self.node(
-            "GeometryNodeInstanceOnPoints", Points=points, Rotation=turned,
-            Instance=objects.outputs[0],
-        )  # fmt: skip
-        made.inputs["Pick Instance"].default_value = True
-        graph.assign(NODES.floor(1e4 * self.chance(8)), made.inputs["Instance Index"])
+        whole = {"Separate Children": True, "Reset Children": True}
+        inputs = {"Collection": given[OBJECTS], **whole}
+        objects = graph.node("GeometryNodeCollectionInfo", inputs)
+        size = given[SMALLEST] + (given[LARGEST] - given[SMALLEST]) * self.chance(9)
+        inputs = {
+            "Points": points,
+            "Rotation": turned,
+            "Instance": objects.outputs[0],
+            "Pick Instance": True,
+            "Instance Index": NODES.floor(1e4 * self.chance(8)),
+            "Scale": graph.vector(size, size, size),
+        }
+        made = graph.node("GeometryNodeInstanceOnPoints", inputs)
         if here is not None:
             graph.assign(here, made.inputs["Selection"])
-        size = given[SMALLEST] + (given[LARGEST] - given[SMALLEST]) * self.chance(9)
-        graph.assign(graph.vector(size, size, size), made.inputs["Scale"])
-        self.link(made.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+        graph.node("NodeGroupOutput", {0: made.outputs[0]})
         for node in self.tree.nodes:
             del node[MARK]
         return self.tree

@@ -83,7 +83,7 @@ def build(
     chosen = sum((part * vector_of_view_layer(graph, name) for part, name in channels), 0.0)
     node = volume_coefficients(graph)
     graph.assign(chosen, node.inputs["Emission Coefficients"])
-    graph.tree.links.new(node.outputs[0], output.inputs["Volume"])
+    graph.assign(node.outputs[0], output.inputs["Volume"])
     return material
 
 

@@ -15,6 +15,7 @@ from .node_mathematics import Graph, NodeValue, new_group
 
 FLOAT, VECTOR = "NodeSocketFloat", "NodeSocketVector"
 COLOUR, SHADER = "NodeSocketColor", "NodeSocketShader"
+INTEGER, SWITCH, GEOMETRY = "NodeSocketInt", "NodeSocketBool", "NodeSocketGeometry"
 _NONE = MappingProxyType({})
 
 
@@ -30,7 +31,7 @@ class Socket:
 
 
 class OpenGroup:
-    """A group under construction: its graph, with some options, and what comes in.
+    """A group of a kind under construction: its graph, with some options, and what comes in.
 
     Sockets are told by their type, or by more that people need who use a group by hand.
     """
@@ -41,9 +42,10 @@ class OpenGroup:
         inputs: Mapping[str, Socket | str] = _NONE,
         outputs: Mapping[str, Socket | str] = _NONE,
         text: str = "",
+        kind: str = "ShaderNodeTree",
         **options: Any,  # noqa: ANN401
     ) -> None:
-        self.tree = new_group(name)
+        self.tree = new_group(name, kind)
         self.tree.description = text
         for socket, about in inputs.items():
             self._add("INPUT", socket, about)
@@ -72,7 +74,5 @@ class OpenGroup:
         """Bring the results out; an output that was not named is a number or a vector."""
         for name in [name for name in results if name not in self._named]:
             self._add("OUTPUT", name, FLOAT if getattr(results[name], "size", 1) == 1 else VECTOR)
-        end = self.graph.node("NodeGroupOutput")
-        for name, value in results.items():
-            self.graph.assign(value, end.inputs[name])
+        self.graph.node("NodeGroupOutput", results)
         return self.tree

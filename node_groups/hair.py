@@ -51,8 +51,7 @@ def hide(surface: bpy.types.Node) -> None:
         return
     graph = Graph(surface.id_data)
     hair = graph.node("ShaderNodeHairInfo").outputs
-    seen = graph.node("ShaderNodeAmbientOcclusion")
-    graph.assign(graph.term(hair["Length"]), seen.inputs["Distance"])
+    seen = graph.node("ShaderNodeAmbientOcclusion", {"Distance": hair["Length"]})
     colour: Operand = surface.inputs[COLOR].default_value[:3]
     if surface.inputs[COLOR].is_linked:
         colour = graph.components(graph.term(surface.inputs[COLOR].links[0].from_socket))

@@ -154,8 +154,7 @@ def new_images(
     They have so many profiles; some may shine in ``from_air``.
     """
     height = SPREAD + SPREAD_ROWS + rows.first["all"] * (lamps + rows.inelastic)
-    image = number_image(NAME, _WIDTH, height)
-    image.use_half_precision = False  # numbers keep their digits
+    image = number_image(NAME, _WIDTH, height, half=False)
     for name, count in zip(_ROWS, dataclasses.astuple(rows), strict=True):
         image[name] = count
     image[FROM_AIR_KEY], image[VIRTUAL_KEY], image[_PLACES] = from_air, virtual, profiles

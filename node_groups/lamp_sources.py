@@ -37,9 +37,7 @@ _WRITTEN = "uw_written"  # custom property of the image: what is in it
 def new_image(places: int) -> bpy.types.Image:
     """Make the image of so many profiles."""
     rows = -(-places // _BESIDE)
-    image = number_image(_NAME, _WIDTH * min(places, _BESIDE), _HEIGHT * rows)
-    image.use_half_precision = False
-    return image
+    return number_image(_NAME, _WIDTH * min(places, _BESIDE), _HEIGHT * rows, half=False)
 
 
 def write(

@@ -19,9 +19,11 @@ from ..uw_spectral.lamps.lamp_channels import (
     along_path,
 )
 from ..uw_spectral.lamps.lamp_channels import LENGTHS as SAMPLES
+from ..uw_spectral.lamps.lamp_path import Quadrature, fewer
 from ..uw_spectral.lamps.lamp_shadow import SOFT, shadow_axes
 from ..uw_spectral.lamps.multiple_scattering import InelasticLight
 from ..uw_spectral.lamps.representative_bands import COUNT as BANDS
+from ..uw_spectral.mathematics import Operand
 from ..uw_spectral.table import Axis
 from ..uw_spectral.water.phase import PhaseFunction
 from . import lamp_images as layout
@@ -29,7 +31,7 @@ from . import lamp_sources
 from .image_table import ImageTable
 from .lamp_images import LampImages, LampRows
 from .lamp_profiles import ImageParts, ImageProfile, water_of_lamps
-from .lamp_quadrature import ImageQuadrature
+from .loops import summed
 from .node_mathematics import NODES, Graph, NodeValue
 from .texture_atlas import closest
 
@@ -160,10 +162,28 @@ class LampTable:
         """Look up the tables of what excites fluorophores."""
         return [row.at(length=length) for row in self._projected(index, "exciting", BANDS)]
 
-    @property
-    def quadrature(self) -> ImageQuadrature:
-        """What adds up terms along rays."""
-        return ImageQuadrature(self.graph, self.image, self.virtual)
+    def nodes_for(self, lamp: Lamp) -> Quadrature:
+        """Return what adds up terms along rays past a lamp, as :func:`.nodes_for` does.
+
+        Places and weights are those of the image.
+        """
+
+        def integrate(
+            count: int, term: Callable[[Operand, Operand], tuple[Operand, ...]]
+        ) -> tuple[NodeValue, ...]:
+            first, number = _first_of(count), count
+            if self.virtual:
+                few = fewer(count)
+                first = NODES.select(lamp.virtual, _first_of(few), first)
+                number = NODES.select(lamp.virtual, float(few), float(count))
+
+            def of_place(index: NodeValue) -> tuple[NodeValue, ...]:
+                place, fraction, _ = self.graph.components(self._at(index + first, 0.0))
+                return term(place, fraction)
+
+            return summed(self.graph, number, of_place)
+
+        return integrate
 
     def _projected(self, index: NodeValue, name: str, count: int) -> list[ImageTable]:
         return self._rows(self._row(index) + float(self.rows.first[name]), count)
@@ -185,3 +205,8 @@ class LampTable:
 
     def _row(self, index: NodeValue) -> NodeValue:
         return index * float(self.rows.first["all"]) + float(layout.SPREAD + layout.SPREAD_ROWS)
+
+
+def _first_of(nodes: int) -> float:
+    """Column of the first place of a quadrature."""
+    return float(sum(layout.QUADRATURES[: layout.QUADRATURES.index(nodes)]))

@@ -87,8 +87,5 @@ def _zone(graph: Graph, count: int | NodeValue) -> tuple[bpy.types.Node, bpy.typ
     begin = graph.node("GeometryNodeRepeatInput")
     end = graph.node("GeometryNodeRepeatOutput")
     begin.pair_with_output(end)
-    if isinstance(count, NodeValue):
-        graph.assign(count, begin.inputs["Iterations"])
-    else:
-        begin.inputs["Iterations"].default_value = count
+    graph.assign(count, begin.inputs["Iterations"])
     return begin, end

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import bpy
 import numpy as np
@@ -24,6 +25,7 @@ MARK = "uw_node"
 PART_SIZE = 64
 """Nodes of a part of a graph: fastest to build within a factor of two."""
 _COLUMNS = 40
+_NONE = MappingProxyType({})
 
 
 @dataclass(eq=False)
@@ -48,9 +50,17 @@ class Graph:
     _open: bool = False
     _zone: tuple[int, ...] = ()
 
-    def node(self, kind: str, **properties: Operand) -> bpy.types.Node:
-        """Add a node of a type to the tree and set its properties."""
-        return _new_node(self.tree, kind, len(self._made), properties)
+    def node(
+        self,
+        kind: str,
+        inputs: Mapping[str, Operand] | Mapping[int, Operand] = _NONE,
+        **properties: Operand,
+    ) -> bpy.types.Node:
+        """Add a node of a type to the tree, and set its properties and its inputs."""
+        node = _new_node(self.tree, kind, len(self._made), properties)
+        for name, value in inputs.items():
+            self.assign(value, node.inputs[name])
+        return node
 
     def shared(self, group: bpy.types.ShaderNodeTree) -> bpy.types.NodeOutputs:
         """Return the outputs of the one node of a group without inputs."""
@@ -71,37 +81,34 @@ class Graph:
         """Return the term of an output socket."""
         return NodeValue(self, socket, 1 if socket.type in {"VALUE", "INT", "BOOLEAN"} else 3)
 
-    def assign(self, value: NodeValue | float, socket: bpy.types.NodeSocket) -> None:
-        """Bring a value to an input socket, as a link or as a constant."""
+    def assign(self, value: Operand, socket: bpy.types.NodeSocket) -> None:
+        """Bring a value, or what comes out of a socket, to an input: as a link or as a constant.
+
+        All parts of a vector or colour get a number.
+        """
+        tree = socket.id_data
         if isinstance(value, NodeValue):
-            tree = socket.id_data
             tree.links.new(self._brought(value, tree), socket)
-        elif socket.type == "VALUE":
-            socket.default_value = float(value)
-        else:
+        elif isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, socket)
+        elif socket.type in {"RGBA", "VECTOR"} and np.ndim(value) == 0:
             size = len(socket.default_value)
             socket.default_value = [float(value)] * 3 + [1.0] * (size - 3)
+        else:
+            socket.default_value = float(value) if socket.type == "VALUE" else value
 
     def mixed(
         self,
-        fraction: NodeValue | bpy.types.NodeSocket,
+        fraction: NodeValue | float | bpy.types.NodeSocket,
         one: bpy.types.NodeSocket,
         other: bpy.types.NodeSocket,
     ) -> bpy.types.NodeSocket:
         """Mix two shaders."""
-        node = self.node("ShaderNodeMixShader")
-        known = fraction if isinstance(fraction, NodeValue) else self.term(fraction)
-        self.assign(known, node.inputs[0])
-        for source, socket in zip((one, other), node.inputs[1:], strict=True):
-            self.tree.links.new(source, socket)
-        return node.outputs[0]
+        return self.node("ShaderNodeMixShader", {0: fraction, 1: one, 2: other}).outputs[0]
 
-    def added(self, *shaders: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    def added(self, one: bpy.types.NodeSocket, other: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
         """Add two shaders."""
-        node = self.node("ShaderNodeAddShader")
-        for source, socket in zip(shaders, node.inputs, strict=True):
-            self.tree.links.new(source, socket)
-        return node.outputs[0]
+        return self.node("ShaderNodeAddShader", {0: one, 1: other}).outputs[0]
 
     def operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         """Return the term of one mathematical node; that of a product is made when it is used."""
@@ -144,52 +151,39 @@ class Graph:
     def _operation(self, name: str, operands: Sequence[NodeValue | float]) -> NodeValue:
         key = _key(name, operands)
         if key not in self._made:
-            numbers = _size(operands) == 1
-            if numbers and self.slim_numbers:
-                node, sockets, operands = self._slim_number(name, operands)
-            elif numbers or not self.slim:
-                kind = "ShaderNodeMath" if numbers else "ShaderNodeVectorMath"
-                node = self.inner_node(kind, operation=name)
-                sockets = node.inputs[: len(operands)]
-            else:
-                node, sockets, operands = self._slim_node(name, operands)
+            node, sockets, operands = self._made_for(name, operands)
             for operand, socket in zip(operands, sockets, strict=True):
                 self.assign(operand, socket)
             output = node.outputs["Value"] if name in _TO_NUMBER else node.outputs[0]
             self._made[key] = self.term(output)
         return self._made[key]
 
-    def _slim_number(
+    def _made_for(
         self, name: str, operands: Sequence[NodeValue | float]
-    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], list[NodeValue]]:
-        """Return the same for one number: three inputs that are all given take no room."""
-        if name in _FUSED:
-            name, operands = "MULTIPLY_ADD", _FUSED[name](*operands)
-        node = self.inner_node("ShaderNodeMath", operation=name)
-        return node, list(node.inputs)[: len(operands)], self._given(operands)
+    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], Sequence[NodeValue | float]]:
+        """Return a node for an operation, its inputs and what they get.
 
-    def _given(self, operands: Sequence[NodeValue | float]) -> list[NodeValue]:
-        """Return operands of which none is a constant, for the part that is being filled."""
-        number = self._parts[-1].number
-        return [v if isinstance(v, NodeValue) else self.term(number(float(v))) for v in operands]
-
-    def _slim_node(
-        self, name: str, operands: Sequence[NodeValue | float]
-    ) -> tuple[bpy.types.Node, list[bpy.types.NodeSocket], list[NodeValue]]:
-        """Return a node for three bands that takes little room, its inputs and what they get.
-
-        Multiply Add has no vector without effect, as Add and Multiply have.
+        A slim one takes little room: of its inputs none is a constant, and those of one number are
+        all given. Multiply Add has no vector without effect, as Add and Multiply have.
         """
-        if name in _FUSED:
+        numbers = _size(operands) == 1
+        slim = self.slim_numbers if numbers else self.slim
+        if slim and name in _FUSED:
             name, operands = "MULTIPLY_ADD", _FUSED[name](*operands)
-        if name == "DIVIDE":
+        if slim and not numbers and name == "DIVIDE":
             node = self.inner_node("ShaderNodeMixRGB", blend_type=name)
             node.inputs[0].default_value = 1.0
             sockets = list(node.inputs)[1:]
         else:
-            node = self.inner_node("ShaderNodeVectorMath", operation=name)
+            kind = "ShaderNodeMath" if numbers else "ShaderNodeVectorMath"
+            node = self.inner_node(kind, operation=name)
             sockets = list(node.inputs)[: len(operands)]
-        return node, sockets, self._given(operands)
+        if slim:
+            number = self._parts[-1].number  # of the part that is being filled
+            operands = [
+                v if isinstance(v, NodeValue) else self.term(number(float(v))) for v in operands
+            ]
+        return node, sockets, operands
 
     def vector(self, x: NodeValue | float, y: NodeValue | float, z: NodeValue | float) -> NodeValue:
         """Join three numbers."""
@@ -382,8 +376,7 @@ class NodeValue:
     def __add__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("ADD", (self, other))
 
-    def __radd__(self, other: Operand) -> Operand:
-        return self + other
+    __radd__ = __add__
 
     def __sub__(self, other: Operand) -> Operand:
         return self if _is(other, 0.0) else self.graph.operation("SUBTRACT", (self, other))
@@ -396,8 +389,7 @@ class NodeValue:
             return 0.0
         return self if _is(other, 1.0) else self.graph.operation("MULTIPLY", (self, other))
 
-    def __rmul__(self, other: Operand) -> Operand:
-        return self * other
+    __rmul__ = __mul__
 
     def __truediv__(self, other: Operand) -> Operand:
         return self if _is(other, 1.0) else self.graph.operation("DIVIDE", (self, other))

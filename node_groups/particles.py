@@ -25,6 +25,8 @@ from ..uw_spectral.water.particles import (
     wrapped,
 )
 from .chance import PlaceChance
+from .data_blocks import new_material
+from .group_sockets import COLOUR, FLOAT, GEOMETRY, INTEGER, SWITCH, VECTOR, OpenGroup, Socket
 from .node_mathematics import MARK, NODES, Graph, NodeValue, new_group
 
 SHAPE, COUNT, SIDE, SEED = "Shape", "Count", "Box Side", "Seed"
@@ -39,44 +41,32 @@ _PORT = 0.1
 """Nearer to the camera than this, m, is its housing."""
 _MARGIN = 1.3  # of the picture's half width, for blurred ones that only reach into it
 _INDEX = 1.34  # of water around bubbles; coarse beside their own distortion
-_INPUTS: dict[str, tuple[str, object, str]] = {
-    SHAPE: ("NodeSocketGeometry", None, "Bodies of diameter 1, as instances; one is picked each"),
-    COUNT: ("NodeSocketInt", 1000, "Particles in the box"),
-    TIMES: ("NodeSocketFloat", 1.0, "Factor on their number"),
-    SIDE: ("NodeSocketFloat", 2.0, "Side of the box around the camera, m"),
-    SMALLEST: ("NodeSocketFloat", 5e-4, "Diameter, m"),
-    LARGEST: ("NodeSocketFloat", 1e-3, "Diameter, m"),
-    SLOPE: ("NodeSocketFloat", TYPICAL_SLOPE, "Numbers fall with this power of the diameter"),
-    RISE: ("NodeSocketFloat", 0.0, "Speed upwards of the smallest, m/s; negative sinks"),
-    RISE_LARGEST: ("NodeSocketFloat", 0.0, "Speed upwards of the largest, m/s"),
-    DRIFT: ("NodeSocketVector", (0.0, 0.0, 0.0), "Velocity of the water, m/s"),
-    WANDER: ("NodeSocketFloat", 0.01, "How far a particle strays from its path, m"),
-    PACE: ("NodeSocketFloat", 1.0, "How fast it does, radians per second"),
-    STRETCH: ("NodeSocketFloat", 1.0, "Longest side over the others, at most"),
-    REFLECTANCE: ("NodeSocketColor", (0.5, 0.5, 0.5, 1.0), "Mean reflectance"),
-    DEEPEST: ("NodeSocketFloat", 1e4, "Depth of the floor, m"),
-    SEED: ("NodeSocketInt", 0, "Of places, sizes and turns"),
-    IN_VIEW: ("NodeSocketBool", True, "Leave out what the active camera does not see"),
+_INPUTS = {
+    SHAPE: Socket(GEOMETRY, "Bodies of diameter 1, as instances; one is picked each"),
+    COUNT: Socket(INTEGER, "Particles in the box", 1000),
+    TIMES: Socket(FLOAT, "Factor on their number", 1.0),
+    SIDE: Socket(FLOAT, "Side of the box around the camera, m", 2.0),
+    SMALLEST: Socket(FLOAT, "Diameter, m", 5e-4),
+    LARGEST: Socket(FLOAT, "Diameter, m", 1e-3),
+    SLOPE: Socket(FLOAT, "Numbers fall with this power of the diameter", TYPICAL_SLOPE),
+    RISE: Socket(FLOAT, "Speed upwards of the smallest, m/s; negative sinks", 0.0),
+    RISE_LARGEST: Socket(FLOAT, "Speed upwards of the largest, m/s", 0.0),
+    DRIFT: Socket(VECTOR, "Velocity of the water, m/s", (0.0, 0.0, 0.0)),
+    WANDER: Socket(FLOAT, "How far a particle strays from its path, m", 0.01),
+    PACE: Socket(FLOAT, "How fast it does, radians per second", 1.0),
+    STRETCH: Socket(FLOAT, "Longest side over the others, at most", 1.0),
+    REFLECTANCE: Socket(COLOUR, "Mean reflectance", (0.5, 0.5, 0.5, 1.0)),
+    DEEPEST: Socket(FLOAT, "Depth of the floor, m", 1e4),
+    SEED: Socket(INTEGER, "Of places, sizes and turns", 0),
+    IN_VIEW: Socket(SWITCH, "Leave out what the active camera does not see", True),
 }
 
 
 def build_class() -> bpy.types.GeometryNodeTree:
     """Build the group of the particles of a size class; output: instances in world space."""
-    tree = new_group(CLASS_NAME, "GeometryNodeTree")
-    for name, (kind, value, text) in _INPUTS.items():
-        socket = tree.interface.new_socket(name, in_out="INPUT", socket_type=kind)
-        socket.description = text
-        if value is not None:
-            socket.default_value = value
-    tree.interface.new_socket("Instances", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    graph = Graph(tree)
-    sockets = {s.name: s for s in graph.node("NodeGroupInput").outputs if s.name}
-    given = {
-        name: graph.term(sockets[name])
-        for name in _INPUTS
-        if name not in (SHAPE, REFLECTANCE, IN_VIEW)
-    }
-    chance = PlaceChance(graph, sockets[SEED])
+    group = OpenGroup(CLASS_NAME, _INPUTS, {"Instances": GEOMETRY}, kind="GeometryNodeTree")
+    graph, given = group.graph, group.given
+    chance = PlaceChance(graph, given[SEED])
     side = given[SIDE]
     start = graph.components(chance.vector(0) * side)
     fraction = chance.number(1)
@@ -90,38 +80,34 @@ def build_class() -> bpy.types.GeometryNodeTree:
         start, time, rise, graph.components(given[DRIFT]), given[WANDER], given[PACE], phases, NODES
     )
     camera = graph.node("GeometryNodeInputActiveCamera").outputs[0]
-    seat = graph.node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
-    tree.links.new(camera, seat.inputs["Object"])
+    seat = graph.node("GeometryNodeObjectInfo", {"Object": camera}, transform_space="ORIGINAL")
     eye = graph.components(graph.term(seat.outputs["Location"]))
     place = [wrapped(x, o, side, NODES) for x, o in zip(moved, eye, strict=True)]
     shown = _is_there(place, eye, size, given[DEEPEST]) * _is_seen(
-        graph, place, camera, seat.outputs["Transform"], sockets[IN_VIEW]
+        graph, place, camera, seat.outputs["Transform"], given[IN_VIEW]
     )
-    points = graph.node("GeometryNodePoints")
-    graph.assign(given[COUNT] * given[TIMES], points.inputs["Count"])
-    graph.assign(graph.vector(*place), points.inputs["Position"])
-    instances = graph.node("GeometryNodeInstanceOnPoints")
-    tree.links.new(points.outputs[0], instances.inputs["Points"])
-    tree.links.new(sockets[SHAPE], instances.inputs["Instance"])
-    instances.inputs["Pick Instance"].default_value = True
-    graph.assign(NODES.floor(chance.number(3) * 1e3), instances.inputs["Instance Index"])
-    graph.assign(shown, instances.inputs["Selection"])
-    turn = graph.node("FunctionNodeEulerToRotation")
-    graph.assign(chance.vector(4) * (2.0 * math.pi), turn.inputs[0])
-    tree.links.new(turn.outputs[0], instances.inputs["Rotation"])
+    inputs = {"Count": given[COUNT] * given[TIMES], "Position": graph.vector(*place)}
+    points = graph.node("GeometryNodePoints", inputs)
+    turn = graph.node("FunctionNodeEulerToRotation", {0: chance.vector(4) * (2.0 * math.pi)})
     longer = 1.0 + (given[STRETCH] - 1.0) * chance.number(5)
     thinner = NODES.power(longer, -0.5)
-    graph.assign(
-        graph.vector(size * longer, size * thinner, size * thinner), instances.inputs["Scale"]
-    )
-    named = graph.node("GeometryNodeStoreNamedAttribute", data_type="FLOAT_COLOR")
-    named.domain = "INSTANCE"
-    named.inputs["Name"].default_value = _ATTRIBUTE
-    tree.links.new(instances.outputs[0], named.inputs["Geometry"])
-    colour = graph.term(sockets[REFLECTANCE]) * (0.7 + 0.6 * chance.number(6))
+    inputs = {
+        "Points": points.outputs[0],
+        "Selection": shown,
+        "Instance": given[SHAPE],
+        "Pick Instance": True,
+        "Instance Index": NODES.floor(chance.number(3) * 1e3),
+        "Rotation": turn.outputs[0],
+        "Scale": graph.vector(size * longer, size * thinner, size * thinner),
+    }
+    instances = graph.node("GeometryNodeInstanceOnPoints", inputs)
+    named = graph.node(
+        "GeometryNodeStoreNamedAttribute", {"Name": _ATTRIBUTE, "Geometry": instances.outputs[0]},
+        data_type="FLOAT_COLOR", domain="INSTANCE",
+    )  # fmt: skip
+    colour = given[REFLECTANCE] * (0.7 + 0.6 * chance.number(6))
     graph.assign(colour, named.inputs["Value"])
-    tree.links.new(named.outputs[0], graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    return group.finished({"Instances": named.outputs[0]})
 
 
 def _is_there(
@@ -138,24 +124,19 @@ def _is_seen(
     place: Sequence[NodeValue],
     camera: bpy.types.NodeSocket,
     seat: bpy.types.NodeSocket,
-    in_view: bpy.types.NodeSocket,
+    in_view: NodeValue,
 ) -> NodeValue:
     """Whether the camera sees a place, or every place counts."""
-    tree = graph.tree
-    lens = graph.node("GeometryNodeCameraInfo")
-    tree.links.new(camera, lens.inputs[0])
-    back = graph.node("FunctionNodeInvertMatrix")
-    tree.links.new(seat, back.inputs[0])
-    local = graph.node("FunctionNodeTransformPoint")
-    graph.assign(graph.vector(*place), local.inputs["Vector"])
-    tree.links.new(back.outputs[0], local.inputs["Transform"])
-    flat = graph.node("FunctionNodeProjectPoint")
-    tree.links.new(local.outputs[0], flat.inputs["Vector"])
-    tree.links.new(lens.outputs["Projection Matrix"], flat.inputs["Transform"])
+    lens = graph.node("GeometryNodeCameraInfo", {0: camera})
+    back = graph.node("FunctionNodeInvertMatrix", {0: seat})
+    inputs = {"Vector": graph.vector(*place), "Transform": back.outputs[0]}
+    local = graph.node("FunctionNodeTransformPoint", inputs)
+    inputs = {"Vector": local.outputs[0], "Transform": lens.outputs["Projection Matrix"]}
+    flat = graph.node("FunctionNodeProjectPoint", inputs)
     x, y, _ = graph.components(graph.term(flat.outputs[0]))
     before = NODES.less(graph.components(graph.term(local.outputs[0]))[2], 0.0)
     inside = NODES.less(NODES.absolute(x), _MARGIN) * NODES.less(NODES.absolute(y), _MARGIN)
-    return NODES.maximum(before * inside, 1.0 - graph.term(in_view))
+    return NODES.maximum(before * inside, 1.0 - in_view)
 
 
 def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.types.NodeTree:
@@ -168,36 +149,32 @@ def build(name: str, cloud: ParticleCloud, material: bpy.types.Material) -> bpy.
     for way in ("OUTPUT", "INPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
     times = tree.interface.new_socket(TIMES, in_out="INPUT", socket_type="NodeSocketFloat")
-    times.default_value, times.min_value, times.description = 1.0, 0.0, _INPUTS[TIMES][2]
+    times.default_value, times.min_value, times.description = 1.0, 0.0, _INPUTS[TIMES].text
     graph, group = Graph(tree), build_class()
     given = graph.node("NodeGroupInput").outputs
-    shape = _SHAPES[cloud.kind.name](graph)
-    dressed = graph.node("GeometryNodeSetMaterial")
-    dressed.inputs["Material"].default_value = material
-    tree.links.new(shape, dressed.inputs["Geometry"])
-    joined = graph.node("GeometryNodeJoinGeometry")
-    for _ in cloud.classes:
-        node = graph.node("GeometryNodeGroup", node_tree=group)
-        tree.links.new(dressed.outputs[0], node.inputs[SHAPE])
-        tree.links.new(given[TIMES], node.inputs[TIMES])
-        tree.links.new(node.outputs[0], joined.inputs[0])
-    whole = graph.node("GeometryNodeJoinGeometry")
-    tree.links.new(_in_own_space(graph, joined.outputs[0]), whole.inputs[0])
-    tree.links.new(given["Geometry"], whole.inputs[0])
-    tree.links.new(whole.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    inputs = {"Material": material, "Geometry": _SHAPES[cloud.kind.name](graph)}
+    dressed = graph.node("GeometryNodeSetMaterial", inputs).outputs[0]
+    inputs = {SHAPE: dressed, TIMES: given[TIMES]}
+    nodes = [graph.node("GeometryNodeGroup", inputs, node_tree=group) for _ in cloud.classes]
+    made = _in_own_space(graph, _joined(graph, [node.outputs[0] for node in nodes]))
+    whole = _joined(graph, [made, given["Geometry"]])
+    graph.node("NodeGroupOutput", {0: whole})
     return tree
 
 
+def _joined(graph: Graph, parts: Sequence[bpy.types.NodeSocket]) -> bpy.types.NodeSocket:
+    joined = graph.node("GeometryNodeJoinGeometry")
+    for part in parts:
+        graph.assign(part, joined.inputs[0])
+    return joined.outputs[0]
+
+
 def _in_own_space(graph: Graph, geometry: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    seat = graph.node("GeometryNodeObjectInfo", transform_space="ORIGINAL")
-    graph.tree.links.new(graph.node("GeometryNodeSelfObject").outputs[0], seat.inputs["Object"])
-    back = graph.node("FunctionNodeInvertMatrix")
-    graph.tree.links.new(seat.outputs["Transform"], back.inputs[0])
-    moved = graph.node("GeometryNodeTransform")
-    moved.inputs["Mode"].default_value = "Matrix"
-    graph.tree.links.new(geometry, moved.inputs["Geometry"])
-    graph.tree.links.new(back.outputs[0], moved.inputs["Transform"])
-    return moved.outputs[0]
+    inputs = {"Object": graph.node("GeometryNodeSelfObject").outputs[0]}
+    seat = graph.node("GeometryNodeObjectInfo", inputs, transform_space="ORIGINAL")
+    back = graph.node("FunctionNodeInvertMatrix", {0: seat.outputs["Transform"]})
+    inputs = {"Mode": "Matrix", "Geometry": geometry, "Transform": back.outputs[0]}
+    return graph.node("GeometryNodeTransform", inputs).outputs[0]
 
 
 def write(
@@ -244,47 +221,43 @@ def empty(tree: bpy.types.NodeTree) -> None:
 
 def grain_material() -> bpy.types.Material:
     """Make the material of grains and flocs: they let through as much light as they throw back."""
-    material, tree = _material("UW Particles")
-    colour = tree.nodes.new("ShaderNodeAttribute")
-    colour.attribute_type, colour.attribute_name = "INSTANCER", _ATTRIBUTE
-    mixed = tree.nodes.new("ShaderNodeMixShader")
-    for place, kind in enumerate(("ShaderNodeBsdfDiffuse", "ShaderNodeBsdfTranslucent"), start=1):
-        shader = tree.nodes.new(kind)
-        tree.links.new(colour.outputs["Color"], shader.inputs["Color"])
-        tree.links.new(shader.outputs[0], mixed.inputs[place])
-    tree.links.new(mixed.outputs[0], tree.nodes["Output"].inputs["Surface"])
-    return material
+    made = new_material("UW Particles")
+    _, graph, _ = made
+    own = graph.node("ShaderNodeAttribute", attribute_type="INSTANCER", attribute_name=_ATTRIBUTE)
+    colour = {"Color": own.outputs["Color"]}
+    matte = graph.node("ShaderNodeBsdfDiffuse", colour)
+    behind = graph.node("ShaderNodeBsdfTranslucent", colour)
+    return _as_the_users(*made, graph.mixed(0.5, matte.outputs[0], behind.outputs[0]))
 
 
 def bubble_material() -> bpy.types.Material:
     """Make the material of bubbles: mirrors towards their rim, where light is totally reflected."""
-    material, tree = _material("UW Bubbles")
-    fresnel, clear, mirror, mixed = (
-        tree.nodes.new(f"ShaderNode{kind}")
-        for kind in ("Fresnel", "BsdfTransparent", "BsdfGlossy", "MixShader")
-    )
-    fresnel.inputs["IOR"].default_value = 1.0 / _INDEX
-    mirror.inputs["Roughness"].default_value = 0.15
-    tree.links.new(fresnel.outputs[0], mixed.inputs[0])
-    tree.links.new(clear.outputs[0], mixed.inputs[1])
-    tree.links.new(mirror.outputs[0], mixed.inputs[2])
-    tree.links.new(mixed.outputs[0], tree.nodes["Output"].inputs["Surface"])
+    made = new_material("UW Bubbles")
+    _, graph, _ = made
+    fresnel = graph.node("ShaderNodeFresnel", {"IOR": 1.0 / _INDEX})
+    clear = graph.node("ShaderNodeBsdfTransparent")
+    mirror = graph.node("ShaderNodeBsdfGlossy", {"Roughness": 0.15})
+    shown = graph.mixed(fresnel.outputs[0], clear.outputs[0], mirror.outputs[0])
+    return _as_the_users(*made, shown)
+
+
+def _as_the_users(
+    material: bpy.types.Material,
+    graph: Graph,
+    output: bpy.types.Node,
+    shown: bpy.types.NodeSocket,
+) -> bpy.types.Material:
+    """Let a material of the water show a shader, with nodes that are sent through it as any."""
+    graph.assign(shown, output.inputs["Surface"])
+    for node in graph.tree.nodes:
+        del node[MARK]
+    material[MARK] = True
     return material
 
 
-def _material(name: str) -> tuple[bpy.types.Material, bpy.types.NodeTree]:
-    material = bpy.data.materials.new(name)
-    material[MARK] = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    tree.nodes.new("ShaderNodeOutputMaterial").name = "Output"
-    return material, tree
-
-
 def _ball(graph: Graph, fine: int) -> bpy.types.NodeSocket:
-    node = graph.node("GeometryNodeMeshIcoSphere")
-    node.inputs["Radius"].default_value, node.inputs["Subdivisions"].default_value = 0.5, fine
-    return node.outputs["Mesh"]
+    inputs = {"Radius": 0.5, "Subdivisions": fine}
+    return graph.node("GeometryNodeMeshIcoSphere", inputs).outputs["Mesh"]
 
 
 def _scaled(
@@ -293,16 +266,14 @@ def _scaled(
     scale: tuple[float, float, float],
     place: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> bpy.types.NodeSocket:
-    node = graph.node("GeometryNodeTransform")
-    graph.tree.links.new(mesh, node.inputs["Geometry"])
-    node.inputs["Scale"].default_value, node.inputs["Translation"].default_value = scale, place
-    return node.outputs[0]
+    inputs = {"Geometry": mesh, "Scale": scale, "Translation": place}
+    return graph.node("GeometryNodeTransform", inputs).outputs[0]
 
 
 def _instances(graph: Graph, meshes: Sequence[bpy.types.NodeSocket]) -> bpy.types.NodeSocket:
     node = graph.node("GeometryNodeGeometryToInstance")
     for mesh in meshes:
-        graph.tree.links.new(mesh, node.inputs[0])
+        graph.assign(mesh, node.inputs[0])
     return node.outputs[0]
 
 
@@ -310,15 +281,12 @@ def _lumps(graph: Graph, fine: int, roughness: float, kinds: int) -> bpy.types.N
     """Return balls that noise has pushed in and out."""
     meshes = []
     for number in range(kinds):
-        noise = graph.node("ShaderNodeTexNoise", noise_dimensions="4D")
-        noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 2.5, 3.0
-        noise.inputs["W"].default_value = 7.0 * number
+        inputs = {"Scale": 2.5, "Detail": 3.0, "W": 7.0 * number}
+        noise = graph.node("ShaderNodeTexNoise", inputs, noise_dimensions="4D")
         push = (graph.term(noise.outputs[0]) - 0.5) * roughness
         normal = graph.term(graph.node("GeometryNodeInputNormal").outputs[0])
-        moved = graph.node("GeometryNodeSetPosition")
-        graph.tree.links.new(_ball(graph, fine), moved.inputs["Geometry"])
-        graph.assign(normal * push, moved.inputs["Offset"])
-        meshes.append(moved.outputs[0])
+        inputs = {"Geometry": _ball(graph, fine), "Offset": normal * push}
+        meshes.append(graph.node("GeometryNodeSetPosition", inputs).outputs[0])
     return _instances(graph, meshes)
 
 
@@ -327,15 +295,11 @@ def _copepod(graph: Graph) -> bpy.types.NodeSocket:
     body = _scaled(graph, _ball(graph, 2), (0.8, 0.4, 0.4))
     antennae = _scaled(graph, _ball(graph, 1), (0.05, 1.1, 0.05), (0.28, 0.0, 0.0))
     tail = _scaled(graph, _ball(graph, 1), (0.35, 0.1, 0.1), (-0.5, 0.0, 0.0))
-    joined = graph.node("GeometryNodeJoinGeometry")
-    for part in (body, antennae, tail):
-        graph.tree.links.new(part, joined.inputs[0])
-    return _instances(graph, [joined.outputs[0]])
+    return _instances(graph, [_joined(graph, (body, antennae, tail))])
 
 
 def _bubble(graph: Graph) -> bpy.types.NodeSocket:
-    smooth = graph.node("GeometryNodeSetShadeSmooth")
-    graph.tree.links.new(_ball(graph, 3), smooth.inputs["Geometry"])
+    smooth = graph.node("GeometryNodeSetShadeSmooth", {"Geometry": _ball(graph, 3)})
     return _instances(graph, [smooth.outputs[0]])
 
 

@@ -31,7 +31,7 @@ class AdjacencyShape(TermShape):
 
     @override
     def parts(self, shape: Shape) -> dict[str, bpy.types.ID]:
-        return {PART: new_image()}
+        return {PART: number_image(NAME, SIZE, _TILES * SIZE)}
 
     @override
     def in_pixel(self, pixel: Pixel) -> TermPixel | None:
@@ -40,11 +40,6 @@ class AdjacencyShape(TermShape):
         found, image = TermPixel(), pixel.sources.parts[PART]
         found.around = around(pixel.graph, pixel.water.values.outputs, image, pixel.point)
         return found
-
-
-def new_image() -> bpy.types.Image:
-    """Make an image of a view in which nothing is."""
-    return number_image(NAME, SIZE, _TILES * SIZE)
 
 
 def write_adjacency(image: bpy.types.Image, adjacency: Adjacency) -> None:
@@ -58,7 +53,7 @@ def write_adjacency(image: bpy.types.Image, adjacency: Adjacency) -> None:
 def around(
     graph: Graph, values: bpy.types.NodeOutputs, image: bpy.types.Image, point: Sequence[NodeValue]
 ) -> Around:
-    """Look up what objects about a point, m, do, in an image of :func:`new_image`.
+    """Look up what objects about a point, m, do, in an image of the shape's.
 
     ``values`` are the outputs of the group of all numbers.
     """

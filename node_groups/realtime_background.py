@@ -48,11 +48,9 @@ def build_world(group: bpy.types.ShaderNodeTree) -> bpy.types.World:
     """Build a world that shows the group to the camera and lights nothing."""
     world, graph, output = new_world(NAME)
     node = graph.node("ShaderNodeGroup", node_tree=group)
-    background = graph.node("ShaderNodeBackground")
-    graph.tree.links.new(node.outputs[0], background.inputs["Color"])
     seen = graph.node("ShaderNodeLightPath").outputs["Is Camera Ray"]
-    graph.tree.links.new(seen, background.inputs["Strength"])
-    graph.tree.links.new(background.outputs[0], output.inputs["Surface"])
+    inputs = {"Color": node.outputs[0], "Strength": seen}
+    graph.assign(graph.node("ShaderNodeBackground", inputs).outputs[0], output.inputs["Surface"])
     # EEVEE draws a map of the world for its light, of which there is none.
     world.probe_resolution = "128"
     return world

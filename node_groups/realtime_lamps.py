@@ -72,11 +72,7 @@ def build_path(
         origin = [x - along * P for x, along in zip(place_here(graph), w, strict=True)]
 
     floating = None if clouds is None else clouds(graph)
-    follow = functools.partial(followed, graph)
-
-    def add_up(count: int, terms: Callable[[Operand], Sequence[Operand]]) -> Sequence[Operand]:
-        return summed(graph, count, terms)
-
+    add_up, follow = functools.partial(summed, graph), functools.partial(followed, graph)
     passed = {}
     if floating is not None:
         passed = floating.rays(floating.group.grids, origin, w, P, add_up)
@@ -86,14 +82,14 @@ def build_path(
         ray = ray_past_lamp(lamp, origin, w, P, NODES, before_surface=not ahead)
         light = table.in_water(index, components)
         if floating is None:
-            return (light.along(lamp, ray, NODES, table.quadrature.nodes_for(lamp)),)
+            return (light.along(lamp, ray, NODES, table.nodes_for(lamp)),)
         number = index
         if table.rows.inelastic:
             # Clouds know it by the lamp whose light it was.
             later = NODES.less(table.count_on_surfaces - 0.5, index)
             number = index - later * float(table.count_on_surfaces)
         through = LampAndClouds(floating, lamp, ray, origin, w, P, number, passed)
-        return (through.seen(light, table.quadrature.nodes_for(lamp), add_up, follow),)
+        return (through.seen(light, table.nodes_for(lamp), add_up, follow),)
 
     return group.finished({LIGHT: summed(graph, table.count, of_lamp)[0]})
 

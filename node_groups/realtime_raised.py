@@ -14,7 +14,7 @@ from .loops import iterated
 from .node_mathematics import NODES, PART_SIZE, Graph, NodeValue
 from .pixel_term import Triple
 from .realtime_values import IN_AIR
-from .realtime_water import PixelWater
+from .realtime_water import PixelWater, in_group
 from .realtime_waves import (
     FAR_PART,
     WAVES_FAR_HALF_CELL,
@@ -70,10 +70,8 @@ def crossing(
     ``in_air`` is whether it begins in the air; it looks from the distance ``first`` on, m.
     """
     group = _build_crossing(values, images, in_air=in_air, first=first)
-    node = graph.node("ShaderNodeGroup", node_tree=group)
-    graph.assign(graph.vector(*start), node.inputs[_START])
-    graph.assign(graph.vector(*w), node.inputs[_DIRECTION])
-    return graph.term(node.outputs[_FOUND]), graph.term(node.outputs[_DISTANCE])
+    found = in_group(graph, group, {_START: graph.vector(*start), _DIRECTION: graph.vector(*w)})
+    return found[_FOUND], found[_DISTANCE]
 
 
 def _build_crossing(
@@ -86,10 +84,7 @@ def _build_crossing(
     height = _build_height(values, images)
 
     def elevation(x: NodeValue, y: NodeValue) -> NodeValue:
-        node = graph.node("ShaderNodeGroup", node_tree=height)
-        graph.assign(x, node.inputs[_X])
-        graph.assign(y, node.inputs[_Y])
-        return graph.term(node.outputs[_HEIGHT])
+        return in_group(graph, height, {_X: x, _Y: y})[_HEIGHT]
 
     highest = graph.term(graph.shared(values)[WAVES_HIGHEST])
     side = 1.0 if in_air else -1.0

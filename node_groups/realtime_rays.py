@@ -132,8 +132,7 @@ def straight_distance(graph: Graph) -> NodeValue:
 def _along_axis(graph: Graph, w: tuple[NodeValue, NodeValue, NodeValue]) -> NodeValue:
     """Cosine of a direction to the axis of the camera, not 0."""
     axis = _from_camera(graph, "VECTOR", (0.0, 0.0, -1.0))
-    along = w[0] * axis[0] + w[1] * axis[1] + w[2] * axis[2]
-    return NODES.maximum(along, _LEAST_COSINE)
+    return NODES.maximum(dot(w, axis), _LEAST_COSINE)
 
 
 def drawn_place(graph: Graph) -> tuple[NodeValue, NodeValue, NodeValue]:
@@ -148,11 +147,7 @@ def is_at_rest(graph: Graph) -> NodeValue:
     displacement along the normal for a height. It finds none where objects have been moved.
     """
     given = graph.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name="position")
-    world = graph.node(
-        "ShaderNodeVectorTransform", vector_type="POINT", convert_from="OBJECT", convert_to="WORLD"
-    )
-    graph.tree.links.new(given.outputs["Vector"], world.inputs[0])
-    own = graph.components(graph.term(world.outputs[0]))
+    own = _in_world(graph, "OBJECT", "POINT", given.outputs["Vector"])
     away = [a - b for a, b in zip(own, drawn_place(graph), strict=True)]
     unmoved = NODES.less(dot(away, away), _UNMOVED * _UNMOVED)
     strand = graph.term(graph.node("ShaderNodeHairInfo").outputs["Is Strand"])
@@ -179,16 +174,22 @@ def _from_camera(
     graph: Graph, kind: str, value: Sequence[Operand]
 ) -> tuple[NodeValue, NodeValue, NodeValue]:
     """Coordinates in the world of a point or a vector in camera space, z backwards."""
-    camera = graph.node(
-        "ShaderNodeVectorTransform", vector_type=kind, convert_from="CAMERA", convert_to="WORLD"
-    )
     # The node's camera looks along +z, unlike Blender's.
     x, y, z = value
     if all(isinstance(part, float) for part in value):
-        camera.inputs[0].default_value = (x, y, -z)
-    else:
-        graph.assign(graph.vector(x, y, -1.0 * z), camera.inputs[0])
-    return graph.components(graph.term(camera.outputs[0]))
+        return _in_world(graph, "CAMERA", kind, (x, y, -z))
+    return _in_world(graph, "CAMERA", kind, graph.vector(x, y, -1.0 * z))
+
+
+def _in_world(
+    graph: Graph, space: str, kind: str, value: Operand
+) -> tuple[NodeValue, NodeValue, NodeValue]:
+    """Coordinates in the world of a point or a vector in another space."""
+    node = graph.node(
+        "ShaderNodeVectorTransform", {0: value},
+        vector_type=kind, convert_from=space, convert_to="WORLD",
+    )  # fmt: skip
+    return graph.components(graph.term(node.outputs[0]))
 
 
 def _geometry(graph: Graph, name: str) -> NodeValue:

@@ -57,18 +57,18 @@ def write_picture(
     image: bpy.types.Image,
     picture: NDArray[np.float32],
     nearness: NDArray[np.float32] | None,
-    covered: NDArray[np.float32] | None = None,
 ) -> None:
     """Put a picture, shape (h, w, 3), from the top, into the image.
 
-    Beside it lie the nearness, 1/m, and the fraction of a pixel that objects cover, shapes (h, w).
+    Beside it lie the nearness, 1/m, shape (h, w), and the fraction of a pixel that objects cover:
+    of a picture of shape (h, w, 4).
     """
     h, w = picture.shape[:2]
     out = np.ones((_TILES, h, w, 4), np.float32)
-    out[0, ..., :3] = picture[::-1]
+    out[0, ..., :3] = picture[::-1, :, :3]
     out[1, ..., :3] = 0.0 if nearness is None else nearness[::-1, :, None]
-    if covered is not None:
-        out[1, ..., 1] = covered[::-1]
+    if picture.shape[2] > 3:
+        out[1, ..., 1] = picture[::-1, :, 3]
     if tuple(image.size) != (w, _TILES * h):
         image.scale(w, _TILES * h)
     image.pixels.foreach_set(np.ravel(out))

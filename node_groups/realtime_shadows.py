@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from ..uw_spectral.mathematics import dot
 from .node_mathematics import NODES, Graph, NodeValue
 
 _GRAZING = 1e-3  # cosine to the sun
@@ -18,16 +19,12 @@ def sun_visibility(
     Other lamps shine in other colours than red, or not at all beside the sun.
     """
     lit = graph.components(light_on_white(graph, normal))[0]
-    nx, ny, nz = graph.components(normal)
-    cosine = -(nx * sun[0] + ny * sun[1] + nz * sun[2])
+    cosine = -dot(graph.components(normal), sun)
     return NODES.clamp(math.pi * lit * gain / NODES.maximum(cosine, _GRAZING), 0.0, 1.0)
 
 
 def light_on_white(graph: Graph, normal: NodeValue) -> NodeValue:
     """Light of every lamp on a white surface, as EEVEE has it there."""
-    white = graph.node("ShaderNodeBsdfDiffuse")
-    white.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    graph.assign(normal, white.inputs["Normal"])
-    lit = graph.node("ShaderNodeShaderToRGB")
-    graph.tree.links.new(white.outputs[0], lit.inputs[0])
+    white = graph.node("ShaderNodeBsdfDiffuse", {"Color": 1.0, "Normal": normal})
+    lit = graph.node("ShaderNodeShaderToRGB", {0: white.outputs[0]})
     return graph.term(lit.outputs["Color"])

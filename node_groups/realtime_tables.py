@@ -75,9 +75,7 @@ def exciting_sizes(shape: Shape) -> TableSizes:
 
 def new_image(sizes: TableSizes) -> bpy.types.Image:
     """Make the image, dark."""
-    image = number_image(NAME, _WIDTH, _corners(sizes.axes())[1])
-    image.use_half_precision = False
-    return image
+    return number_image(NAME, _WIDTH, _corners(sizes.axes())[1], half=False)
 
 
 def write_light(image: bpy.types.Image, light: ChannelTables) -> None:

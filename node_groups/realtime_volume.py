@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import bpy
 
+from ..uw_spectral.mathematics import dot
 from ..uw_spectral.surface.wave_patterns import sunlight_factor
 from ..uw_spectral.water.phase_functions import henyey_greenstein
 from .data_blocks import new_material
@@ -36,18 +37,14 @@ def build(shape: Shape, sources: Sources) -> bpy.types.Material:
     w, v, y = view_direction(graph), view_distance(graph), depth_here(graph)
     per_metre = water.along(w).single_scattering_at(y, v)
     inside = NODES.less(v, water.values[SHAFT_END])
-    sun = water.sun
-    cosine = -(w[0] * sun[0] + w[1] * sun[1] + w[2] * sun[2])
-    phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * cosine, NODES)
+    phase = henyey_greenstein(ANISOTROPY, 0.5 - 0.5 * -dot(w, water.sun), NODES)
     strength = water.values[SHAFT_SCALE] * inside / phase
     waves = images_in(sources.parts)
     if waves is not None:
         # The unscattered sun carries the whole pattern, whatever the channel.
         pattern = caustics_here(graph, sources.values, waves.caustics)
         strength = strength * sunlight_factor(pattern, water.values[CAUSTIC_STRENGTH], NODES)
-    scatter = graph.node("ShaderNodeVolumeScatter")
-    graph.assign(NODES.maximum(per_metre * strength, 0.0), scatter.inputs["Color"])
-    scatter.inputs["Density"].default_value = 1.0
-    scatter.inputs["Anisotropy"].default_value = ANISOTROPY
-    graph.tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    drawn = NODES.maximum(per_metre * strength, 0.0)
+    inputs = {"Color": drawn, "Density": 1.0, "Anisotropy": ANISOTROPY}
+    graph.assign(graph.node("ShaderNodeVolumeScatter", inputs).outputs[0], output.inputs["Volume"])
     return material

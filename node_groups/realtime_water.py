@@ -70,9 +70,7 @@ def in_group(
     graph: Graph, tree: bpy.types.ShaderNodeTree, inputs: Mapping[str, Operand]
 ) -> dict[str, NodeValue]:
     """Put a group into a tree; return its outputs."""
-    node = graph.node("ShaderNodeGroup", node_tree=tree)
-    for name, value in inputs.items():
-        graph.assign(value, node.inputs[name])
+    node = graph.node("ShaderNodeGroup", inputs, node_tree=tree)
     return {socket.name: graph.term(socket) for socket in node.outputs}
 
 

@@ -38,20 +38,16 @@ def build(
     joined = graph.node("CompositorNodeCombineColor")
     for channel, socket in zip(zip(*parts, strict=True), joined.inputs, strict=False):
         graph.assign(functools.reduce(operator.add, channel), socket)
-    tree.links.new(joined.outputs[0], graph.node("NodeGroupOutput").inputs[0])
+    graph.node("NodeGroupOutput", {0: joined.outputs[0]})
     return tree
 
 
 def _bands_of(graph: Graph, image: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
-    split, vector = graph.node("CompositorNodeSeparateColor"), graph.node("ShaderNodeCombineXYZ")
-    graph.tree.links.new(image, split.inputs[0])
-    for band, socket in zip(split.outputs, vector.inputs, strict=False):
-        graph.tree.links.new(band, socket)
-    return vector.outputs[0]
+    bands = graph.node("CompositorNodeSeparateColor", {0: image}).outputs[:3]
+    return graph.node("ShaderNodeCombineXYZ", dict(enumerate(bands))).outputs[0]
 
 
 def _weighed(graph: Graph, vector: bpy.types.NodeSocket, weights: NDArray[np.float64]) -> NodeValue:
-    node = graph.node("ShaderNodeVectorMath", operation="DOT_PRODUCT")
-    graph.tree.links.new(vector, node.inputs[0])
-    node.inputs[1].default_value = weights.tolist()
+    inputs = {0: vector, 1: weights.tolist()}
+    node = graph.node("ShaderNodeVectorMath", inputs, operation="DOT_PRODUCT")
     return graph.term(node.outputs["Value"])

@@ -26,22 +26,19 @@ def build(kind: str = UNIFORM, gain_in_water: float = 1.0) -> bpy.types.World:
     world, graph, output = new_world(NAME)
     geometry = graph.node("ShaderNodeNewGeometry")
     x, y, z = graph.components(graph.term(geometry.outputs["Incoming"]))
-    background = graph.node("ShaderNodeBackground")
-    radiance = of_view_layer(graph, attributes.SKY_RADIANCE).outputs["Color"]
-    graph.tree.links.new(radiance, background.inputs["Color"])
+    radiance = graph.term(of_view_layer(graph, attributes.SKY_RADIANCE).outputs["Color"])
     strength = NODES.less(z, 0.0)
     if gain_in_water != 1.0:
         path = graph.node("ShaderNodeLightPath").outputs
         through = graph.term(path["Transmission Depth"])
         gained = NODES.less(0.5, NODES.maximum(through, graph.term(path["Is Singular Ray"])))
         strength = strength * NODES.select(gained, 1.0, 1.0 / gain_in_water)
-    graph.assign(strength, background.inputs["Strength"])
-    graph.tree.links.new(background.outputs[0], output.inputs["Surface"])
     if kind != UNIFORM:
         sun = graph.node("ShaderNodeCombineXYZ", name=_SUN, label=_SUN)
         towards_sun = graph.components(graph.term(sun.outputs[0]))
-        sky = Sky(graph.term(radiance), kind, towards_sun)
-        graph.assign(sky.radiance((-x, -y, -z), NODES), background.inputs["Color"])
+        radiance = Sky(radiance, kind, towards_sun).radiance((-x, -y, -z), NODES)
+    background = graph.node("ShaderNodeBackground", {"Color": radiance, "Strength": strength})
+    graph.assign(background.outputs[0], output.inputs["Surface"])
     return world
 
 

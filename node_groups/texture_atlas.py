@@ -39,10 +39,13 @@ class Texel:
         return Texel(self.colour * factor, self.alpha * factor)
 
 
-def number_image(name: str, columns: int, rows: int) -> bpy.types.Image:
-    """Make an image of numbers for look-ups, which leaves with the water."""
+def number_image(name: str, columns: int, rows: int, *, half: bool = True) -> bpy.types.Image:
+    """Make an image of numbers for look-ups, which leaves with the water.
+
+    Numbers keep all their digits, or those of ``half`` floats where they are drawn.
+    """
     image = bpy.data.images.new(name, columns, rows, alpha=True, float_buffer=True, is_data=True)
-    image.alpha_mode = "CHANNEL_PACKED"
+    image.alpha_mode, image.use_half_precision = "CHANNEL_PACKED", half
     image[MARK] = True
     return image
 

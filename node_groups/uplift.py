@@ -28,6 +28,8 @@ from .data_blocks import vector_of_view_layer
 from .group_sockets import FLOAT, VECTOR, OpenGroup
 from .node_mathematics import MARK, NODES, Graph, NodeValue
 from .realtime_rays import drawn_place
+from .realtime_values import FILTERS, Values
+from .shape import Shape
 
 REFLECTANCE = "UW Reflectance of Bands"
 EMISSION = "UW Emission of Bands"
@@ -71,10 +73,10 @@ def _of_bands(name: str, basis: tuple[str, str, str]) -> bpy.types.ShaderNodeTre
         # Cycles takes what is negative for black, but light may be: before channels become bands.
         given = NODES.maximum(given, 0.0)
     columns = (vector_of_view_layer(group.graph, attribute) for attribute in basis)
-    return group.finished({_BANDS: weighed(columns, given)})
+    return group.finished({_BANDS: _weighed(columns, given)})
 
 
-def weighed(columns: Iterable[NodeValue], colour: NodeValue) -> Operand:
+def _weighed(columns: Iterable[NodeValue], colour: NodeValue) -> Operand:
     """Return the sum of a colour's channels times their columns."""
     red, green, blue = columns
     rgb = colour.graph.components(colour)
@@ -103,7 +105,7 @@ def _sunlit(name: str, *, measured: bool) -> bpy.types.ShaderNodeTree:
         total = given[MEASURED_INPUT]
     else:
         columns = (given[column] for column in COLUMNS)
-        total = weighed(columns, NODES.maximum(given[COLOR_INPUT], 0.0))
+        total = _weighed(columns, NODES.maximum(given[COLOR_INPUT], 0.0))
     return group.finished({_BANDS: total / NODES.maximum(given[FRACTION], _LEAST)})
 
 
@@ -121,9 +123,9 @@ def _in_water(name: str, formula: Callable[..., Operand]) -> bpy.types.ShaderNod
 
 def _of_water(graph: Graph, value: float) -> NodeValue:
     """Return a number that depends on the water."""
-    water = graph.node("ShaderNodeValue")
-    water.name, water.outputs[0].default_value = _WATER, value
-    return graph.term(water.outputs[0])
+    water = graph.node("ShaderNodeValue", name=_WATER).outputs[0]
+    water.default_value = value
+    return graph.term(water)
 
 
 def _sheen(name: str) -> bpy.types.ShaderNodeTree:
@@ -162,6 +164,18 @@ def _thin(name: str) -> bpy.types.ShaderNodeTree:
     value = group.graph.node("ShaderNodeValue").outputs[0]
     value.default_value = _THICKNESS
     return group.finished({_VALUE: group.graph.term(value)})
+
+
+def build_filter(values: bpy.types.ShaderNodeTree, shape: Shape) -> bpy.types.ShaderNodeTree:
+    """Build the group colour of what is clear → fraction of each channel that it lets through.
+
+    Channels are sums over bands: what a colour takes of one depends on the light behind, for which
+    that of level open water at the camera stands.
+    """
+    group = OpenGroup(FILTER, {COLOR_INPUT: VECTOR})
+    group.tree[KIND] = FILTER
+    columns = Values(group.graph, values, shape).of(*FILTERS)
+    return group.finished({"Fraction": _weighed(columns, group.given[COLOR_INPUT])})
 
 
 def set_water_index(index: float) -> None:

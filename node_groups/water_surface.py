@@ -63,18 +63,15 @@ def build(
     """
     material, graph, output = new_material(NAME)
     path = graph.node("ShaderNodeLightPath").outputs
-    glass = graph.node("ShaderNodeBsdfGlass")
+    colour: NodeValue | float = 1.0
     # Cycles leaves out that radiance has a factor n² in the water. The sky brings it, and what
     # is seen from the air, the mirrored sky too, loses it here.
     if from_air:
         inside = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Backfacing"])
-        graph.assign(NODES.select(inside, 1.0, refractive_index**-2), glass.inputs["Color"])
-    else:
-        glass.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    glass.inputs["Roughness"].default_value = 0.0
-    glass.inputs["IOR"].default_value = refractive_index
-    clear = graph.node("ShaderNodeBsdfTransparent")
-    clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+        colour = NODES.select(inside, 1.0, refractive_index**-2)
+    inputs = {"Color": colour, "Roughness": 0.0, "IOR": refractive_index}
+    glass = graph.node("ShaderNodeBsdfGlass", inputs)
+    clear = graph.node("ShaderNodeBsdfTransparent", {"Color": 1.0})
     seen = glass.outputs[0]
     if images is not None:
         waves = WaveTables(graph, images, _numbers_of(graph, images).__getitem__)
@@ -85,7 +82,7 @@ def build(
             seen = _with_foam(waves, seen, normal)
             material.cycles.emission_sampling = "NONE"
     shown = graph.mixed(path["Is Shadow Ray"], seen, clear.outputs[0])
-    graph.tree.links.new(shown, output.inputs["Surface"])
+    graph.assign(shown, output.inputs["Surface"])
     return material
 
 
@@ -110,10 +107,12 @@ def _with_foam(
     lights = NODES.maximum(
         graph.term(path["Is Diffuse Ray"]), graph.term(path["Is Volume Scatter Ray"])
     )
-    matte, glow = graph.node("ShaderNodeBsdfDiffuse"), graph.node("ShaderNodeEmission")
-    for name, node in ((attributes.FOAM_REFLECTANCE, matte), (attributes.FOAM_BELOW, glow)):
-        graph.tree.links.new(of_view_layer(graph, name).outputs["Color"], node.inputs["Color"])
-    graph.assign(normal, matte.inputs["Normal"])
+    above, below = (
+        of_view_layer(graph, name).outputs["Color"]
+        for name in (attributes.FOAM_REFLECTANCE, attributes.FOAM_BELOW)
+    )
+    matte = graph.node("ShaderNodeBsdfDiffuse", {"Color": above, "Normal": normal})
+    glow = graph.node("ShaderNodeEmission", {"Color": below})
     sides = graph.mixed(geometry["Backfacing"], matte.outputs[0], glow.outputs[0])
     return graph.mixed((1.0 - lights) * foam, glass, sides)
 

@@ -1,4 +1,4 @@
-"""Material of the water body for Cycles: absorption and scattering per band."""
+"""Materials of the water and of clouds in it for Cycles: absorption and scattering per band."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import bpy
+import numpy as np
 
+from ..uw_spectral.clouds.gaussian_blob import GaussianBlob
+from ..uw_spectral.mathematics import Operand
 from . import attributes
 from .data_blocks import new_material, of_view_layer, vector_of_view_layer
-from .node_mathematics import Graph, NodeValue
+from .node_mathematics import NODES, Graph, NodeValue
 
-NAME = "UW Water"
+NAME, CLOUD_NAME = "UW Water", "UW Cloud"
 
 
 @dataclass(frozen=True)
@@ -41,27 +44,54 @@ def build(
     fraction, total = density(graph) if density is not None else 1.0, None
     for index, lobe in enumerate(lobes):
         node = volume_coefficients(graph)
-        if index == 0:
-            graph.assign(
-                fraction * vector_of_view_layer(graph, attributes.absorption(layer)),
-                _input(node, "Absorption Coefficients"),
-            )
-        graph.assign(
-            fraction * vector_of_view_layer(graph, attributes.scattering(layer, index)),
-            _input(node, "Scatter Coefficients"),
-        )
         node.phase = lobe.phase
+        b = vector_of_view_layer(graph, attributes.scattering(layer, index))
+        inputs: dict[str, Operand] = {
+            "Scatter Coefficients": fraction * b,
+            "Anisotropy": lobe.anisotropy,
+            "Alpha": lobe.alpha,
+            "IOR": lobe.index,
+            "Backscatter": lobe.backscatter,
+        }
+        if index == 0:
+            a = vector_of_view_layer(graph, attributes.absorption(layer))
+            inputs["Absorption Coefficients"] = fraction * a
         if lobe.by_band:
-            _by_band(graph, attributes.asymmetry(layer, index), _input(node, "Anisotropy"))
-            _by_band(graph, attributes.alpha(layer, index), _input(node, "Alpha"))
-        else:
-            _input(node, "Anisotropy").default_value = lobe.anisotropy
-            _input(node, "Alpha").default_value = lobe.alpha
-        _input(node, "IOR").default_value = lobe.index
-        _input(node, "Backscatter").default_value = lobe.backscatter
+            # The mean over the bands of a pass, which share a phase function.
+            asymmetry, alpha = (
+                of_view_layer(graph, name(layer, index)).outputs["Factor"]
+                for name in (attributes.asymmetry, attributes.alpha)
+            )
+            inputs |= {"Anisotropy": asymmetry, "Alpha": alpha}
+        for name, value in inputs.items():
+            graph.assign(value, _input(node, name))
         total = node.outputs[0] if total is None else graph.added(total, node.outputs[0])
     if total is not None:
-        graph.tree.links.new(total, output.inputs["Volume"])
+        graph.assign(total, output.inputs["Volume"])
+    return material
+
+
+def build_cloud(
+    lobes: tuple[ScatteringLobe, ...], index: int, outline: float | None
+) -> bpy.types.Material:
+    """Build the material of a blob, whose outline is a sphere in its object's own space.
+
+    Without one that of an object with a grid of its own.
+    """
+
+    def density(graph: Graph) -> NodeValue:
+        if outline is None:
+            node = graph.node("ShaderNodeAttribute", attribute_name="density")
+            found = NODES.maximum(graph.term(node.outputs["Factor"]), 0.0)
+        else:
+            blob = GaussianBlob.of_axes((0.0, 0.0, 0.0), outline * np.eye(3))
+            own = graph.term(graph.node("ShaderNodeTexCoord").outputs["Object"])
+            found = blob.density(graph.components(own), NODES)
+        place = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Position"])
+        return found * NODES.less(graph.components(place)[2], 0.0)  # in the water
+
+    material = build(lobes, attributes.cloud(index), density)
+    material.name = CLOUD_NAME
     return material
 
 
@@ -77,8 +107,3 @@ def volume_coefficients(graph: Graph) -> bpy.types.Node:
 def _input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket:
     """Return an input by name, also one that the node's phase function leaves unused."""
     return next(socket for socket in node.inputs if socket.name == name)
-
-
-def _by_band(graph: Graph, name: str, socket: bpy.types.NodeSocket) -> None:
-    """Bring the mean over the bands of a pass, which share a phase function, to an input."""
-    graph.tree.links.new(of_view_layer(graph, name).outputs["Factor"], socket)

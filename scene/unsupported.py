@@ -89,9 +89,9 @@ def _notes(scene: bpy.types.Scene, sky: str) -> Iterator[str]:
     yield from _of_layer(layer)
     yield from _of_frames(scene)
     yield from _of_objects(scene)
-    from .materials import glowing_meshes, own_water  # slow to import
+    from .materials import material_kinds, own_water  # slow to import
 
-    yield from glowing_meshes.notes(scene)
+    yield from material_kinds.notes_on_glow(scene)
     yield from own_water.notes(scene)
     if not is_live(scene):
         yield from _of_world(scene.world, sky)

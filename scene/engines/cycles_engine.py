@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -106,9 +107,7 @@ def _opened(
             def draw(part_seed: int, samples: int) -> None:
                 scene.cycles.seed, scene.cycles.samples = part_seed, samples
 
-            def depth(path: Path) -> NDArray[np.float64]:
-                return cycles_layers.depth_map(scene, path)
-
+            depth = functools.partial(cycles_layers.depth_map, scene)
             yield BandEngine(plan.passes, notes, frame, depth, draw)
     finally:
         frames.remove()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +19,7 @@ from ...uw_spectral.spectra.spectral_image import band_labels
 from ..readers import waterline
 from ..rendered import rendered_layer
 from . import denoising_guides, geometry_layers
-from .layer_passes import Passes, render_passes, switched_on
+from .exr_output import Passes, render_passes, switched_on
 
 UNTOUCHED = "untouched"
 """Light that no water has scattered on its way from objects to the camera."""
@@ -111,7 +110,7 @@ class CyclesLayers:
         if is_first:
             found.append(
                 geometry_layers.geometry_layers(
-                    scene, camera, self.plan, self.wanted, lambda: _one_sample(scene), path
+                    scene, camera, self.plan, self.wanted, _one_sample(scene), path
                 )
             )
         return image + more, joined(found)
@@ -139,10 +138,10 @@ def _text(name: str) -> str:
 
 def depth_map(scene: bpy.types.Scene, path: Path) -> NDArray[np.float64]:
     """Render planar depth, m, infinite in open water; beside a file one is written for it."""
-    return geometry_layers.depth_map(scene, lambda: _one_sample(scene), path)
+    return geometry_layers.depth_map(scene, _one_sample(scene), path)
 
 
-def _one_sample(scene: bpy.types.Scene) -> contextlib.AbstractContextManager[object]:
+def _one_sample(scene: bpy.types.Scene) -> geometry_layers.OneSample:
     settings = [("samples", 1), ("pixel_filter_type", "BOX"), ("filter_width", 0.01)]
     wanted = [(scene.cycles, name, value) for name, value in settings]
     return geometry_layers.without_water(scene, [*geometry_layers.sharp(scene), *wanted])

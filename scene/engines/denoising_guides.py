@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...datasets.layer_file import FrameLayers, LayerImage, bands_name
-from .layer_passes import Passes
+from .exr_output import Passes
 
 SWITCHES = ("cycles.denoising_store_passes",)
 ALBEDO = bands_name("guide_albedo")

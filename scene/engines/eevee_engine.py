@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,20 +16,26 @@ from numpy.typing import NDArray
 from ...datasets.layer_file import FrameLayers
 from ...quality import methods
 from ...settings.render_plan import RenderPlan
-from ...uw_spectral.spectra.spectral_image import write_rgb_exr
+from ...uw_spectral.spectra.spectral_image import read_exr, write_rgb_exr
 from ...uw_spectral.transfer.channels import channels_of, channels_of_bands
-from ..water import realtime
+from ..readers import cameras, waterline
+from ..temporary import held, render_settings
+from ..terms import limits
+from ..terms.view_from_air import AirTerm
+from ..terms.waves import WaveTerm
+from ..water import realtime, scene_water
 from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
 from ..water.water_body import WaterExtent
+from . import eevee_settings, planar_picture
 from .band_engine import BandEngine, Engine, Opening, RenderPass, Weights
 from .eevee_frames import EeveeFrames
 from .eevee_layers import depth_map, layers_of
-from .eevee_opening import water_in
-from .waterline_picture import drawn
+from .exr_output import write_float_exr
 
 type Pixels = NDArray[np.floating]
 
+_FEW_PIXELS = 8
 _DARKEST = 1e-20  # of the brightest: what is multiplied stays in single precision
 
 
@@ -106,7 +113,7 @@ class _Eevee:
         layers = layers_of(scene, camera, plan, eyes, by_band=by_band)
         written = () if layers is None else layers.drawn
         first, _ = self._way(frames, plan, depth).drawn(passes[0])
-        with water_in(frames, plan, replace(first, layers=written), extent, froxels) as notes:
+        with _water_in(frames, plan, replace(first, layers=written), extent, froxels) as notes:
 
             def frame(
                 now: RenderPlan, camera_depth: float, given: Weights | None = None
@@ -116,9 +123,9 @@ class _Eevee:
                 def render(indices: tuple[int, ...], path: Path) -> FrameLayers | None:
                     water, white = what.drawn(indices)
                     water, found = replace(water, layers=written), None
-                    frames.show(now, water)
+                    frames.pictures.show(now, water)
                     if layers is None:
-                        image = drawn(scene, camera, water, path)
+                        image = _drawn(scene, camera, water, path)
                     else:
                         realtime.set_values(scene, water)
                         image, found = layers.render(
@@ -140,6 +147,72 @@ class _Eevee:
             scene, camera, opening.plan, opening.extent, opening.depth,
             froxels=opening.froxels, eyes=opening.eyes, cache=opening.cache,
         )  # fmt: skip
+
+
+@contextlib.contextmanager
+def _water_in(
+    frames: EeveeFrames,
+    plan: RenderPlan,
+    first: RealtimeWater,
+    extent: WaterExtent,
+    froxels: int | None,
+) -> Iterator[list[str]]:
+    """Put the water of a job's first frame into a scene while the block runs.
+
+    Yields what is not treated, or not drawn as it is, a line each.
+    """
+    scene, camera, eyes = frames.scene, frames.camera, frames.eyes
+    notes = [*cameras.clip_notes(camera), *realtime.add_realtime(scene, first, extent)]
+    try:
+        with eevee_settings.realtime_settings(
+            scene, camera, samples=plan.settings.samples, water=first, froxels=froxels
+        ):
+            if first.shape.shafts:
+                _warm_up(scene)
+            notes += limits.of_eevee(scene, camera, plan, frames.cache, first, eyes)
+            notes += planar_picture.notes(camera, plan, eyes, frames.pictures)
+            yield notes + planar_picture.notes_of_air(scene, camera, plan, eyes)
+    finally:
+        scene_water.remove(scene)
+
+
+def _warm_up(scene: bpy.types.Scene) -> None:
+    """Render a few pixels for nothing.
+
+    The first picture of a process with a volume differs from the same picture later, by up to
+    3 % (5.2.3), unless one of another size came before it.
+    """
+    few = [
+        (scene.render, "resolution_x", _FEW_PIXELS),
+        (scene.render, "resolution_y", _FEW_PIXELS),
+        (scene.render, "resolution_percentage", 100),
+        (scene.render, "use_border", False),
+        (scene.eevee, "taa_render_samples", 1),
+    ]
+    with render_settings(scene, few), tempfile.TemporaryDirectory() as folder:
+        write_float_exr(scene, Path(folder, "warm_up.exr"))
+
+
+def _drawn(
+    scene: bpy.types.Scene, camera: bpy.types.Object, water: RealtimeWater, path: Path
+) -> NDArray[np.float32]:
+    """Render a picture into a file, from either side of the waterline if the camera is there."""
+
+    def render(now: RealtimeWater) -> NDArray[np.float32]:
+        realtime.set_values(scene, now)
+        write_float_exr(scene, path)
+        return read_exr(path)[0]
+
+    waves, above = water.term(WaveTerm), water.term(AirTerm)
+    raised = None if waves is None else waves.patterns.raised
+    if above is None or not waterline.splits(scene, camera, raised):
+        return render(water)
+    with held([(scene.render, "use_border", False)]):  # glass and water bend it across
+        air, wet = (render(water.with_terms(above.seen(in_air=in_air))) for in_air in (True, False))
+    index = water.column.refractive_index
+    both = waterline.joined(scene, camera, air, wet, index, raised)
+    write_rgb_exr(path, both)
+    return both
 
 
 def _scale(white: NDArray[np.float64]) -> NDArray[np.float64]:

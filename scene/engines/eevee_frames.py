@@ -72,7 +72,3 @@ class EeveeFrames:
             light = light + lamps.changed_light(now.bands)
         glowing = water.term(FluorescenceTerm)
         return light if glowing is None else glowing.objects.brightened(light, now.bands)
-
-    def show(self, now: RenderPlan, water: RealtimeWater) -> None:
-        """Draw what the surface of a water mirrors and lets through."""
-        self.pictures.show(now, water)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +21,7 @@ from ..readers import lamps, moving_surface, waterline
 from ..rendered import rendered_layer
 from ..temporary import render_settings
 from . import geometry_layers
-from .layer_passes import Passes, render_passes, switched_on
+from .exr_output import Passes, render_passes, switched_on
 
 _SHAFTS = "what the froxel volume drew: I less the other layers, with its errors of some percent"
 _BY_SHADER = "drawn by the shader, to the 11 bits of EEVEE's passes"
@@ -93,7 +92,7 @@ class EeveeLayers:
                 found.append(geometry_layers.cryptomatte_layers(scene, passes))
             found.append(
                 geometry_layers.geometry_layers(
-                    scene, camera, self.plan, self.wanted, lambda: _one_sample(scene), path
+                    scene, camera, self.plan, self.wanted, _one_sample(scene), path
                 )
             )
         return image, joined(found)
@@ -170,15 +169,13 @@ def layers_of(
 
 def depth_map(scene: bpy.types.Scene, path: Path) -> NDArray[np.float64]:
     """Render planar depth, m, infinite in open water; beside a file one is written for it."""
-    return geometry_layers.depth_map(scene, lambda: _one_sample(scene), path)
+    return geometry_layers.depth_map(scene, _one_sample(scene), path)
 
 
-@contextlib.contextmanager
-def _one_sample(scene: bpy.types.Scene) -> Iterator[object]:
+def _one_sample(scene: bpy.types.Scene) -> geometry_layers.OneSample:
     settings = [
         *geometry_layers.sharp(scene),
         (scene.eevee, "taa_render_samples", 1),
         (scene.render, "filter_size", 0.0),
     ]
-    with render_settings(scene, settings) as found:
-        yield found
+    return render_settings(scene, settings)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from ..readers import lamp_records, lamps
 from ..readers.pinhole import pinhole_of, pose_of
 from ..rendered import rendered_layer
 from ..temporary import render_settings
-from .layer_passes import Passes, render_passes, switched_on
+from .exr_output import Passes, render_passes, switched_on
 
 CRYPTOMATTE = ("CryptoObject", "CryptoMaterial")
 """Names of Blender's passes."""
@@ -37,7 +37,7 @@ _SWITCHES = {
 _UNSEEN = {"ARMATURE", "CAMERA", "EMPTY", "LATTICE", "LIGHT", "LIGHT_PROBE", "SPEAKER"}
 _NOTHING = 1e9  # m; Blender writes 1e10 where nothing is seen
 
-OneSample = Callable[[], contextlib.AbstractContextManager[object]]
+OneSample = contextlib.AbstractContextManager[object]
 """Settings of an engine under which a render has one sample at every pixel's centre."""
 
 
@@ -76,7 +76,7 @@ def geometry_layers(
     """
     view, pose, shining = pinhole_of(scene, camera), pose_of(camera), lamps.plan_lamps(scene, plan)
     switches = {"use_pass_z"}.union(*(_SWITCHES.get(name, ()) for name in wanted))
-    with one_sample(), switched_on(rendered_layer(scene), sorted(switches)):
+    with one_sample, switched_on(rendered_layer(scene), sorted(switches)):
         passes = render_passes(scene, beside)
     depth = _depth(passes)
     distances = euclidean_range(depth, view)
@@ -110,7 +110,7 @@ def geometry_layers(
 
 def depth_map(scene: bpy.types.Scene, one_sample: OneSample, beside: Path) -> NDArray[np.float64]:
     """Render planar depth, m, infinite where nothing is seen."""
-    with one_sample(), switched_on(rendered_layer(scene), ["use_pass_z"]):
+    with one_sample, switched_on(rendered_layer(scene), ["use_pass_z"]):
         return _depth(render_passes(scene, beside))
 
 

@@ -18,10 +18,9 @@ from ...uw_spectral.errors import InputError
 from ...uw_spectral.housing import Housing, intrinsics_in_water
 from ...uw_spectral.imaging.layers import parse_layers
 from ..readers import moving_surface, port_eye
-from . import traced_port
 from .band_engine import BandEngine, Engine, Opening
 from .port_look import look_of
-from .traced_engine import traced
+from .traced_engine import may_trace, traced
 from .warped_port import warped
 
 
@@ -50,7 +49,7 @@ def _traces(engine: Engine, camera: bpy.types.Object, opening: Opening) -> bool:
         engine.method.traced
         and opening.device == "cpu"
         and not parse_layers(opening.plan.settings.layers)
-        and traced_port.is_known(camera)
+        and may_trace(camera)
     )
 
 

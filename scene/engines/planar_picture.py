@@ -9,7 +9,7 @@ them, without water and sky.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
@@ -49,23 +49,20 @@ class PlanarPictures:
         self._eyes: dict[bool, tuple[object, MirroredEye | None]] = {}
         self._near: dict[bool, tuple[MirroredEye, NDArray[np.float32]]] = {}
 
-    def eye(self, plan: RenderPlan) -> MirroredEye | None:
-        """Return the mirrored eye of the current frame, if it sees objects."""
-        return self._eye(plan)
+    def eye(self, plan: RenderPlan, *, in_air: bool = False) -> MirroredEye | None:
+        """Return the mirrored eye of the current frame, if it sees objects.
 
-    def window_eye(self, plan: RenderPlan) -> MirroredEye | None:
-        """Return the eye of the current frame that sees objects in the air, if there are any."""
-        return self._eye(plan, plan.column.refractive_index)
-
-    def _eye(self, plan: RenderPlan, *index: float) -> MirroredEye | None:
-        waves, reach = plan.settings.surface == WAVES, _reach(plan, in_air=bool(index))
+        Or that which sees objects ``in_air`` through the surface, if there are any.
+        """
+        index = (plan.column.refractive_index,) if in_air else ()
+        waves, reach = plan.settings.surface == WAVES, _reach(plan, in_air=in_air)
         asked = self._scene.frame_current_final, reach, waves, index
-        known = self._eyes.get(bool(index))
+        known = self._eyes.get(in_air)
         if known is None or known[0] != asked:
-            look = mirrored_eye.window_eye if index else mirrored_eye.mirrored_eye
+            look = mirrored_eye.window_eye if in_air else mirrored_eye.mirrored_eye
             eye = look(self._scene, self._camera, reach, *index, waves=waves)
             sees = eye is not None and mirrored_eye.sees_objects(self._scene, eye, reach)
-            known = self._eyes[bool(index)] = asked, eye if sees else None
+            known = self._eyes[in_air] = asked, eye if sees else None
         return known[1]
 
     def show(self, plan: RenderPlan, water: RealtimeWater) -> None:
@@ -74,53 +71,31 @@ class PlanarPictures:
         The numbers of the water are those of the last of them afterwards.
         """
         if water.term(WindowTerm):
-            self._show_window(plan, water)
+            self._show(plan, water, in_air=True)
         if water.term(ReflectionTerm):
-            self._show_mirrored(plan, water)
+            self._show(plan, water, in_air=False)
 
-    def _show_window(self, plan: RenderPlan, water: RealtimeWater) -> None:
-        eye = self.window_eye(plan)
+    def _show(self, plan: RenderPlan, water: RealtimeWater, *, in_air: bool) -> None:
+        """Draw what an eye sees, and how near it is to the surface if there are waves."""
+        scene, eye = self._scene, self.eye(plan, in_air=in_air)
         if eye is None:
-            planar_views.hide_window(self._scene)
+            planar_views.hide(scene, in_air=in_air)
             return
-
-        def ready(_: bpy.types.Object) -> None:
-            planar_views.look_into_air(self._scene, water, eye.view)
-
-        picture, nearness = self._drawn(eye, water, ready, "RGBA")
-        planar_views.show_window(self._scene, eye.view, picture, nearness)
-
-    def _show_mirrored(self, plan: RenderPlan, water: RealtimeWater) -> None:
-        eye = self.eye(plan)
-        if eye is None:
-            planar_views.hide_mirrored(self._scene)
-            return
-
-        def ready(camera: bpy.types.Object) -> None:
-            planar_views.look_from_mirror(self._scene, water, camera, self._cache.looked)
-
-        picture, nearness = self._drawn(eye, water, ready, "RGB")
-        planar_views.show_mirrored(self._scene, eye.view, picture, nearness)
-
-    def _drawn(
-        self,
-        eye: MirroredEye,
-        water: RealtimeWater,
-        ready: Callable[[bpy.types.Object], None],
-        channels: str,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
-        """Return what an eye sees, and how near it is to the surface if there are waves."""
-        realtime.set_values(self._scene, water)
+        realtime.set_values(scene, water)
         with (
-            mirrored_eye.looking(self._scene, eye, self._camera) as camera,
+            mirrored_eye.looking(scene, eye, self._camera) as camera,
             tempfile.TemporaryDirectory() as folder,
         ):
             path = Path(folder, "planar.exr")
-            ready(camera)
-            write_float_exr(self._scene, path, alpha="A" in channels)
+            if in_air:
+                planar_views.look_into_air(scene, water, eye.view)
+            else:
+                planar_views.look_from_mirror(scene, water, camera, self._cache.looked)
+            write_float_exr(scene, path, alpha=in_air)
             pixels, names = read_exr(path)
-            picture = pixels[..., [names.index(name) for name in channels]]
-            return picture, self._nearness(eye, path) if WaveShape in water.shape else None
+            picture = pixels[..., [names.index(name) for name in ("RGBA" if in_air else "RGB")]]
+            nearness = self._nearness(eye, path) if WaveShape in water.shape else None
+        planar_views.show(scene, eye.view, picture, nearness, in_air=in_air)
 
     def _nearness(self, eye: MirroredEye, path: Path) -> NDArray[np.float32]:
         kind = eye.index is None
@@ -153,7 +128,7 @@ def may_show_air(
         return False
     if len(eyes) > 1:
         return mirrored_eye.may_rise(scene, len(eyes))
-    return mirrored.window_eye(plan) is not None
+    return mirrored.eye(plan, in_air=True) is not None
 
 
 def notes(

@@ -15,7 +15,7 @@ from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.spectra.spectral_image import read_exr
 from ..readers import moving_surface
 from .band_engine import RenderPass
-from .exr_output import write_exr
+from .exr_output import write_float_exr
 from .geometry_layers import without_water
 
 ALPHA = "alpha"
@@ -57,7 +57,7 @@ def alpha_map(scene: bpy.types.Scene, beside: Path) -> NDArray[np.float32]:
     transparent = scene.render, "film_transparent", True
     try:
         with without_water(scene, [(scene.cycles, "max_bounces", 0), transparent]):
-            write_exr(scene, path, alpha=True)
+            write_float_exr(scene, path, alpha=True)
         pixels, names = read_exr(path)
         return pixels[..., names.index("A")]
     finally:

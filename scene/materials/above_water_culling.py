@@ -31,8 +31,7 @@ def insert(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeT
             material[_BEFORE], material.use_transparent_shadow = True, False
         graph, shown = Graph(tree), socket.links[0].from_socket
         hidden = graph.node("ShaderNodeGroup", node_tree=group)
-        clear = graph.node("ShaderNodeBsdfTransparent")
-        clear.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+        clear = graph.node("ShaderNodeBsdfTransparent", {"Color": 1.0})
         tree.links.new(graph.mixed(hidden.outputs[0], shown, clear.outputs[0]), socket)
 
 

@@ -71,8 +71,8 @@ def route(tree: bpy.types.NodeTree, make: Maker, *, measured: bool) -> None:
     for node, socket in _colours(tree):
         if node.bl_idname in _CLEAR or socket.name in _FILTERS:
             continue
-        kind = _group_for(node, socket)
-        if kind is None or socket.type != "RGBA" or _weighs_nothing(tree, node, socket):
+        kind, weight = _group_for(node, socket), _WEIGHTS.get(socket.name, "")
+        if kind is None or socket.type != "RGBA" or is_idle(tree, node, weight):
             continue
         if kind == uplift.EMISSION:
             kind = uplift.DARK
@@ -99,7 +99,7 @@ def darken(
 def filter_clear(materials: Iterable[bpy.types.Material], group: bpy.types.ShaderNodeTree) -> None:
     """Put EEVEE's group before the colours of what lets through what is behind.
 
-    ``group`` is that of :mod:`.realtime_filter`.
+    ``group`` is that of :func:`.uplift.build_filter`.
     """
     for tree in own_trees(materials):
         for node, socket in _colours(tree):
@@ -214,19 +214,12 @@ def _has_no_effect(
     tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket, kind: str
 ) -> bool:
     """Whether the group would change nothing: the input weighs nothing, or is white."""
-    if _weighs_nothing(tree, node, socket):
+    if is_idle(tree, node, _WEIGHTS.get(socket.name, "")):
         return True
     if socket.is_linked or value_curves(tree, socket):
         return False
     value = np.array(socket.default_value)[:3]
     return kind == uplift.REFLECTANCE and bool(np.all(np.abs(value - 1.0) < _UNTOUCHED))
-
-
-def _weighs_nothing(
-    tree: bpy.types.NodeTree, node: bpy.types.Node, socket: bpy.types.NodeSocket
-) -> bool:
-    """Whether an input has no effect, another one being zero."""
-    return is_idle(tree, node, _WEIGHTS.get(socket.name, ""))
 
 
 def _put_measured_before(

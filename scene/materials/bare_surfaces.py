@@ -10,7 +10,8 @@ from collections.abc import Collection, Iterator
 
 import bpy
 
-from ...node_groups.node_mathematics import MARK, Graph, new_group
+from ...node_groups.group_sockets import GEOMETRY, OpenGroup
+from ...node_groups.node_mathematics import MARK
 from .. import contents
 from ..rendered import rendered_layer
 
@@ -134,16 +135,12 @@ def give_material(item: bpy.types.Object, material: bpy.types.Material) -> None:
 
 def setting(material: bpy.types.Material) -> bpy.types.NodeTree:
     """Make geometry nodes that set a material."""
-    tree = new_group(MODIFIER, "GeometryNodeTree")
-    tree.is_modifier = True
-    for way in ("INPUT", "OUTPUT"):
-        tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
-    graph = Graph(tree)
-    node = graph.node("GeometryNodeSetMaterial")
-    node.inputs["Material"].default_value = material
-    tree.links.new(graph.node("NodeGroupInput").outputs[0], node.inputs["Geometry"])
-    tree.links.new(node.outputs[0], graph.node("NodeGroupOutput").inputs[0])
-    return tree
+    ends = {"Geometry": GEOMETRY}
+    group = OpenGroup(MODIFIER, ends, ends, kind="GeometryNodeTree")
+    group.tree.is_modifier = True
+    inputs = {"Material": material, **group.given}
+    made = group.graph.node("GeometryNodeSetMaterial", inputs)
+    return group.finished({"Geometry": made.outputs[0]})
 
 
 def _grey() -> bpy.types.Material:

@@ -78,7 +78,7 @@ class ClosureWalk(ShaderWalk):
         found["coat_normal"] = self._normal(node, "Coat Normal")
         if row.facets and self.surfaces.facets:
             layered = row.facets == LAYERED
-            found |= (self._layered if layered else self._facets)(node, row, weights)
+            found |= self._layered(node, weights) if layered else self._facets(node, row, weights)
         if self.surfaces.is_apart(self.tree, node) and row.sunlit is not None:
             found["highlight"] = weights.base * self._highlight(node, row.sunlit)
         elif row.anisotropy and not is_idle(self.tree, node, row.anisotropy):
@@ -121,11 +121,8 @@ class ClosureWalk(ShaderWalk):
         if self.dithered:
             self.note(_HIDDEN)
 
-    def _layered(
-        self, node: bpy.types.Node, row: ShaderNode, weights: Weights
-    ) -> dict[str, Operand]:
+    def _layered(self, node: bpy.types.Node, weights: Weights) -> dict[str, Operand]:
         """Return the same of all that a principled closure consists of."""
-        del row
         inputs, found = node.inputs, {}
         base, alpha, metallic = weights.base, weights.cover, weights.metallic
         level, metal = self.value(inputs["Specular IOR Level"]), metallic * alpha
@@ -156,7 +153,7 @@ class ClosureWalk(ShaderWalk):
         for name in (realtime_highlights.NORMAL, realtime_highlights.TANGENT):
             if name in group.inputs:
                 source = socket_rules.source(node.inputs[name]) or geometry[name]
-                self.tree.links.new(source, group.inputs[name])
+                self.graph.assign(source, group.inputs[name])
         for name in realtime_highlights.NUMBERS[kind]:
             self.graph.assign(self.value(node.inputs[name]), group.inputs[name])
         return self.graph.term(group.outputs[0])
@@ -200,8 +197,7 @@ class ClosureWalk(ShaderWalk):
         clear = self.surfaces.clear
         if clear is None or not isinstance(colour, NodeValue):
             return colour
-        node = self.graph.node("ShaderNodeGroup", node_tree=clear)
-        self.graph.assign(colour, node.inputs[0])
+        node = self.graph.node("ShaderNodeGroup", {0: colour}, node_tree=clear)
         return self.graph.term(node.outputs[0])
 
     def _wet_value(self, socket: bpy.types.NodeSocket) -> Operand:
@@ -225,7 +221,7 @@ class Surfaces:
 
     #: Of :func:`.realtime_surface.build`, for shaders that are lit first.
     lit: bpy.types.ShaderNodeTree
-    #: Of :func:`.realtime_filter.build`, for what lets through what is behind.
+    #: Of :func:`.uplift.build_filter`, for what lets through what is behind.
     clear: bpy.types.ShaderNodeTree | None = None
     native: bpy.types.ShaderNodeTree | None = None  #: The one that keeps closures.
     #: Of the added floor, whose reflectance is a measured one.

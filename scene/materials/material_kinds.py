@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import bpy
 
 from ...node_groups import realtime_highlights
 from ...node_groups.node_mathematics import MARK
+from ...uw_spectral.errors import first_of
 from .. import contents
+from ..rendered import ever_rendered
 from . import bare_colours
 from .shader_nodes import row_of
 
@@ -34,11 +36,8 @@ class Kinds:
     @property
     def highlights(self) -> tuple[str, ...]:
         """Groups of :mod:`.realtime_highlights` that are needed."""
-        found = (
-            (realtime_highlights.STRETCHED, self.stretched),
-            (realtime_highlights.TOON, self.toons),
-        )
-        return tuple(kind for kind, is_there in found if is_there)
+        stretched, toon = realtime_highlights.STRETCHED, realtime_highlights.TOON
+        return (stretched,) * self.stretched + (toon,) * self.toons
 
 
 def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
@@ -58,3 +57,19 @@ def kinds(materials: Iterable[bpy.types.Material]) -> Kinds:
         toons=realtime_highlights.TOON in drawn_by,
         facets=max((row.count_facets(*at) for row, at in rows), default=0),
     )
+
+
+def notes_on_glow(scene: bpy.types.Scene) -> Iterator[str]:
+    """Yield what to know of meshes that glow, which light others only where light is traced."""
+    glowing: dict[bpy.types.Material, bool] = {}
+    names = []
+    for item in contents.objects(scene, ever_rendered(scene)):
+        materials = contents.materials_of(item)
+        glowing |= {m: kinds([m]).glows for m in materials if m not in glowing}
+        if any(glowing[m] for m in materials):
+            names.append(repr(item.name))
+    if names:
+        yield (
+            f"{first_of(names)}: a mesh that glows is seen in EEVEE, and lights "
+            "nothing there; put a lamp in its place, or render with Cycles"
+        )

@@ -15,10 +15,18 @@ from ...node_groups import surface_inputs, uplift
 from ...node_groups.node_mathematics import MARK, NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from ...uw_spectral.transfer.closures import whole_closure
-from . import band_colors, prepared_shaders, wet_trees
+from . import (
+    band_colors,
+    bare_colours,
+    inlined_shaders,
+    refractive_indices,
+    wet_colours,
+    wet_trees,
+)
 from .closure_walk import ClosureWalk, Surfaces
-from .inserted import new_node, put_before
+from .inserted import has_inserted, new_node, own_trees, put_before, repeat
 from .native_closures import SUNLIGHT, groups_of_shaders, has_sunlight, native_materials
+from .shader_nodes import row_of
 from .shader_walk import Closure, is_zero, mean
 from .surface_description import write_closure
 from .wet_trees import HOLDER, MUTED, MUTED_VOLUME, THICKNESS_MODE
@@ -32,7 +40,14 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
 
     Returns what could not be treated, one line each.
     """
-    notes = prepared_shaders.insert(materials, surfaces.clear)
+    notes = inlined_shaders.insert(materials)
+    bare_colours.insert(materials)
+    bare_colours.blacken(materials)
+    refractive_indices.insert(materials)
+    wet_colours.insert(materials)
+    _insert_matte(materials)
+    if surfaces.clear is not None:
+        band_colors.filter_clear(materials, surfaces.clear)
     native = native_materials(materials, surfaces)
     for material in materials:
         if not material.is_editable:
@@ -64,6 +79,20 @@ def insert(materials: list[bpy.types.Material], surfaces: Surfaces) -> list[str]
     for material in (m for m in materials if m.is_editable and MARK not in m):
         wet_trees.note_links(material)
     return list(dict.fromkeys(notes))
+
+
+def _insert_matte(materials: list[bpy.types.Material]) -> None:
+    """Let sheens and hair, which EEVEE takes for matte, throw back as much as they do."""
+    for tree in own_trees(materials):
+        for node, row in [(n, row_of(n)) for n in tree.nodes]:
+            if row is None or row.matte is None:
+                continue
+            colour = node.inputs[row.colour]
+            if has_inserted(colour) or not colour.enabled:
+                continue
+            group = put_before(tree, colour, new_node(tree, row.matte))
+            if uplift.ROUGHNESS in group.inputs:
+                repeat(tree, node.inputs["Roughness"], group.inputs[uplift.ROUGHNESS])
 
 
 def _leave_volume_out(material: bpy.types.Material, notes: list[str]) -> None:
@@ -105,9 +134,8 @@ def _keep(
     surface.location = (output.location.x, output.location.y - 200.0)
     passing = write_closure(walk, closure, surface)
     fraction = graph.term(surface.outputs[uplift.FRACTION])
-    mixed = graph.node("ShaderNodeMixShader")
+    mixed = graph.node("ShaderNodeMixShader", {0: fraction})
     mixed[HOLDER] = 2
-    graph.assign(fraction, mixed.inputs[0])
     tree.links.new(source, mixed.inputs[2]).is_muted = muted
     seen = graph.added(mixed.outputs[0], surface.outputs[0])
     if not is_zero(closure.behind):
@@ -115,11 +143,10 @@ def _keep(
         seen = graph.added(seen, _translucent(walk, material, closure, sunlit, output, surface))
     if not is_zero(closure.highlight):
         sunlit = _sunlit(graph, closure, closure.highlight, surface, measured=measured)
-        seen = graph.added(seen, _matte(graph, closure, sunlit))
+        seen = graph.added(seen, _lambertian(graph, "Diffuse", closure, sunlit))
     if passing is not None:
         # What the fraction has taken of the light behind it.
-        transparent = graph.node("ShaderNodeBsdfTransparent")
-        graph.assign(passing * (1.0 - fraction), transparent.inputs["Color"])
+        transparent = graph.node("ShaderNodeBsdfTransparent", {"Color": passing * (1.0 - fraction)})
         seen = graph.added(seen, transparent.outputs[0])
     tree.links.new(seen, socket)
 
@@ -139,9 +166,9 @@ def _sunlit(
     return red + green + blue
 
 
-def _matte(graph: Graph, closure: Closure, colour: Operand) -> bpy.types.NodeSocket:
-    node = graph.node("ShaderNodeBsdfDiffuse")
-    graph.assign(colour, node.inputs["Color"])
+def _lambertian(graph: Graph, kind: str, closure: Closure, colour: Operand) -> bpy.types.NodeSocket:
+    """Add a closure of a colour and of the normal of another one."""
+    node = graph.node(f"ShaderNodeBsdf{kind}", {"Color": colour})
     if closure.normal is not None:
         graph.assign(closure.normal, node.inputs["Normal"])
     return node.outputs[0]
@@ -165,11 +192,7 @@ def _translucent(
             material.thickness_mode = _SHEET
     if not body and surface_inputs.CLOSED in surface.inputs:
         surface.inputs[surface_inputs.CLOSED].default_value = 0.0
-    node = graph.node("ShaderNodeBsdfTranslucent")
-    graph.assign(whole_closure(colour, NODES, closed=body), node.inputs["Color"])
-    if closure.normal is not None:
-        graph.assign(closure.normal, node.inputs["Normal"])
-    return node.outputs[0]
+    return _lambertian(graph, "Translucent", closure, whole_closure(colour, NODES, closed=body))
 
 
 def _sunlit_nodes(group: bpy.types.ShaderNodeTree) -> band_colors.Maker:
@@ -194,10 +217,9 @@ def _sunlight_of(tree: bpy.types.NodeTree, group: bpy.types.ShaderNodeTree) -> b
         if node.bl_idname == "ShaderNodeGroup" and SUNLIGHT in node:
             return node
     graph = Graph(tree)
-    node = graph.node("ShaderNodeGroup", node_tree=group)
+    inputs = {surface_inputs.NORMAL: graph.node("ShaderNodeNewGeometry").outputs["Normal"]}
+    node = graph.node("ShaderNodeGroup", inputs, node_tree=group)
     node[SUNLIGHT] = True
-    normal = graph.node("ShaderNodeNewGeometry").outputs["Normal"]
-    tree.links.new(normal, node.inputs[surface_inputs.NORMAL])
     return node
 
 
@@ -222,7 +244,7 @@ def _insert(
     if not is_zero(closure.behind):
         others.append(_translucent(walk, material, closure, closure.behind, output, surface))
     if not is_zero(closure.highlight):
-        others.append(_matte(graph, closure, closure.highlight))
+        others.append(_lambertian(graph, "Diffuse", closure, closure.highlight))
     holder = lit
     for other in others:
         last, holder = holder, graph.node("ShaderNodeAddShader")
@@ -233,8 +255,7 @@ def _insert(
     tree.links.new(lit.outputs["Color"], surface.inputs[surface_inputs.LIT])
     seen = surface.outputs[0]
     if passing is not None:
-        transparent = graph.node("ShaderNodeBsdfTransparent")
-        graph.assign(passing, transparent.inputs["Color"])
+        transparent = graph.node("ShaderNodeBsdfTransparent", {"Color": passing})
         seen = graph.added(seen, transparent.outputs[0])
     tree.links.new(seen, socket)
 

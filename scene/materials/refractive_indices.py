@@ -16,19 +16,14 @@ from ..stored_materials import is_filled_with_air
 from .inserted import has_inserted, is_idle, is_inserted, new_node, own_trees, put_before, take_out
 from .shader_nodes import makes_closure, row_of
 
-_KINDS = {
-    "IOR": uplift.INDEX,
-    "Coat IOR": uplift.OPAQUE_INDEX,
-    "Subsurface IOR": uplift.OPAQUE_INDEX,
-    "Thin Film IOR": uplift.INDEX,
+# By inputs: kinds of groups, and other inputs without which they have no effect.
+_INDICES = {
+    "IOR": (uplift.INDEX, ""),
+    "Coat IOR": (uplift.OPAQUE_INDEX, "Coat Weight"),
+    "Subsurface IOR": (uplift.OPAQUE_INDEX, "Subsurface Weight"),
+    "Thin Film IOR": (uplift.INDEX, "Thin Film Thickness"),
     # Thickness counts in wavelengths, which are shorter in water.
-    "Thin Film Thickness": uplift.LENGTH,
-}
-_WEIGHTS = {
-    "Coat IOR": "Coat Weight",
-    "Subsurface IOR": "Subsurface Weight",
-    "Thin Film IOR": "Thin Film Thickness",
-    "Thin Film Thickness": "Thin Film Thickness",
+    "Thin Film Thickness": (uplift.LENGTH, "Thin Film Thickness"),
 }
 _FRESNEL = "ShaderNodeFresnel"
 
@@ -61,10 +56,10 @@ def _insert_into_tree(tree: bpy.types.NodeTree) -> None:
         if MARK in node or not (makes_closure(node) or node.bl_idname == _FRESNEL):
             continue
         for socket in list(node.inputs):
-            kind = _KINDS.get(socket.name)
-            if kind is None or socket.type != "VALUE" or has_inserted(socket):
+            if socket.name not in _INDICES or socket.type != "VALUE" or has_inserted(socket):
                 continue
-            if not is_idle(tree, node, _WEIGHTS.get(socket.name, "")):
+            kind, weight = _INDICES[socket.name]
+            if not is_idle(tree, node, weight):
                 put_before(tree, socket, new_node(tree, _opaque(kind, tree, node)))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...node_groups import realtime_lamps, surface_inputs
-from ...node_groups.node_mathematics import NODES
+from ...node_groups.node_mathematics import NODES, Graph, NodeValue
 from ...uw_spectral.mathematics import Operand
 from .closure_walk import ClosureWalk
 from .native_closures import SUNLIGHT
@@ -36,10 +36,7 @@ def write_closure(walk: ClosureWalk, closure: Closure, surface: bpy.types.Node) 
         graph.assign(closure.behind, surface.inputs[surface_inputs.BEHIND])
     if surface_inputs.CLOSED in surface.inputs:
         surface.inputs[surface_inputs.CLOSED].default_value = float(walk.closed)
-    normal = closure.normal
-    if normal is None:
-        normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
-    graph.assign(normal, surface.inputs[surface_inputs.NORMAL])
+    graph.assign(_normal(graph, closure.normal), surface.inputs[surface_inputs.NORMAL])
     if is_zero(closure.transmittance):
         return None
     passing = closure.transmittance
@@ -61,17 +58,19 @@ def _describe_facets(walk: ClosureWalk, closure: Closure, surface: bpy.types.Nod
         lamps.CLEAR_INDEX: ratio(closure.index, closure.clear),
     }
     if walk.surfaces.facets > 1:
-        normal = closure.coat_normal
-        if normal is None:
-            normal = graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
         values |= {
             lamps.COAT: mean(closure.coat),
             lamps.COAT_ROUGHNESS: ratio(closure.coat_roughness, closure.coat),
             lamps.COAT_INDEX: ratio(closure.coat_index, closure.coat),
-            lamps.COAT_NORMAL: normal,
+            lamps.COAT_NORMAL: _normal(graph, closure.coat_normal),
         }
     for name, value in values.items():
         graph.assign(value, surface.inputs[name])
+
+
+def _normal(graph: Graph, own: NodeValue | None) -> NodeValue:
+    """Return a closure's own normal, or that of the surface."""
+    return own or graph.term(graph.node("ShaderNodeNewGeometry").outputs["Normal"])
 
 
 def write_reflectance(

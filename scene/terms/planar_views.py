@@ -76,50 +76,38 @@ def look_from_mirror(
     _write(scene, single)
 
 
-def show_mirrored(
-    scene: bpy.types.Scene,
-    view: ReflectedView,
-    picture: NDArray[np.float32],
-    nearness: NDArray[np.float32] | None,
-) -> None:
-    """Let the surface mirror a picture, see :func:`.realtime_reflected_view.write_picture`."""
-    realtime_reflected_view.write_picture(
-        marks.part(scene, realtime_reflected_view.PART), picture, nearness
-    )
-    _write(scene, realtime_reflected_view.FIELDS.numbers(view))
-
-
 def look_into_air(scene: bpy.types.Scene, water: RealtimeWater, view: ReflectedView) -> None:
     """Let the scene show what is above the water, to an eye in it, until its next values.
 
     The sun is that of the air; shadows fall as if objects were where they seem to be.
     """
-    eye = dict(zip(realtime_values.CAMERA, view.eye, strict=True))
-    _write(scene, {realtime_values.THROUGH: 1.0, **eye})
+    camera = zip(realtime_values.CAMERA, view.eye, strict=True)
+    _write(scene, {realtime_values.THROUGH: 1.0, **dict(camera)})
     for item in marks.suns(scene):
         scene_water.turn(item, water.column.skylight.sun)
 
 
-def show_window(
+def show(
     scene: bpy.types.Scene,
     view: ReflectedView,
     picture: NDArray[np.float32],
     nearness: NDArray[np.float32] | None,
+    *,
+    in_air: bool,
 ) -> None:
-    """Let objects in the air be seen through the surface, from a picture of shape (h, w, 4)."""
-    image = marks.part(scene, realtime_refracted_view.PART)
-    realtime_reflected_view.write_picture(image, picture[..., :3], nearness, picture[..., 3])
-    _write(scene, realtime_refracted_view.FIELDS.numbers(view))
+    """Show a picture: of objects in the air through the surface, or mirrored by it.
+
+    See :func:`.realtime_reflected_view.write_picture`.
+    """
+    seen = realtime_refracted_view if in_air else realtime_reflected_view
+    realtime_reflected_view.write_picture(marks.part(scene, seen.PART), picture, nearness)
+    _write(scene, seen.FIELDS.numbers(view))
 
 
-def hide_window(scene: bpy.types.Scene) -> None:
-    """Let the sky alone be seen through the surface."""
-    _write(scene, realtime_refracted_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
-
-
-def hide_mirrored(scene: bpy.types.Scene) -> None:
-    """Let the surface mirror open water alone."""
-    _write(scene, realtime_reflected_view.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
+def hide(scene: bpy.types.Scene, *, in_air: bool) -> None:
+    """Let the sky alone be seen through the surface, or it mirror open water alone."""
+    seen = realtime_refracted_view if in_air else realtime_reflected_view
+    _write(scene, seen.FIELDS.numbers(realtime_reflected_view.NO_VIEW))
 
 
 def _write(scene: bpy.types.Scene, numbers: dict[str, float]) -> None:

@@ -8,19 +8,23 @@ from dataclasses import dataclass
 import bpy
 
 from ...settings.render_plan import plan_of
+from ...settings.scene_settings import SceneSettings
 from ...uw_spectral.errors import InputError
-from .. import colour_space, scripts
-from ..readers import missing_data
-from ..session import KINDS, PROBLEM, SESSION
+from ...uw_spectral.transfer.water_column import WaterColumn
+from .. import colour_space, scripts, sources
+from ..materials import own_water
+from ..readers import cameras, missing_data
+from ..session import BUILD, KINDS, PROBLEM, SESSION
 from ..water import new_materials, realtime, scene_water
-from . import camera_reach, problems, saved_settings
+from ..water.frame_water import RealtimeWater
+from ..water.water_body import WaterExtent, extent_around, reach_of, water_extent
+from . import problems, saved_settings
 from .changes import has_new_kinds, is_stale, key, kinds
-from .filling import ROAM, fill
-from .live_settings import SKY, may_draw, settings_of
-from .live_water import KNOWN, live_water
+from .live_water import KNOWN, SKY, live_water, may_draw, settings_of
 from .preview_depths import preview_depth
 
 _SHOWN = "shown"
+_ROAM = "roam"  # how far from the middle the camera may be
 
 
 @dataclass
@@ -47,7 +51,7 @@ def add(scene: bpy.types.Scene) -> list[str]:
     depth = preview_depth(scene, chosen)
     water = live_water(scene, chosen, depth)
     notes = [*missing_data.missing_notes(scene, (scene.frame_current,)), *scripts.notes()]
-    filled, held = fill(scene, chosen, water, depth)
+    filled, held = _fill(scene, chosen, water, depth)
     notes += filled
     notes += problems.standing_limits(scene, water)
     notes += filter(None, [plan_of(chosen).sky_note])
@@ -101,10 +105,10 @@ def update(
         now = key(scene, chosen, depth)
         if may_rebuild:
             new_materials.take_in(scene)
-        outgrown = may_rebuild and camera_reach.from_the_middle(scene, depsgraph) > session.get(
-            ROAM, math.inf
+        outgrown = may_rebuild and (
+            _from_the_middle(scene, depsgraph) > session.get(_ROAM, math.inf)
+            or has_new_kinds(scene)
         )
-        outgrown = outgrown or (may_rebuild and has_new_kinds(scene))
         same = session[_SHOWN] == now and not outgrown
         if same and (hasty or not is_stale(scene)):
             return True
@@ -112,9 +116,8 @@ def update(
         if outgrown or not realtime.fits(scene, water):
             if not may_rebuild:
                 return False
-            _, held = fill(scene, chosen, water, depth, again=True)
-            for name, value in held.items():
-                session[name] = value
+            _, held = _fill(scene, chosen, water, depth, again=True)
+            session.update(held)
         else:
             realtime.set_values(scene, water)
         if not hasty:
@@ -130,3 +133,39 @@ def update(
     finally:
         _state.busy = False
     return True
+
+
+def _fill(
+    scene: bpy.types.Scene,
+    chosen: SceneSettings,
+    water: RealtimeWater,
+    depth: float,
+    *,
+    again: bool = False,
+) -> tuple[list[str], dict[str, object]]:
+    """Put water into a scene, ``again`` in place of what it has; hide its own if that is wanted.
+
+    Returns what could not be treated, one line each, and what the session holds of it.
+    """
+    # It evaluates the scene: while that is dry, its objects would seem to have come.
+    extent = water_extent(scene, water.column, depth)
+    if again:
+        scene_water.remove(scene)
+    notes = realtime.add_realtime(scene, water, extent)
+    if chosen.hide_own_water:
+        own_water.hide(scene)
+    return notes, {_ROAM: _reach(extent, water.column), BUILD: sources.source_digest()}
+
+
+def _reach(extent: WaterExtent, column: WaterColumn) -> float:
+    """Distance from the origin in m that a camera may have before the water is widened."""
+    around_camera = extent_around(reach_of([]), column, 0.0).half_width
+    return extent.half_width - around_camera / 2.0
+
+
+def _from_the_middle(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None) -> float:
+    """Distance of the camera from the origin, m."""
+    camera = cameras.camera_of(scene)
+    if camera is not None and depsgraph is not None:
+        camera = camera.evaluated_get(depsgraph)
+    return 0.0 if camera is None else math.hypot(*camera.matrix_world.translation.xy)

@@ -1,9 +1,9 @@
-"""The water of live scenes, as their settings are now."""
+"""The settings and the water of live scenes as they are now, in the light of their own world."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from ...node_groups.node_mathematics import MARK
 from ...settings.render_plan import RenderPlan, plan_of, quiet
-from ...settings.scene_settings import BY_PICTURE, SceneSettings
+from ...settings.scene_settings import BY_PICTURE, REALTIME, SceneSettings
+from ...uw_spectral.errors import InputError
 from ...uw_spectral.occlusion.occlusion_table import OcclusionTable
+from .. import stored_settings
+from ..engines import world_picture
 from ..readers import cameras
 from ..session import SESSION, STALE
 from ..terms.eevee_water import eevee_water
@@ -23,6 +26,11 @@ from ..water.frame_water import RealtimeWater
 from ..water.occlusion import Cache
 from ..water.term import Eye
 
+SKY = "sky"
+_CHANGED = (
+    "the world has changed since it was drawn for the water, which cannot be done during a render: "
+    "Refresh Water, and render worlds that are animated as a job (Render Reference, Render)"
+)
 _FEW_BANDS = 8  # while settings change
 _STOPS = "stops"
 
@@ -40,6 +48,38 @@ class Known:
 
 KNOWN: dict[int, Known] = {}
 """Of each scene, by the number that it has in this session; what is lost is computed again."""
+
+
+def settings_of(scene: bpy.types.Scene, *, draws: bool = True) -> SceneSettings:
+    """Return the stored settings of a scene, in real time.
+
+    A sky that is the scene's world is the one before, if nothing may be rendered now; then more is
+    to come, as after haste. InputError if nothing will.
+    """
+    chosen = stored_settings.stored_settings(scene).in_mode(REALTIME)
+    session = scene.original.get(SESSION)
+    found = world_picture.drawn(scene, chosen) if draws else world_picture.known(scene, chosen)
+    if found is None:
+        if session is None or _is_rendering():
+            raise InputError(_CHANGED)
+        session[STALE] = True
+        return replace(chosen, sky_picture=session.get(SKY, ""))
+    if session is not None and session.get(SKY) != found.sky_picture:
+        session[SKY] = found.sky_picture
+    return found
+
+
+def may_draw(depsgraph: bpy.types.Depsgraph | None, *, hasty: bool) -> bool:
+    """Whether a world may be drawn now: in a window not while Blender evaluates or renders."""
+    return _in_background() or (depsgraph is None and not hasty and not _is_rendering())
+
+
+def _in_background() -> bool:
+    return bpy.app.background
+
+
+def _is_rendering() -> bool:
+    return bpy.app.is_job_running("RENDER")
 
 
 def live_water(

@@ -13,8 +13,7 @@ from ..session import BUILD, PROBLEM, SESSION
 from ..terms import limits
 from ..water import realtime, scene_water
 from ..water.frame_water import RealtimeWater
-from .live_settings import settings_of
-from .live_water import KNOWN
+from .live_water import KNOWN, settings_of
 from .preview_depths import camera_depth
 
 

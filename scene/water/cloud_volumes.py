@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import attributes, cloud_volume
+from ...node_groups import attributes, water_volume
 from ...settings.render_plan import RenderPlan
 from ...settings.scene_settings import BOUNDED
 from ...uw_spectral.clouds.gaussian_blob import REACH
@@ -35,11 +35,8 @@ def add_clouds(scene: bpy.types.Scene, plan: RenderPlan) -> list[str]:
     found = clouds_of(scene, plan.bands.centres)
     for index, (item, phase) in enumerate(zip(found.objects, _phases(found, plan), strict=True)):
         made = _box(item) if item.type == BLOB else _copy(item)
-        material = (
-            cloud_volume.build_blob(phase.lobes, index, outline(item))
-            if item.type == BLOB
-            else cloud_volume.build_grid(phase.lobes, index)
-        )
+        size = outline(item) if item.type == BLOB else None
+        material = water_volume.build_cloud(phase.lobes, index, size)
         made.data.materials.clear()
         made.data.materials.append(material)
         if item.type == GRID:

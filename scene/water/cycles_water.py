@@ -10,7 +10,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...node_groups import attributes, sea_floor, sky_world, sun_lamp, sun_lid, uplift, water_volume
+from ...node_groups import attributes, sky_world, suns, uplift, water_volume
+from ...node_groups.data_blocks import new_material, of_view_layer
 from ...uw_spectral.transfer.water_column import WaterColumn
 from .. import marks
 from ..materials import (
@@ -84,17 +85,18 @@ def add_water(
     # Sampling the sky through an interface would ignore refraction. Without one, Cycles 5.2 then
     # draws water that scatters forward 1 to 2 % too bright, in twice the time; rays find it anyway.
     world.cycles.sampling_method = "NONE"
-    suns = [sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)]
+    shining = [suns.build(scene_water.SUN_DIAMETER_IN_AIR / column.refractive_index)]
     if (above or (dry and column.reflects)) and _suns_differ(column):
         # What is seen through the surface has n², which Cycles leaves out.
         gain = 1.0 if above else column.refractive_index**2
-        in_air = sun_lamp.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR, gain)
-        suns.append(in_air)
-        parts[_LID] = sun_lid.build(_LID_HEIGHT)
+        in_air = suns.build(scene_water.SUN_DIAMETER_IN_AIR, attributes.SUN_IN_AIR, gain)
+        shining.append(in_air)
+        parts[_LID] = suns.build_lid(_LID_HEIGHT)
         objects.append(_lid(extent, parts[_LID]))
-    floor = sea_floor.build() if options.own_seabed or math.isfinite(column.floor_depth) else None
+    floor = _floor() if options.own_seabed or math.isfinite(column.floor_depth) else None
     lamps = lamps or SceneLamps()
-    filling = scene_water.Filling(world, suns, floor, objects, parts, cycles_lamps.followers(lamps))
+    followers = cycles_lamps.followers(lamps)
+    filling = scene_water.Filling(world, shining, floor, objects, parts, followers)
     notes += [*lamps.notes, *scene_water.add(scene, filling, column, extent)]
     for item in marks.objects(scene):
         if marks.IS_SUN in item:
@@ -115,7 +117,7 @@ def place(scene: bpy.types.Scene, column: WaterColumn, own_seabed: float | None 
     sky_world.turn(scene.world, column.skylight.sun)
     lid = marks.part(scene, _LID)
     if lid is not None:
-        sun_lid.turn(lid, column.sun_direction.tolist(), column.skylight.sun)
+        suns.turn_lid(lid, column.sun_direction.tolist(), column.skylight.sun)
         for item in marks.objects(scene):
             if marks.IS_SUN in item and not item[marks.IS_SUN]:
                 scene_water.turn(item, column.skylight.sun)
@@ -174,6 +176,15 @@ def _suns_differ(column: WaterColumn) -> bool:
     """Whether the suns of water and air can be told apart by where they stand."""
     cosine = float(np.dot(column.sun_direction, column.skylight.sun))
     return math.acos(min(cosine, 1.0)) > 2.0 * scene_water.SUN_DIAMETER_IN_AIR
+
+
+def _floor() -> bpy.types.Material:
+    """Make the material of the added floor: Lambertian, with a reflectance per band."""
+    material, graph, output = new_material("UW Floor")
+    reflectance = of_view_layer(graph, attributes.FLOOR_REFLECTANCE).outputs["Color"]
+    diffuse = graph.node("ShaderNodeBsdfDiffuse", {"Color": reflectance})
+    graph.assign(diffuse.outputs[0], output.inputs["Surface"])
+    return material
 
 
 def _lid(extent: WaterExtent, material: bpy.types.Material) -> bpy.types.Object:

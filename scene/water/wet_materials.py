@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import bpy
 
-from ...node_groups import realtime_filter, realtime_highlights, realtime_surface
+from ...node_groups import realtime_highlights, realtime_surface, uplift
 from ...node_groups.realtime_fluorescence import FluorescenceShape
 from ...node_groups.shape import Sources
 from .. import contents, marks
@@ -44,7 +44,7 @@ def add(
         marks.SURFACE: realtime_surface.build(shape, sources),
         marks.NATIVE: None,
         marks.FLUORESCENT: None,
-        _FILTER: realtime_filter.build(values, shape),
+        _FILTER: uplift.build_filter(values, shape),
         PLAIN: plain,
     }
     if water.has_native_closures:

@@ -164,7 +164,7 @@ def test_nodes_are_the_formulas(square, tmp_path, profile, before_surface):
         lamp = table.lamp(index)
         past = ray_past_lamp(lamp, *ray(x, y), NODES, before_surface=before_surface)
         light = table.in_water(index, projected.components)
-        return light.along(lamp, past, NODES, table.quadrature.integrate)
+        return light.along(lamp, past, NODES, table.nodes_for(lamp))
 
     seen = square(nodes, tmp_path / "lamp.exr")
     _agree(

@@ -13,7 +13,7 @@ from underwater_spectral.benchmarks._layer_scenes import square
 from underwater_spectral.datasets import cryptomatte
 from underwater_spectral.datasets.layer_file import read_layers
 from underwater_spectral.jobs import batch, command_line, manifest, planning
-from underwater_spectral.scene.engines import eevee_engine, layer_passes
+from underwater_spectral.scene.engines import eevee_engine, exr_output
 from underwater_spectral.scene.readers import cameras
 from underwater_spectral.scene.water import water_body
 from underwater_spectral.settings import render_plan
@@ -237,7 +237,7 @@ def test_passes_are_switched_off_again():
     layer = bpy.context.view_layer
     own = layer.aovs.add()
     own.name = "mine"
-    with layer_passes.switched_on(layer, ["use_pass_normal"], ["uw_D"]):
+    with exr_output.switched_on(layer, ["use_pass_normal"], ["uw_D"]):
         assert layer.use_pass_normal
         assert [item.name for item in layer.aovs] == ["mine", "uw_D"]
     assert not layer.use_pass_normal

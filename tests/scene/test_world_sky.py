@@ -21,7 +21,7 @@ from underwater_spectral.scene.viewport import (
     changes,
     first_settings,
     live,
-    live_settings,
+    live_water,
     problems,
 )
 from underwater_spectral.settings.render_plan import forget_files, plan_of
@@ -296,18 +296,18 @@ def test_in_a_window_a_world_is_drawn_at_rest_and_a_render_without_it_is_said(
     scene, _ = lit
     live.add(scene)
     plain = _texels(scene, "uw_sky")
-    monkeypatch.setattr(live_settings, "_in_background", lambda: False)
+    monkeypatch.setattr(live_water, "_in_background", lambda: False)
     own = scene[marks.OWN_WORLD]
     own.node_tree.nodes["Background"].inputs["Strength"].default_value = 3.0
     live.update(scene, hasty=True)
     assert drawings == ["Sky"]
     assert changes.is_stale(scene)
     assert problems.problem(scene) == ""
-    monkeypatch.setattr(live_settings, "_is_rendering", lambda: True)
+    monkeypatch.setattr(live_water, "_is_rendering", lambda: True)
     live.update(scene)
     assert drawings == ["Sky"]
     assert "the world has changed" in problems.problem(scene)
-    monkeypatch.setattr(live_settings, "_is_rendering", lambda: False)
+    monkeypatch.setattr(live_water, "_is_rendering", lambda: False)
     live.update(scene)
     assert drawings == ["Sky", "Sky"]
     assert problems.problem(scene) == ""
