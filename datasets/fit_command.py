@@ -132,7 +132,8 @@ def read_picture(options: argparse.Namespace, description: Description) -> SeenP
     camera = camera_of(pair, values.shape[1], values.shape[0], of_set)
     depth, kind = read_depth(options.depths, options.scale, LAYOUTS["plain"].scale)
     P = known_depth(depth, camera, str(options.depths))
-    if kind != RANGE and not options.ranges:
+    # What a file says of itself counts.
+    if not (kind == RANGE if kind else options.ranges):
         P = P * secant(camera)
     pose = heading_pose((0.0, 0.0, -options.depth), HEADING, options.pitch)
     return SeenPicture(

@@ -160,10 +160,10 @@ def _key(scene: bpy.types.Scene) -> tuple[tuple[SceneSettings, float] | None, st
 
     try:
         chosen = world_picture.shown(scene, stored_settings.stored_settings(scene))
+        chosen = chosen.in_mode(method(scene).mode)
+        return (chosen, preview_depths.preview_depth(scene, chosen)), ""
     except InputError as error:
         return None, str(error)
-    chosen = chosen.in_mode(method(scene).mode)
-    return (chosen, preview_depths.preview_depth(scene, chosen)), ""
 
 
 def _compute_wanted() -> None:

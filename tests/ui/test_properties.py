@@ -18,6 +18,7 @@ from underwater_spectral.settings.known_words import known_words, suggestions
 from underwater_spectral.settings.render_plan import plan_of, quiet
 from underwater_spectral.settings.scene_settings import SETTINGS, SceneSettings
 from underwater_spectral.settings.setting import SECTIONS
+from underwater_spectral.tests.scene import scenes
 from underwater_spectral.ui import (
     migration,
     object_panels,
@@ -202,6 +203,16 @@ def test_gallery_and_setting_are_one():
     assert scene.underwater_panel.gallery == "JERLOV_7C"
     scene.underwater_panel.gallery = "JERLOV_IA"
     assert scene.underwater.water == "jerlov:IA"
+
+
+def test_a_camera_that_looks_nowhere_is_said_where_pictures_are():
+    """It was raised where the panel is drawn."""
+    scene = bpy.context.scene
+    scene.camera = scenes.add_camera()
+    scene.camera.scale = 0.0, 0.0, 0.0
+    bpy.context.view_layer.update()
+    assert "looks nowhere" in previews.compute(scene).error
+    assert previews.of_scene(scene).readouts is None
 
 
 def test_water_from_constituents_and_its_inelastic_light():

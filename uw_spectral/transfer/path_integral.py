@@ -10,6 +10,11 @@ _NEAR_ZERO = 0.25  # below it phi comes from its series
 _STEP = math.exp(-_NEAR_ZERO)
 
 
+def transmittance(c: Operand, P: Operand, m: Mathematics = NUMPY) -> Operand:
+    """Share e^{-cP} of light that passes a distance P unscattered, at extinction c."""
+    return m.exp(-c * P)
+
+
 def phi(x: Operand, m: Mathematics = NUMPY) -> Operand:
     """Return ``(1 - e^{-x})/x`` for x ≥ 0, stable in single precision.
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ...uw_spectral.mathematics import NUMPY, Mathematics, Operand
+from ...uw_spectral.transfer.path_integral import transmittance
 from .paths import PathLight
 
 
@@ -49,7 +50,7 @@ class Pixel:
     @functools.cached_property
     def direct(self) -> Operand:
         """Unscattered light of what is seen."""
-        return self.m.exp(-self.water.c * self.P) * self.L_end
+        return transmittance(self.water.c, self.P, self.m) * self.L_end
 
     @functools.cached_property
     def forward_scattered(self) -> Operand:

@@ -20,7 +20,11 @@ from underwater_spectral.uw_spectral.imaging.picture_cells import SeenPicture, b
 from underwater_spectral.uw_spectral.imaging.picture_fit import fit_picture
 from underwater_spectral.uw_spectral.imaging.water_fit import FITTED, FittedWater
 from underwater_spectral.uw_spectral.spectra.colour_rendering import training_reflectances
-from underwater_spectral.uw_spectral.spectra.spectral_image import write_codes, write_rgb_exr
+from underwater_spectral.uw_spectral.spectra.spectral_image import (
+    write_codes,
+    write_exr,
+    write_rgb_exr,
+)
 from underwater_spectral.uw_spectral.spectra.spectrum import Spectrum
 from underwater_spectral.uw_spectral.water.bio_optics import Constituents
 from underwater_spectral.uw_spectral.water.phase_functions import FournierForand
@@ -187,14 +191,18 @@ def test_the_darkest_is_chosen_by_other_pixels_than_are_read():
 
 
 def _given(tmp_path, monkeypatch, picture, depth, *options):
+    np.save(tmp_path / "depth.npy", depth)
+    return _given_file(tmp_path / "depth.npy", monkeypatch, picture, *options)
+
+
+def _given_file(depth, monkeypatch, picture, *options):
     given = []
     water = Constituents(1.0)
     monkeypatch.setattr(
         fit_command, "fit_picture",
         lambda *all_: given.append(all_) or FittedWater(water, water, water, 1.0),
     )  # fmt: skip
-    np.save(tmp_path / "depth.npy", depth)
-    arguments = ["fit", str(picture), str(tmp_path / "depth.npy"), "--camera", "ARRI D21"]
+    arguments = ["fit", str(picture), str(depth), "--camera", "ARRI D21"]
     assert command_line.main([*arguments, "--depth", "6", "--fov", "60", *options]) == 0
     return given[0]
 
@@ -216,6 +224,15 @@ def test_command_undoes_the_development(tmp_path, monkeypatch):
     parts = tables.components(np.zeros((3, 24, 32), np.float32), P)
     ratio = seen.values / (parts.B + parts.F)
     assert ratio / ratio.mean() == pytest.approx(np.ones_like(ratio), rel=0.03)
+
+
+def test_a_file_that_names_its_depth_is_not_taken_for_ranges(tmp_path, monkeypatch):
+    """Its planar depth was, where ``--ranges`` was asked for; ``apply`` goes by the file."""
+    write_codes(tmp_path / "raw.png", np.full((24, 32, 3), 1000, np.uint16))
+    write_exr(tmp_path / "depth.exr", np.full((24, 32, 1), 2.0, np.float32), ["planar_depth"])
+    for options in ((), ("--ranges",)):
+        given = tmp_path / "depth.exr", monkeypatch, tmp_path / "raw.png", "--raw", *options
+        assert _given_file(*given)[0].distances[0, 0] > 2.1
 
 
 def test_command_leaves_out_what_is_clipped_or_unknown(tmp_path, monkeypatch):
