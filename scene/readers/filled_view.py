@@ -53,5 +53,7 @@ def filled_view(
 
 def _surface(surface: Triangles) -> Surface:
     every = -(-len(surface.arrays.triangles) // _MOST_TRIANGLES)
-    corners = surface.corners_of(slice(None, None, every))
-    return Surface(corners, surface.colours[surface.arrays.parts[::every]], float(every))
+    some = slice(None, None, every)
+    opaque = surface.is_opaque(some)
+    colours = surface.colours[surface.arrays.parts[some][opaque]]
+    return Surface(surface.corners_of(some)[opaque], colours, float(every))

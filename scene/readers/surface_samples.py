@@ -18,7 +18,7 @@ from ...uw_spectral.last_used import LastUsed
 from ...uw_spectral.occlusion.filled_voxels import NO_SAMPLES, FilledVoxels, Samples
 from ...uw_spectral.occlusion.triangles import cut_across, quartered
 from .mesh_parts import MeshArrays, MeshCache
-from .visible_meshes import VisibleMesh, visible_meshes
+from .visible_meshes import OPAQUE, VisibleMesh, visible_meshes
 
 _PER_CELL = 12.0  # samples of a surface that crosses a cell, where its triangles are small
 _ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1)
@@ -26,6 +26,7 @@ _ODD = np.random.default_rng(1).integers(0, 1 << 64, 6, np.uint64) | np.uint64(1
 _SMALLEST = 1e-20
 _SLICES, _WIDTH = 64, 0.6  # of what is narrow, at once; of a spacing
 _ENOUGH = 64  # triangles that are all looked at
+_THINNEST = 0.05  # coverage of surfaces that occlude
 _CLOSED = 0.1  # of the area of a closed mesh is left where its faces are added up
 _DEEPEST = 48  # halvings of a triangle's edges, of which only what is near costs
 
@@ -39,6 +40,7 @@ class Triangles:
     arrays: MeshArrays
     place: NDArray[np.float32]
     colours: Array  #: Base colours of its parts, (c, 3).
+    coverage: Array  #: Fractions of light that these stop, (c,).
     #: Materials and those of their nodes that the colours would need.
     unknown: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
@@ -46,7 +48,11 @@ class Triangles:
     def key(self) -> bytes:
         """What differs where the triangles or their colours do."""
         known = self.arrays.digest + self.place.tobytes() + self.colours.tobytes()
-        return known + repr(self.unknown).encode()
+        return known + self.coverage.tobytes() + repr(self.unknown).encode()
+
+    def is_opaque(self, some: slice) -> NDArray[np.bool_]:
+        """Which of some triangles count as whole."""
+        return (self.coverage >= OPAQUE)[self.arrays.parts[some]]
 
     @property
     def corners(self) -> NDArray[np.float32]:
@@ -111,12 +117,16 @@ def visible_triangles(
     leave_out: Collection[bpy.types.Object] = (),
     samples: SampleCache | None = None,
 ) -> Iterator[Triangles]:
-    """Yield every mesh that casts shadows in renders, instances included, but what is left out."""
+    """Yield every mesh that casts shadows in renders, instances included, but what is left out.
+
+    So do nets and leaves, in part: see :attr:`Triangles.coverage`.
+    """
     samples = samples or SampleCache()
-    for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes):
+    for shown in visible_meshes(depsgraph, leave_out, "shadow", samples.meshes, _THINNEST):
         colours = np.array([mean.colour for mean in shown.means])
+        coverage = np.array([mean.coverage for mean in shown.means])
         place = np.array(shown.place, dtype=np.float32)
-        yield samples.surface(Triangles(shown.arrays, place, colours, _unknown(shown)))
+        yield samples.surface(Triangles(shown.arrays, place, colours, coverage, _unknown(shown)))
 
 
 def _unknown(shown: VisibleMesh) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -140,7 +150,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         keep |= _longest(one, other) > spacing / 2.0
         corners, parts = corners[keep], parts[keep]
         more = float(twice.sum()) / max(float(twice[keep].sum()), _SMALLEST)
-    points, normals, colours, areas, extents = [], [], [], [], []
+    points, normals, colours, areas, extents, coverage = [], [], [], [], [], []
     for level in range(_DEEPEST):
         first, second, third = np.moveaxis(corners, 1, 0)
         highest = np.maximum(np.maximum(first, second), third)
@@ -156,6 +166,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
             shown.turned_out * across[small] / np.maximum(size[small], _SMALLEST)[:, None]
         )
         colours.append(shown.colours[parts[small]])
+        coverage.append(shown.coverage[parts[small]])
         areas.append(size[small] * (more / 2.0))
         extent = (highest - lowest)[within][small]
         extents.append(extent if more == 1.0 else np.full_like(extent, np.inf))
@@ -169,7 +180,7 @@ def sampled(shown: Triangles, low: Array, high: Array, spacing: float) -> Sample
         slices, of = cut_across(corners[narrow], counts)
         corners = np.concatenate([quartered(corners[wide]), slices])
         parts = np.concatenate([np.tile(parts[wide], 4), parts[narrow][of]])
-    parts = points, normals, colours, areas, extents
+    parts = points, normals, colours, areas, extents, coverage
     found = Samples(*(np.concatenate(x).astype(np.float64) for x in parts))
     flat = (found.normals**2).sum(axis=1) < 0.5
     found.normals[flat] = [0.0, 0.0, 1.0]

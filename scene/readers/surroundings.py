@@ -31,6 +31,8 @@ _PATH_CELLS = (0.8, 0.9)
 _LONGEST = 60.0  # m along each axis, of a camera's path that it serves for
 VOXELS = 3
 """Voxels along a cell of it."""
+_FINE, _FEW = (0.101, 0.121, 0.151, 0.181, 0.211, 0.251), 3000
+"""Edges of a cell of it where so many do: about small things, and in tanks."""
 CELLS = (0.301, 0.331, 0.361, 0.391, 0.421, 0.461, 0.501, 0.551, 0.601, 0.651, 0.701)
 """Edges of a cell of it, m; few, so that they last. Not round, as places in scenes are: what lies
 on the side of a voxel lies on either side of it by rounding."""
@@ -298,9 +300,9 @@ class Surroundings:
             return []
         bounds = np.array([surface.bounds for surface in self.surfaces])
         sides = bounds[:, 1] - bounds[:, 0]
-        height, width = sides[:, 2], sides[:, :2].min(axis=1)
+        height, width, length = sides[:, 2], sides[:, :2].min(axis=1), sides[:, :2].max(axis=1)
         # What is wider is ground, however large other ground is.
-        stands = (sides.min(axis=1) > _LEAST) & (width < _CLOSE)
+        stands = (np.minimum(height, length) > _LEAST) & (width < _CLOSE)
         stands &= bounds[:, 0, 2] < height * _LIFTED + bottom
         if len(self.eyes):
             near = self.eyes.min(axis=0) - _CLOSE, self.eyes.max(axis=0) + _CLOSE
@@ -406,7 +408,7 @@ def _level_sheet(ground: Ground, middle: Place | None) -> Triangles:
     corners = (sides * _SHEET + np.array([x, y, -ground.depth])).astype(np.float32)
     triangles = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     arrays = MeshArrays(corners, triangles, np.zeros(2, np.int32), corners.tobytes(), (0,), ())
-    return Triangles(arrays, np.eye(4, dtype=np.float32), np.array([ground.colour]))
+    return Triangles(arrays, np.eye(4, dtype=np.float32), np.array([ground.colour]), np.ones(1))
 
 
 def _on_ground(voxels: SurfaceVoxels, eyes: Array, floor: Triangles | None = None) -> SurfaceVoxels:
@@ -525,11 +527,11 @@ def _near(
     far they are ``clear`` of surfaces, m, tells what size of cells does.
     """
     wide = tuple(cell for cell in _WIDE if cell <= _CLEAR * clear)
-    edges, most = ((*CELLS, *_LARGER), ROOM_PROBES) if enclosed else ((*CELLS, *wide), PROBES)
-    whole = [_cells(low, high, cell, middle) for cell in edges]
-    fitting = [grid for grid in whole if grid.count <= most]
-    if fitting:
-        return fitting[0]
+    larger, most = (_LARGER, ROOM_PROBES) if enclosed else (wide, PROBES)
+    for edges, enough in ((_FINE, _FEW), ((*CELLS, *larger), most)):
+        for cell in edges:
+            if (grid := _cells(low, high, cell, middle)).count <= enough:
+                return grid
     cell = CELLS[-1]
     tries = [(len(eyes), PATH_PROBES, longer) for longer in (cell, *_PATH_CELLS)]
     for some, most, edge in (*tries, (1, PROBES, cell)):

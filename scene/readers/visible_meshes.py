@@ -15,7 +15,8 @@ from ..rendered import VERTEX_INSTANCERS, in_rendered_collections
 from .mesh_parts import MeshArrays, MeshCache, means_of
 from .unusable_places import has_place
 
-_OPAQUE = 0.5  # coverage from which a surface counts as whole
+OPAQUE = 0.5
+"""Coverage from which a surface counts as whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +72,12 @@ def visible_meshes(
     leave_out: Collection[bpy.types.Object] = (),
     ray: Ray | None = None,
     cache: MeshCache | None = None,
+    least: float = OPAQUE,
 ) -> Iterator[VisibleMesh]:
     """Yield every mesh with triangles that renders show, but what is left out.
 
     Rays of a kind, ``"camera"`` or ``"shadow"``, meet neither objects that are invisible to them,
-    nor surfaces that let most light through.
+    nor surfaces that cover less than the ``least``.
     """
     cache = cache or MeshCache()
     meshes: dict[Hashable, tuple[MeshArrays, list[MeanSurface]]] = {}
@@ -92,7 +94,7 @@ def visible_meshes(
             arrays, means = cache.arrays(item.data, materials), []
             if ray is not None:
                 means = means_of(arrays, item, place, materials, known)
-            clear = [n for n, mean in enumerate(means) if mean.coverage < _OPAQUE]
+            clear = [n for n, mean in enumerate(means) if mean.coverage < least]
             meshes[key] = cache.opaque(arrays, clear), means
         arrays, means = meshes[key]
         if len(arrays.triangles):

@@ -326,6 +326,33 @@ def test_a_pool_is_in_the_grid_with_its_walls_up_to_the_surface(monkeypatch):
     assert on_bottom[0, 0] > 1.5, "white tiles light one another"
 
 
+def test_a_tank_is_in_a_grid_of_small_cells(monkeypatch):
+    """Its walls were too thin and too low for one, and red was at half of what it is."""
+    monkeypatch.setattr(surroundings, "_COARSE", 120_000)
+    for side in (-1.0, 1.0):
+        _block("long", (0.55 * side, 0.0, -0.45), (0.1, 2.2, 1.1))
+        _block("short", (0.0, 1.05 * side, -0.45), (1.0, 0.1, 1.1))
+    camera = scenes.add_camera()
+    camera.location, camera.rotation_euler = (-0.2, -0.8, -0.5), (np.pi / 2, 0.0, 0.0)
+    bpy.context.view_layer.update()
+    plan = _plan(floor_depth=1.0)
+    _, grid = occlusion.Cache().look(bpy.context.scene, camera, plan.column).under_objects()
+    assert grid.cell < 0.2
+    assert (np.abs([grid.lower[:2], grid.upper[:2]]) > [0.55, 1.05]).all()
+    assert grid.upper[2] == pytest.approx(0.0)
+
+
+def test_nets_are_among_the_surfaces_with_what_they_cover():
+    """They let all light through that is not the sun's, and leaves of a little more none."""
+    scene = _under_a_slab(12.0)
+    shader = bpy.data.materials["slab"].node_tree.nodes["Principled BSDF"]
+    for alpha, coverage in ((0.7, [0.7]), (0.3, [0.3]), (0.02, [])):
+        shader.inputs["Alpha"].default_value = alpha
+        surfaces = look_around(scene, scene.camera, 0.1).surfaces
+        found = [s.coverage[0] for s in surfaces if s.coverage[0] < 1.0]
+        assert found == pytest.approx(coverage)
+
+
 def test_a_wide_roof_far_from_the_eyes_has_a_grid_of_large_cells(monkeypatch):
     monkeypatch.setattr(surroundings, "PROBES", 6000)
     low, high = np.array([-14.0, -14.0, -7.1]), np.array([14.0, 14.0, 0.0])

@@ -3,7 +3,8 @@
 A voxel that a surface crosses from side to side is full: walls hold. One in which a surface ends is
 covered in part; all such voxels would narrow gaps and make rails as thick as they are. Of them as
 many are full as they are covered in the mean, always the same ones of a lattice; so are those with
-slits, narrower than a voxel, of walls along the axes.
+slits, narrower than a voxel, of walls along the axes, and those of nets and leaves, which let light
+through.
 """
 
 from __future__ import annotations
@@ -24,6 +25,17 @@ _ALIGNED = 0.99  # of its area a wall shows along an axis; oblique ones would se
 _NARROW = 1e-9  # voxels
 _UNIT = np.eye(3, dtype=np.intp)
 _BESIDE = [steps for steps in itertools.product((-1, 0, 1), repeat=2) if any(steps)]
+
+
+def stopping(grid: Grid, points: Array, coverage: Array) -> NDArray[np.bool_]:
+    """Which samples fill their voxels, where these stop a fraction of the light, (m,)."""
+    place = np.floor((points - grid.lower) / grid.cell) + np.asarray(grid.first)
+    return coverage >= np.minimum(_limit(place), _SOLID)
+
+
+def _limit(number: NDArray) -> Array:
+    """How much of voxels, counted along a lattice (m, 3), must be covered that they are full."""
+    return np.asarray(number @ np.asarray(_STEPS) % 1.0)
 
 
 def left_free(
@@ -50,8 +62,7 @@ def left_free(
     place = np.stack(np.unravel_index(voxels, grid.shape), axis=1)
     axis = (ways.sum(axis=2) + _FIRST).argmax(axis=1)
     # All that lie behind one another in a wall alike, or few would be free through and through.
-    number = np.where(_UNIT[axis], 0, place + np.asarray(grid.first))
-    limit = number @ np.asarray(_STEPS) % 1.0
+    limit = _limit(np.where(_UNIT[axis], 0, place + np.asarray(grid.first)))
     few = np.flatnonzero(ways.max(axis=(1, 2), initial=0.0) < limit)
     number = np.full(grid.shape, -1, np.intp)
     number.ravel()[voxels] = np.arange(len(voxels))

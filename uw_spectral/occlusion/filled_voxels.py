@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..last_used import LastUsed
-from .covered_voxels import covered_by_walls, left_free
+from .covered_voxels import covered_by_walls, left_free, stopping
 from .grid import Array, Grid
 from .sunk_samples import gaps, out_of_edges, sunk
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
@@ -26,6 +26,7 @@ class Samples:
     colours: Array
     areas: Array  #: That they stand for, m².
     extents: Array  #: Of these areas along the axes, m; infinite where only some are drawn, (m, 3).
+    coverage: Array  #: Fraction of light that what they stand for stops, (m,).
 
     def some(self, which: NDArray[Any]) -> Samples:
         """Return some of them."""
@@ -33,7 +34,7 @@ class Samples:
 
 
 _NOTHING = np.empty((0, 3))
-NO_SAMPLES = Samples(_NOTHING, _NOTHING, _NOTHING, np.empty(0), _NOTHING)
+NO_SAMPLES = Samples(_NOTHING, _NOTHING, _NOTHING, np.empty(0), _NOTHING, np.empty(0))
 
 
 def _joined(parts: Sequence[Samples]) -> Samples:
@@ -139,6 +140,7 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
     keep = ~small
     which = grid.index(samples.points[small])
     keep[small] = (np.bincount(which, samples.areas[small], grid.count) >= grid.cell**2)[which]
+    keep &= stopping(grid, samples.points, samples.coverage)
     if filling.to_edges:
         return _to_edges(grid, samples.some(keep & grid.inside(samples.points)))
     return voxelise(grid, samples.points[keep], samples.normals[keep], samples.colours[keep])

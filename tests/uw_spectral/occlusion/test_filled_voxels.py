@@ -10,7 +10,7 @@ import pytest
 from underwater_spectral.uw_spectral.occlusion.filled_voxels import FilledVoxels, Filling, Samples
 from underwater_spectral.uw_spectral.occlusion.grid import Grid
 
-NAMES = "points", "normals", "colours", "areas", "extents"
+NAMES = "points", "normals", "colours", "areas", "extents", "coverage"
 GRID = Grid((-2.0, -2.0, -2.0), 0.25, (16, 16, 16))
 
 
@@ -21,8 +21,9 @@ def surface(seed, at):
     # Some lie on the border of two voxels, and some beside the box.
     points = np.round((np.asarray(at) + 0.7 * normals) / 0.125, 1) * 0.125
     return Samples(
-        points, normals, random.random((300, 3)), np.full(300, 0.02), np.full((300, 3), 0.14)
-    )
+        points, normals, random.random((300, 3)), np.full(300, 0.02), np.full((300, 3), 0.14),
+        np.ones(300),
+    )  # fmt: skip
 
 
 def filling(places, *, to_edges=False):
@@ -75,7 +76,8 @@ def test_no_more_is_kept_than_of_the_last_frame():
 
 def patches(points, normals, spacing):
     grey, extents = np.full(points.shape, 0.5), np.full(points.shape, spacing)
-    return Samples(points, normals, grey, np.full(len(points), spacing**2), extents)
+    areas, whole = np.full(len(points), spacing**2), np.ones(len(points))
+    return Samples(points, normals, grey, areas, extents, whole)
 
 
 def sheet(low, high, z, spacing=0.025):
@@ -151,6 +153,19 @@ def block(low, high, spacing=0.025):
     normals = np.repeat(np.kron(np.eye(3), [[-1.0], [1.0]]), [len(x) for x in parts], axis=0)
     points = np.concatenate(parts)
     return patches(points, normals, spacing)
+
+
+@pytest.mark.parametrize("coverage", [0.1, 0.3, 0.7, 0.96, 1.0])
+@pytest.mark.parametrize("to_edges", [False, True])
+def test_of_nets_as_much_is_full_as_they_cover(coverage, to_edges):
+    grid = Grid((-2.0, -2.0, -2.0), 0.0625, (64, 64, 64))
+    whole = sheet((-1.9, -1.9), (1.9, 1.9), 0.03)
+    net = dataclasses.replace(whole, coverage=np.full(len(whole.areas), coverage))
+    full, left = (
+        (FilledVoxels().of(grid, Filling([b"net"], [x], [False], to_edges)).number >= 0).sum()
+        for x in (whole, net)
+    )
+    assert left / full == pytest.approx(1.0 if coverage > 0.95 else coverage, abs=0.02)
 
 
 def joined(samples):
