@@ -27,7 +27,7 @@ _UNIT = np.eye(3, dtype=np.intp)
 _BESIDE = [steps for steps in itertools.product((-1, 0, 1), repeat=2) if any(steps)]
 
 
-def stopping(grid: Grid, points: Array, coverage: Array) -> NDArray[np.bool_]:
+def full_enough(grid: Grid, points: Array, coverage: Array) -> NDArray[np.bool_]:
     """Which samples fill their voxels, where these stop a fraction of the light, (m,)."""
     place = np.floor((points - grid.lower) / grid.cell) + np.asarray(grid.first)
     return coverage >= np.minimum(_limit(place), _SOLID)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..last_used import LastUsed
-from .covered_voxels import covered_by_walls, left_free, stopping
+from .covered_voxels import covered_by_walls, full_enough, left_free
 from .grid import Array, Grid
 from .sunk_samples import gaps, out_of_edges, sunk
 from .voxels import SurfaceVoxels, cells_of, grown, voxelise
@@ -140,7 +140,7 @@ def _fill(grid: Grid, filling: Filling, parts: Sequence[NDArray[np.intp]]) -> Su
     keep = ~small
     which = grid.index(samples.points[small])
     keep[small] = (np.bincount(which, samples.areas[small], grid.count) >= grid.cell**2)[which]
-    keep &= stopping(grid, samples.points, samples.coverage)
+    keep &= full_enough(grid, samples.points, samples.coverage)
     if filling.to_edges:
         return _to_edges(grid, samples.some(keep & grid.inside(samples.points)))
     return voxelise(grid, samples.points[keep], samples.normals[keep], samples.colours[keep])
