@@ -210,7 +210,7 @@ def radiant_intensity(
     Parameters
     ----------
     solid_angle : float
-        What the power is spread over, sr: that of the profile (:attr:`.Profile.solid_angle`)
+        What the power is spread over, sr: that of the profile (:attr:`.LampProfile.solid_angle`)
         for the power of the lamp itself; 4π for the power of Blender's point and spot lights,
         of whose spot the cone cuts the rest away; for candela, the profile's value on the axis.
 

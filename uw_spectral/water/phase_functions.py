@@ -77,7 +77,7 @@ class HenyeyGreenstein(PhaseFunction):
 
 @dataclass(frozen=True)
 class TwoTermHenyeyGreenstein(PhaseFunction):
-    """``fraction`` of HG(g1) and ``1 - share`` of HG(g2)."""
+    """``fraction`` of HG(g1) and ``1 - fraction`` of HG(g2)."""
 
     g1: float
     g2: float
