@@ -19,7 +19,7 @@ from ..uw_spectral.imaging.ray_tables import SeenComponents
 from ..uw_spectral.spectra.spectral_image import write_codes, write_jpeg, write_rgb_exr
 from .applied_pictures import AppliedSettings, PictureFilter
 from .camera import PinholeCamera
-from .depth_maps import RANGE, planar_depth
+from .depth_maps import planar_depth
 from .files import make_folder, write_json
 from .layer_file import SENSOR, FrameLayers, LayerImage, write_layers
 from .picture_codes import read_rgb, srgb_codes
@@ -105,10 +105,9 @@ def _read(
     rgb = read_rgb(pair.picture)
     height, width = rgb.shape[:2]
     camera, layout = camera_of(pair, width, height, of_set), LAYOUTS[of_set.layout]
-    depth, kind = read_depth(pair.depth, of_set.scale, layout.scale)
+    depth, ranges = read_depth(pair.depth, of_set.scale, layout.scale, ranges=of_set.ranges)
     if layout.resampled and depth.shape != (height, width):
         depth = at_size(depth, height, width)
-    ranges = kind == RANGE if kind else of_set.ranges
     colours = water.colours(rgb, str(pair.picture))
     return colours, water.distances(depth, camera, str(pair.depth), ranges=ranges), camera
 

@@ -31,7 +31,6 @@ from ..uw_spectral.spectra.spectrum import Spectrum, read_table, read_text, tabl
 from ..uw_spectral.water.optical_properties import BACKSCATTER, Water
 from .applied_pictures import FILL, FLAT, HEADING, known_depth, picture_rays, secant
 from .applied_sets import SetSettings, camera_of
-from .depth_maps import RANGE
 from .files import joined, write_text
 from .picture_codes import linear_codes, read_rgb
 from .pose_sets import heading_pose
@@ -130,10 +129,11 @@ def read_picture(options: argparse.Namespace, description: Description) -> SeenP
     of_set = SetSettings("plain", options.scale, options.ranges, options.intrinsics, options.fov)
     pair = RgbdPair(options.seen.stem, options.seen, options.depths)
     camera = camera_of(pair, values.shape[1], values.shape[0], of_set)
-    depth, kind = read_depth(options.depths, options.scale, LAYOUTS["plain"].scale)
+    depth, ranges = read_depth(
+        options.depths, options.scale, LAYOUTS["plain"].scale, ranges=options.ranges
+    )
     P = known_depth(depth, camera, str(options.depths))
-    # What a file says of itself counts.
-    if not (kind == RANGE if kind else options.ranges):
+    if not ranges:
         P = P * secant(camera)
     pose = heading_pose((0.0, 0.0, -options.depth), HEADING, options.pitch)
     return SeenPicture(

@@ -58,10 +58,12 @@ def find_pairs(layout: str, pictures: Path, depths: Path | None) -> list[RgbdPai
     return found
 
 
-def read_depth(path: Path, scale: float | None, of_codes: float) -> tuple[Array, str]:
-    """Read depth in m, not finite or 0 where there is none, and which of the two it is.
+def read_depth(
+    path: Path, scale: float | None, of_codes: float, *, ranges: bool
+) -> tuple[Array, bool]:
+    """Read depth in m, not finite or 0 where there is none, and whether it is ranges.
 
-    That is ``range`` or ``planar_depth`` of an EXR that says so, or empty. What is stored is
+    An EXR may say so of ``range`` or ``planar_depth``; else ``ranges`` tells. What is stored is
     divided by ``scale``, by default codes of whole numbers by ``of_codes`` and others by 1. Raises
     InputError if the file is none.
     """
@@ -74,7 +76,7 @@ def read_depth(path: Path, scale: float | None, of_codes: float) -> tuple[Array,
         found = np.squeeze(np.asarray(found, np.float64)) / (scale or (of_codes if whole else 1.0))
         if found.ndim != 2:
             raise InputError(f"{path}: depth has one number a pixel, not shape {found.shape}")
-        return found, ""
+        return found, ranges
     if path.suffix == ".exr":
         pixels, names = read_exr(path)
         kind = next((name for name in (RANGE, PLANAR) if name in names), "")
@@ -83,8 +85,8 @@ def read_depth(path: Path, scale: float | None, of_codes: float) -> tuple[Array,
                 f"{path} has channels {', '.join(names)}; depth is one, or {RANGE} or {PLANAR}"
             )
         found = pixels[..., names.index(kind) if kind else 0].astype(np.float64)
-        return found / (scale or 1.0), kind
-    return read_codes(path) / (scale or of_codes), ""
+        return found / (scale or 1.0), kind == RANGE if kind else ranges
+    return read_codes(path) / (scale or of_codes), ranges
 
 
 def filled(depth: Array) -> Array:

@@ -29,8 +29,11 @@ _BESIDE = [steps for steps in itertools.product((-1, 0, 1), repeat=2) if any(ste
 
 def full_enough(grid: Grid, points: Array, coverage: Array) -> NDArray[np.bool_]:
     """Which samples fill their voxels, where these stop a fraction of the light, (m,)."""
-    place = np.floor((points - grid.lower) / grid.cell) + np.asarray(grid.first)
-    return coverage >= np.minimum(_limit(place), _SOLID)
+    full = coverage >= _SOLID
+    some = np.flatnonzero(~full)
+    place = np.floor((points[some] - grid.lower) / grid.cell) + np.asarray(grid.first)
+    full[some] = coverage[some] >= _limit(place)
+    return full
 
 
 def _limit(number: NDArray) -> Array:
